@@ -1,0 +1,190 @@
+#include "app/cli/check_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/exit_codes.h"
+#include "app/config/cell_reader.h"
+#include "app/config/daemon_config_reader.h"
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+#include "firmware-like/kinematics/chain.h"
+
+namespace plumbline {
+namespace {
+
+struct Options {
+  std::string file;
+  bool json = false;
+};
+
+/// What was found in a file.
+struct Finding {
+  bool is_configuration = false;
+  FaultList faults;
+  std::optional<CellModel> cell;
+  std::optional<DaemonConfig> config;
+};
+
+std::string MmText(const Vec3& p) {
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
+}
+
+std::string ToolText(const Tool& tool) {
+  if (tool.rigid) return "rigid, tip at " + MmText(tool.tcp_F) + " in the flange frame";
+  double mass_kg = 0;
+  for (const ToolSegment& segment : tool.segments) {
+    mass_kg += segment.material.density_kg_m3 * segment.section.area_m2 * segment.length_m;
+  }
+  return fmt::format("{} beam of {} segment{}, {:.6g} mm, {:.4g} kg, mount {:.4g} kg",
+                     tool.theory == BeamTheory::kTimoshenko ? "Timoshenko" : "Euler-Bernoulli",
+                     tool.segments.size(), tool.segments.size() == 1 ? "" : "s",
+                     1e3 * tool.Length(), mass_kg, tool.mount_mass_kg);
+}
+
+/// "all", "none", or the joints that have it: "q1, q3".
+std::string JointsWith(const Robot& robot, bool (*has)(const Joint&)) {
+  std::string names;
+  int count = 0;
+  for (int i = 0; i < robot.size(); ++i) {
+    if (!has(robot.joints[static_cast<std::size_t>(i)])) continue;
+    names += fmt::format("{}q{}", names.empty() ? "" : ", ", i + 1);
+    ++count;
+  }
+  if (count == robot.size()) return "all";
+  return count == 0 ? "none" : names;
+}
+
+std::string MassText(const Robot& robot) {
+  double mass_kg = 0;
+  for (const Joint& joint : robot.joints) mass_kg += joint.link_mass_kg.value_or(0);
+  const std::string known =
+      JointsWith(robot, [](const Joint& joint) { return joint.link_mass_kg.has_value(); });
+  if (known == "none") return "no link mass declared: joint torques are unknown";
+  return fmt::format(
+      "link mass known of {} ({:.4g} kg), centre of mass of {}", known, mass_kg,
+      JointsWith(robot, [](const Joint& joint) { return joint.link_com_m.has_value(); }));
+}
+
+std::string MeasurementText(const Measurement& measurement) {
+  const char* kind = measurement.kind == MeasurementKind::kPosition ? "position of the tip"
+                     : measurement.kind == MeasurementKind::kRange  ? "range from an anchor"
+                                                                    : "pose of the tip";
+  const std::string sigma =
+      measurement.sigma_m ? fmt::format("one axis repeats to {:.4g} mm", 1e3 * *measurement.sigma_m)
+                          : "repeatability unknown";
+  return fmt::format("{}; instrument {}, tip {}, {}", kind,
+                     measurement.frame_known ? "aligned" : "unaligned",
+                     measurement.tool_known ? "known" : "to be estimated", sigma);
+}
+
+Finding Check(const std::string& text, const std::string& file) {
+  Finding finding;
+  FaultList ignored;
+  TomlDocument document(text, file, ignored);
+  finding.is_configuration = document.Root().Has("cell");
+  if (finding.is_configuration) {
+    finding.config = DaemonConfigFromText(text, file, finding.faults);
+    if (finding.config) finding.cell = finding.config->cell;
+  } else {
+    finding.cell = CellFromText(text, file, finding.faults);
+  }
+  return finding;
+}
+
+std::vector<SummaryLine> Summary(const Finding& finding) {
+  if (!finding.cell) return {};
+  std::vector<SummaryLine> lines = CellSummary(*finding.cell);
+  if (finding.config) {
+    const DaemonConfig& config = *finding.config;
+    lines.push_back({"controller", "profile " + config.robot.profile.name});
+    lines.push_back({"points", fmt::format("{} assembly points, cycle {:g} ms, PLC port {}",
+                                           config.points.size(), 1e3 * config.cycle_period_s,
+                                           config.plc.port)});
+  }
+  return lines;
+}
+
+nlohmann::json JsonOf(const Finding& finding, const std::string& file) {
+  nlohmann::json json = {{"schema", 1},
+                         {"file", file},
+                         {"kind", finding.is_configuration ? "configuration" : "cell"},
+                         {"good", finding.cell.has_value()},
+                         {"faults", nlohmann::json::array()},
+                         {"warnings", nlohmann::json::array()},
+                         {"summary", nlohmann::json::object()}};
+  for (const Fault& fault : finding.faults.All()) {
+    const bool warning = fault.severity == Fault::Severity::kWarning;
+    json[warning ? "warnings" : "faults"].push_back(
+        {{"file", fault.file}, {"line", fault.line}, {"key", fault.key}, {"what", fault.what}});
+  }
+  for (const SummaryLine& line : Summary(finding)) json["summary"][line.topic] = line.text;
+  return json;
+}
+
+int Run(const Options& options) {
+  const Result<std::string> text = ReadTextFile(options.file);
+  if (!text) {
+    std::cerr << options.file << ": cannot be read: " << text.error() << '\n';
+    return kExitUsage;
+  }
+  const Finding finding = Check(*text, options.file);
+  if (options.json) {
+    // A faulty file may hold bytes that are no UTF-8; they are replaced, not refused.
+    std::cout << JsonOf(finding, options.file)
+                     .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+              << '\n';
+  } else {
+    std::cout << FaultsText(finding.faults);
+    for (const SummaryLine& line : Summary(finding)) {
+      std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
+    }
+  }
+  return finding.cell ? kExitOk : kExitFault;
+}
+
+}  // namespace
+
+std::vector<SummaryLine> CellSummary(const CellModel& cell) {
+  const Robot& robot = cell.robot;
+  std::vector<SummaryLine> lines = {
+      {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
+                            robot.size(), Chain(robot).Reach())},
+      {"tool", ToolText(cell.tool)},
+      {"masses", MassText(robot)}};
+  const std::string compliant = JointsWith(
+      robot, [](const Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
+  lines.push_back({"compliance", compliant == "none" ? "none declared: joints taken as rigid"
+                                                     : "declared of " + compliant});
+  lines.push_back({"payload", cell.payload_cog_F
+                                  ? "centre of gravity " + MmText(*cell.payload_cog_F)
+                                  : "centre of gravity unknown: no payload mass can be used"});
+  lines.push_back({"measurement", MeasurementText(cell.measurement)});
+  std::string effects;
+  for (const WrittenEffect& effect : cell.effects) {
+    effects += (effects.empty() ? "" : ", ") + effect.id;
+  }
+  lines.push_back({"effects", effects.empty() ? "none added" : effects});
+  lines.push_back({"domain", cell.domain ? "declared" : "none: joint limits bound what is known"});
+  return lines;
+}
+
+void AddCheckCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("check", "Tell every fault of a cell or configuration file");
+  command->add_option("file", options->file, "CELL.toml, or the daemon's plumbline.toml")
+      ->required();
+  command->add_flag("--json", options->json, "Faults, warnings and summary as JSON");
+  command->footer(
+      "A plumbline.toml is checked together with the cell and the profile that it names.\n\n"
+      "Example:\n  plumbline check config/cells/ur10.toml\n\n"
+      "Exit codes: 0 no faults (warnings may remain), 1 faults, 2 the file cannot be read.");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace plumbline

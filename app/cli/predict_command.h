@@ -1,0 +1,27 @@
+// plumbline predict: where the loaded tip is at each pose of a file.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "app/table/csv.h"
+
+namespace plumbline {
+
+void AddPredictCommand(CLI::App& app, int& exit_code);
+
+/// Where the tip of the loaded arm is at one row's pose.
+struct Prediction {
+  Vec3 p_WT;                   ///< [m]
+  double radius95_m = 0;       ///< holds 95 %
+  bool extrapolated = false;
+};
+
+/// Predicts every row with the frames of its session (CellOfSession). A row without a payload
+/// column carries nothing.
+/// @param deflection_sd  see DeflectionCovariance
+/// @return               one prediction a row, or why the cell cannot be predicted
+Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
+                                        double deflection_sd);
+
+}  // namespace plumbline

@@ -1,0 +1,235 @@
+#include "app/config/cell_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/config/effect_reader.h"
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+#include "app/config/tool_reader.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
+constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
+constexpr NumberRange kJointAngle{-7200, 7200, kRadPerDeg};
+constexpr NumberRange kGravity{-20, 20};
+constexpr NumberRange kMass{0, 10000};
+constexpr NumberRange kCompliance{0, 0.1};
+constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
+constexpr NumberRange kTemperature{-50, 150};
+
+/// `[low, high]` pairs of a list; faults where a pair is turned round.
+std::optional<Interval> IntervalFrom(const TomlTable& table, std::string_view key,
+                                     NumberRange range) {
+  const auto values = table.Numbers(key, range, 2);
+  if (!values) return std::nullopt;
+  if ((*values)[0] > (*values)[1]) table.AddFault(key, "has its low end above its high end");
+  return Interval{(*values)[0], (*values)[1]};
+}
+
+Pose PoseFromToml(const TomlTable& table) {
+  Pose X;
+  X.p = table.Vector3("base_xyz_mm", kPosition).value_or(Vec3::Zero());
+  X.R = RotationFromRollPitchYaw(table.Vector3("base_rpy_deg", kTurn).value_or(Vec3::Zero()));
+  return X;
+}
+
+void ReadLimits(const TomlTable& table, Joint& joint) {
+  const bool prismatic = joint.type == JointType::kPrismatic;
+  const char* min_key = prismatic ? "min_mm" : "min_deg";
+  const char* max_key = prismatic ? "max_mm" : "max_deg";
+  const NumberRange range = prismatic ? kPosition : kJointAngle;
+  joint.min = table.Number(min_key, range).value_or(joint.min);
+  joint.max = table.Number(max_key, range).value_or(joint.max);
+  if (joint.min >= joint.max) {
+    table.AddFault(max_key, fmt::format("is not above {}", min_key));
+  }
+}
+
+Joint JointFromToml(const TomlTable& table) {
+  Joint joint;
+  const auto type = table.OneOf<JointType>(
+      "type", {{"revolute", JointType::kRevolute}, {"prismatic", JointType::kPrismatic}});
+  if (!type && table.Has("type")) table.Ignore({"min_deg", "max_deg", "min_mm", "max_mm"});
+  joint.type = type.value_or(JointType::kRevolute);
+  joint.a_m = table.RequiredNumber("a_mm", kPosition).value_or(0);
+  joint.alpha_rad = table.RequiredNumber("alpha_deg", kTurn).value_or(0);
+  joint.d_m = table.RequiredNumber("d_mm", kPosition).value_or(0);
+  joint.theta_offset_rad = table.Number("theta_offset_deg", kTurn).value_or(0);
+  joint.sign = table.Integer("sign", -1, 1).value_or(1);
+  if (joint.sign == 0) table.AddFault("sign", "is not 1 or -1");
+  ReadLimits(table, joint);
+  joint.link_mass_kg = table.Number("link_mass_kg", kMass);
+  joint.link_com_m = table.Vector3("link_com_mm", kPosition);
+  joint.compliance_rad_per_Nm = table.Number("compliance_rad_per_Nm", kCompliance);
+  if (joint.type == JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
+    table.AddFault("compliance_rad_per_Nm",
+                   "stands at a prismatic joint, which does not turn; remove it");
+  }
+  return joint;
+}
+
+/// What the declared masses leave open, said once a joint.
+void WarnOfUnknowns(const std::vector<TomlTable>& tables, const std::vector<Joint>& joints) {
+  bool masses_known = true;
+  for (std::size_t i = joints.size(); i-- > 0;) {
+    const Joint& joint = joints[i];
+    masses_known = masses_known && joint.link_mass_kg;
+    if (!masses_known && joint.compliance_rad_per_Nm.value_or(0) > 0) {
+      tables[i].AddWarning(
+          "compliance_rad_per_Nm",
+          fmt::format("cannot act: link_mass_kg of joint {} or beyond is absent, so the torque is "
+                      "unknown",
+                      i + 1));
+    }
+    if (joint.link_mass_kg.value_or(0) > 0 && !joint.link_com_m) {
+      tables[i].AddWarning("link_com_mm", "missing; the link's centre of mass is a guess");
+    }
+  }
+}
+
+Robot RobotFromToml(const TomlTable& table) {
+  Robot robot;
+  robot.name = table.RequiredString("name").value_or("");
+  robot.convention =
+      table
+          .RequiredOneOf<DhConvention>(
+              "convention", {{"dh", DhConvention::kDistal}, {"mdh", DhConvention::kProximal}})
+          .value_or(DhConvention::kDistal);
+  if (table.Has("gravity_m_s2")) {
+    robot.g_W = table.Vector3("gravity_m_s2", kGravity).value_or(robot.g_W);
+    if (robot.g_W.norm() > 20) table.AddFault("gravity_m_s2", "is longer than 20");
+    if (robot.g_W.norm() == 0) table.AddWarning("gravity_m_s2", "is no gravity: nothing sags");
+  } else {
+    table.AddWarning("gravity_m_s2", "missing; taken as [0, 0, -9.80665]");
+    table.Ignore({"gravity_m_s2"});
+  }
+  robot.X_WB = PoseFromToml(table);
+
+  const std::vector<TomlTable> joints = table.Tables("joint");
+  if (!table.Has("joint")) table.AddMissing("joint", "one [[robot.joint]] for each joint");
+  if (static_cast<int>(joints.size()) > kMaxJoints) {
+    table.AddFault("joint",
+                   fmt::format("stands {} times; at most {} joints", joints.size(), kMaxJoints));
+  }
+  for (const TomlTable& joint : joints) robot.joints.push_back(JointFromToml(joint));
+  WarnOfUnknowns(joints, robot.joints);
+  return robot;
+}
+
+Measurement MeasurementFromToml(const TomlTable& table) {
+  Measurement measurement;
+  const auto kind =
+      table.RequiredOneOf<MeasurementKind>("kind", {{"position", MeasurementKind::kPosition},
+                                                    {"range", MeasurementKind::kRange},
+                                                    {"pose", MeasurementKind::kPose}});
+  measurement.kind = kind.value_or(MeasurementKind::kPosition);
+  if (kind == MeasurementKind::kRange) {
+    measurement.anchor_W = table.RequiredVector3("anchor_mm", kPosition).value_or(Vec3::Zero());
+  } else if (kind && table.Has("anchor_mm")) {
+    table.AddFault("anchor_mm", "belongs to kind = \"range\" only");
+  } else {
+    table.Ignore({"anchor_mm"});
+  }
+  measurement.frame_known =
+      table.OneOf<bool>("frame", {{"aligned", true}, {"unaligned", false}}).value_or(true);
+  measurement.tool_known =
+      table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
+  measurement.sigma_m = table.Number("sigma_mm", kSigma);
+  measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
+  return measurement;
+}
+
+std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X_WB) {
+  std::vector<SessionFrames> sessions;
+  for (const TomlTable& table : root.Tables("session")) {
+    SessionFrames session;
+    session.id = table.RequiredString("id").value_or("");
+    const bool known = std::any_of(sessions.begin(), sessions.end(),
+                                   [&](const auto& other) { return other.id == session.id; });
+    if (known && !session.id.empty()) table.AddFault("id", "is the id of two sessions");
+    const Pose read = PoseFromToml(table);
+    session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
+    session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
+    session.tip_F = table.Vector3("tip_mm", kPosition);
+    sessions.push_back(std::move(session));
+  }
+  return sessions;
+}
+
+Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
+  Domain domain;
+  // Scaled joint by joint: a prismatic joint's pair is in mm.
+  if (const auto pairs = table.Matrix("q_deg", {-100000, 100000}, robot.size(), 2)) {
+    for (int i = 0; i < robot.size(); ++i) {
+      const bool prismatic =
+          robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+      const double to_si = prismatic ? kMetrePerMm : kRadPerDeg;
+      domain.q.push_back({(*pairs)(i, 0) * to_si, (*pairs)(i, 1) * to_si});
+      if (domain.q.back().low > domain.q.back().high) {
+        table.AddFault("q_deg",
+                       fmt::format("has the low end of joint {} above its high end", i + 1));
+      }
+    }
+  } else if (!table.Has("q_deg")) {
+    table.AddMissing("q_deg", "one pair [low, high] for each joint");
+  }
+  domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
+  domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
+  return domain;
+}
+
+CellModel CellFromToml(const TomlTable& root) {
+  CellModel cell;
+  if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
+    root.AddFault("schema", "is not 1, the only schema that this version reads");
+  }
+  if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
+  if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
+  if (const auto payload = root.Table("payload")) {
+    cell.payload_cog_F = payload->RequiredVector3("cog_mm", kPosition);
+  } else if (!root.Has("payload")) {
+    root.AddWarning("payload", "missing; a payload_kg column cannot be used");
+  }
+  if (const auto measurement = root.Table("measurement")) {
+    cell.measurement = MeasurementFromToml(*measurement);
+  }
+  for (const TomlTable& effect : root.Tables("effect")) {
+    cell.effects.push_back(EffectFromToml(effect, cell.robot.size()));
+  }
+  cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
+  if (const auto domain = root.Table("domain")) cell.domain = DomainFromToml(*domain, cell.robot);
+  return cell;
+}
+
+}  // namespace
+
+std::optional<CellModel> CellFromText(std::string_view text, const std::string& file,
+                                      FaultList& faults) {
+  FaultList own;
+  TomlDocument document(text, file, own);
+  CellModel cell;
+  if (document.parsed()) {
+    cell = CellFromToml(document.Root());
+    document.ReportUnknownKeys();
+  }
+  own.SortByLine();
+  faults.Append(own);
+  if (own.HasFaults()) return std::nullopt;
+  return cell;
+}
+
+std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults) {
+  const Result<std::string> text = ReadTextFile(path);
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    return std::nullopt;
+  }
+  return CellFromText(*text, path, faults);
+}
+
+}  // namespace plumbline

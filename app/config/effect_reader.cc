@@ -1,0 +1,150 @@
+#include "app/config/effect_reader.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "app/config/effect_table.h"
+
+namespace plumbline {
+namespace {
+
+constexpr NumberRange kAnyNumber{-1e12, 1e12};
+constexpr NumberRange kStandardDeviation{0, 1e12};
+constexpr double kSymmetryTolerance = 1e-6;    // of the standard deviations' product
+constexpr double kEigenvalueTolerance = 1e-6;  // of a correlation matrix
+
+/// The word of a parameter such as `by`; adds a fault where it is none of `words`.
+std::string WordFromToml(const TomlTable& table, std::string_view words) {
+  const auto comma = words.find(',');
+  const std::string_view first = words.substr(0, comma);
+  const std::string_view second = words.substr(comma + 1);
+  const auto word =
+      table.RequiredOneOf<std::string_view>("value", {{first, first}, {second, second}});
+  return std::string(word.value_or(""));
+}
+
+EffectParameter ParameterFromToml(const TomlTable& table, const EffectEntry* effect,
+                                  int joint_count) {
+  EffectParameter parameter;
+  parameter.name = table.RequiredString("name").value_or("");
+  const bool checked = effect != nullptr && !effect->parameters.empty() && !parameter.name.empty();
+  const EffectParameterEntry* entry =
+      checked ? FindParameter(*effect, parameter.name, joint_count) : nullptr;
+  if (checked && entry == nullptr) {
+    std::string names;
+    for (const EffectParameterEntry& known : effect->parameters) {
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    }
+    table.AddFault("name", fmt::format("is no parameter of {}; it has {}{}", effect->id, names,
+                                       names.find('#') == std::string::npos
+                                           ? ""
+                                           : fmt::format(" (# a joint, 1..{})", joint_count)));
+  }
+  if (entry != nullptr && !entry->words.empty()) {
+    parameter.word = WordFromToml(table, entry->words);
+    return parameter;
+  }
+  parameter.value = table.RequiredNumber("value", kAnyNumber).value_or(0);
+  parameter.sd = table.Number("sd", kStandardDeviation);
+  parameter.unit = table.String("unit").value_or(entry != nullptr ? std::string(entry->unit) : "");
+  if (entry != nullptr && table.Has("unit") && !parameter.unit.empty() &&
+      parameter.unit != entry->unit) {
+    table.AddFault("unit", fmt::format("is not the unit of {}, \"{}\"", entry->name, entry->unit));
+  }
+  return parameter;
+}
+
+/// Adds a fault where C is no covariance: asymmetric, or with a negative eigenvalue. Judged on
+/// the correlation matrix, so that parameters of very different size are judged alike.
+void CheckCovariance(const TomlTable& table, const Eigen::MatrixXd& C) {
+  const auto n = C.rows();
+  Eigen::VectorXd sd(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (C(i, i) < 0) {
+      table.AddFault("covariance", fmt::format("has a negative variance in row {}", i + 1));
+      return;
+    }
+    sd[i] = std::sqrt(C(i, i));
+  }
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double scale = sd[i] * sd[j];
+      if (std::abs(C(i, j) - C(j, i)) > kSymmetryTolerance * scale) {
+        table.AddFault("covariance",
+                       fmt::format("is not symmetric: row {} column {}", i + 1, j + 1));
+        return;
+      }
+      // Without variance there is nothing to be correlated with: 2 makes the matrix indefinite.
+      const double cosine = scale > 0 ? C(i, j) / scale : (C(i, j) == 0 ? 0.0 : 2.0);
+      correlation(i, j) = correlation(j, i) = cosine;
+    }
+  }
+  if (n == 0) return;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
+  if (!(solver.eigenvalues().minCoeff() >= -kEigenvalueTolerance)) {
+    table.AddFault("covariance", "is not positive semidefinite");
+  }
+}
+
+void ReadOrigin(const TomlTable& table, WrittenEffect& effect) {
+  const auto from = table.Table("from");
+  if (!from) return;
+  effect.from_file = from->String("file").value_or("");
+  effect.from_date = from->String("date").value_or("");
+  effect.from_rows = from->Integer("rows", 0, 1000000000);
+}
+
+}  // namespace
+
+WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
+  WrittenEffect effect;
+  effect.id = table.RequiredString("id").value_or("");
+  const EffectEntry* entry = FindEffect(effect.id);
+  if (entry == nullptr && !effect.id.empty()) {
+    std::string ids;
+    for (const EffectEntry& known : EffectTable()) {
+      ids += (ids.empty() ? "" : ", ") + std::string(known.id);
+    }
+    table.AddFault("id", "is not an effect; known are " + ids);
+  }
+  effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
+  for (const std::string& joint : effect.scope) {
+    if (!JointFromScope(joint, joint_count)) {
+      table.AddFault("scope",
+                     fmt::format("names \"{}\", which is not one of q1..q{}", joint, joint_count));
+    }
+  }
+  if (!table.Has("parameters")) {
+    table.AddMissing("parameters", "a list such as [ { name = \"q2\", value = 5.1e-7 } ]");
+  }
+  for (const TomlTable& parameter : table.Tables("parameters")) {
+    EffectParameter read = ParameterFromToml(parameter, entry, joint_count);
+    const bool repeated =
+        std::any_of(effect.parameters.begin(), effect.parameters.end(),
+                    [&read](const EffectParameter& other) { return other.name == read.name; });
+    if (repeated && !read.name.empty()) parameter.AddFault("name", "is given twice");
+    effect.parameters.push_back(std::move(read));
+  }
+  if (table.Has("covariance")) {
+    const auto numbers =
+        std::count_if(effect.parameters.begin(), effect.parameters.end(),
+                      [](const EffectParameter& parameter) { return parameter.word.empty(); });
+    const int n = static_cast<int>(numbers);
+    if (const auto covariance = table.Matrix("covariance", kAnyNumber, n, n)) {
+      CheckCovariance(table, *covariance);
+      effect.covariance = *covariance;
+    }
+  }
+  if (effect.id == "empirical") {
+    effect.drivers = table.Strings("drivers").value_or(std::vector<std::string>{});
+    effect.nodes = table.Rows("nodes", kAnyNumber).value_or(Eigen::MatrixXd());
+  }
+  ReadOrigin(table, effect);
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,16 @@
+// The [[effect]] tables of a cell.
+#pragma once
+
+#include <vector>
+
+#include "app/config/toml_reader.h"
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline {
+
+/// Reads one [[effect]]. Its id and parameters are those of EffectTable(); a unit, where written,
+/// must be the table's. The covariance is over the parameters that are numbers, in their order,
+/// symmetric and positive semidefinite. Faults go to the table's list.
+WrittenEffect EffectFromToml(const TomlTable& table, int joint_count);
+
+}  // namespace plumbline

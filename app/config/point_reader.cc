@@ -1,0 +1,111 @@
+#include "app/config/point_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
+constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
+constexpr NumberRange kToolPoint{-5000, 5000, kMetrePerMm};
+constexpr NumberRange kPayload{0, 5000};
+constexpr int kMostPoints = 1000;  // 20 registers each from 2000 on stay within the address space
+
+using FrameTable = std::map<std::string, Pose>;
+
+Pose PoseFromToml(const TomlTable& table) {
+  return {.R = RotationFromRollPitchYaw(table.Vector3("rpy_deg", kTurn).value_or(Vec3::Zero())),
+          .p = table.RequiredVector3("xyz_mm", kPosition).value_or(Vec3::Zero())};
+}
+
+FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
+  FrameTable frames;
+  frames["measurement"] = Pose();
+  frames["base"] = cell != nullptr ? cell->robot.X_WB : Pose();
+  for (const TomlTable& table : root.Tables("frame")) {
+    const auto name = table.RequiredString("name");
+    const Pose X_WO = PoseFromToml(table);
+    if (name && !frames.emplace(*name, X_WO).second) {
+      table.AddFault("name",
+                     "is the name of two frames (\"measurement\" and \"base\" are built in)");
+    }
+  }
+  return frames;
+}
+
+/// Joint values of `near_deg` in SI, checked against the joints where the cell is known.
+std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel* cell) {
+  const auto values = table.Numbers("near_deg", {-100000, 100000});
+  if (!values || cell == nullptr) return std::nullopt;
+  const int n = cell->robot.size();
+  if (static_cast<int>(values->size()) != n) {
+    table.AddFault("near_deg",
+                   fmt::format("has {} values; the cell has {} joints", values->size(), n));
+    return std::nullopt;
+  }
+  JointVector q(n);
+  for (int i = 0; i < n; ++i) {
+    const Joint& joint = cell->robot.joints[static_cast<std::size_t>(i)];
+    const double to_si = joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+    q[i] = (*values)[static_cast<std::size_t>(i)] * to_si;
+    if (q[i] < joint.min || q[i] > joint.max) {
+      table.AddFault("near_deg", fmt::format("has joint {} outside its limits {:g}..{:g}", i + 1,
+                                             joint.min / to_si, joint.max / to_si));
+    }
+  }
+  return q;
+}
+
+AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
+                            const CellModel* cell) {
+  AssemblyPoint point;
+  point.id = table.RequiredInteger("id", 1, 65535).value_or(0);
+  point.name = table.String("name").value_or(fmt::format("point {}", point.id));
+  const std::string frame = table.String("frame").value_or("measurement");
+  const auto found = frames.find(frame);
+  if (found == frames.end()) {
+    std::string names;
+    for (const auto& [name, pose] : frames) names += (names.empty() ? "" : ", ") + name;
+    table.AddFault("frame", "is not a frame; known are " + names);
+  }
+  const Pose X_OP = PoseFromToml(table);
+  point.X_WP = found == frames.end() ? X_OP : found->second * X_OP;
+  point.p_TP = table.Vector3("tool_point_mm", kToolPoint).value_or(Vec3::Zero());
+  point.orientation_free =
+      table.OneOf<bool>("orientation", {{"fixed", false}, {"free", true}}).value_or(false);
+  point.near_q = NearFromToml(table, cell);
+  point.payload_kg = table.Number("payload_kg", kPayload);
+  if (point.payload_kg.value_or(0) > 0 && cell != nullptr && !cell->payload_cog_F) {
+    table.AddWarning("payload_kg", "cannot be used: the cell has no [payload] cog_mm");
+  }
+  return point;
+}
+
+}  // namespace
+
+std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel* cell) {
+  const FrameTable frames = FramesFromToml(root, cell);
+  std::vector<AssemblyPoint> points;
+  const std::vector<TomlTable> tables = root.Tables("point");
+  if (static_cast<int>(tables.size()) > kMostPoints) {
+    root.AddFault("point",
+                  fmt::format("stands {} times; at most {} points", tables.size(), kMostPoints));
+  }
+  for (const TomlTable& table : tables) {
+    AssemblyPoint point = PointFromToml(table, frames, cell);
+    const bool known = std::any_of(points.begin(), points.end(),
+                                   [&](const auto& other) { return other.id == point.id; });
+    if (known && point.id != 0) table.AddFault("id", "is the id of two points");
+    points.push_back(std::move(point));
+  }
+  if (tables.empty()) root.AddWarning("point", "missing; no assembly point is corrected");
+  return points;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,325 @@
+#include "app/config/robot_profile_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+#include "drivers/robot/codec.h"
+#include "drivers/robot/push_codec.h"
+
+namespace plumbline {
+namespace {
+
+constexpr NumberRange kScale{-1e9, 1e9};
+constexpr int kLastRegister = 65535;
+
+/// A unit of the file: SI value = factor * value + shift.
+struct Unit {
+  double factor = 1;
+  double shift = 0;
+};
+using Units = std::initializer_list<Choice<Unit>>;
+
+const Units kJointUnits = {{"deg", {kRadPerDeg}}, {"rad", {1}},     {"mrad", {1e-3}},
+                               {"urad", {1e-6}},      {"mm", {1e-3}},   {"m", {1}}};
+const Units kAngleUnits = {
+    {"deg", {kRadPerDeg}}, {"rad", {1}}, {"mrad", {1e-3}}, {"urad", {1e-6}}};
+const Units kLengthUnits = {{"mm", {1e-3}}, {"m", {1}}};
+const Units kMassUnits = {{"kg", {1}}, {"g", {1e-3}}};
+const Units kTemperatureUnits = {{"C", {1}}, {"K", {1, -273.15}}};
+
+std::optional<RegisterTable> ReadTable(const TomlTable& table) {
+  return table.RequiredOneOf<RegisterTable>("table", {{"coil", RegisterTable::kCoil},
+                                                      {"discrete", RegisterTable::kDiscrete},
+                                                      {"holding", RegisterTable::kHolding},
+                                                      {"input", RegisterTable::kInput}});
+}
+
+std::optional<modbus::WordOrder> ReadOrder(const TomlTable& table) {
+  return table.OneOf<modbus::WordOrder>("word_order", {{"ABCD", modbus::WordOrder::kAbcd},
+                                                       {"CDAB", modbus::WordOrder::kCdab},
+                                                       {"BADC", modbus::WordOrder::kBadc},
+                                                       {"DCBA", modbus::WordOrder::kDcba}});
+}
+
+/// The registers of one group, `address` giving one value each.
+class ProfileReader {
+ public:
+  explicit ProfileReader(const std::vector<RegisterBlock>& blocks) : blocks_(blocks) {}
+
+  /// @param count  how many values there must be; negative: any number but none
+  /// @param units  empty: a bare number, without scale and offset
+  std::vector<RegisterValue> Values(const TomlTable& table, int count, Units units) const {
+    RegisterValue value;
+    value.table = ReadTable(table).value_or(value.table);
+    value.type = ReadType(table, units.size() > 0).value_or(value.type);
+    value.order = ReadOrder(table).value_or(value.order);
+    if (units.size() > 0) {
+      const double scale = table.Number("scale", kScale).value_or(1);
+      if (scale == 0) table.AddFault("scale", "makes every reading the same");
+      const double offset = table.Number("offset", kScale).value_or(0);
+      const Unit unit = table.RequiredOneOf<Unit>("unit", units).value_or(Unit{});
+      value.scale = unit.factor * scale;
+      value.offset = unit.factor * offset + unit.shift;
+    }
+    return AtAddresses(table, "address", count, value);
+  }
+
+  std::optional<RegisterValue> Value(const std::optional<TomlTable>& table, Units units) const {
+    if (!table) return std::nullopt;
+    const std::vector<RegisterValue> values = Values(*table, 1, units);
+    return values.empty() ? std::nullopt : std::optional(values.front());
+  }
+
+  std::optional<std::array<RegisterValue, 3>> Three(const TomlTable& table, Units units) const {
+    const std::vector<RegisterValue> values = Values(table, 3, units);
+    if (values.size() != 3) return std::nullopt;
+    return std::array{values[0], values[1], values[2]};
+  }
+
+  /// `like`, at each address of `key`.
+  std::vector<RegisterValue> AtAddresses(const TomlTable& table, std::string_view key, int count,
+                                         RegisterValue like) const {
+    if (!table.Has(key)) table.AddMissing(key, "a list of registers, 0..65535");
+    const auto addresses = table.Integers(key, 0, kLastRegister);
+    std::vector<RegisterValue> values;
+    if (!addresses) return values;
+    if (addresses->empty() || (count >= 0 && static_cast<int>(addresses->size()) != count)) {
+      table.AddFault(key, count >= 0 ? fmt::format("is not a list of {} registers", count)
+                                     : "is an empty list");
+      return values;
+    }
+    for (const int address : *addresses) {
+      like.address = address;
+      CheckIsRead(table, key, like);
+      values.push_back(like);
+    }
+    return values;
+  }
+
+  void CheckIsRead(const TomlTable& table, std::string_view key, const RegisterValue& value) const {
+    if (IsRead(blocks_, value)) return;
+    table.AddFault(key, fmt::format("has register {}, which no [[read]] of that table holds{}",
+                                    value.address,
+                                    WordsOf(value.type) == 2 ? " with the one after it" : ""));
+  }
+
+ private:
+  static std::optional<RegisterType> ReadType(const TomlTable& table, bool may_be_float) {
+    if (!may_be_float) {
+      return table.RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
+                                                        {"uint16", RegisterType::kUint16},
+                                                        {"int32", RegisterType::kInt32},
+                                                        {"uint32", RegisterType::kUint32}});
+    }
+    return table.RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
+                                                      {"uint16", RegisterType::kUint16},
+                                                      {"int32", RegisterType::kInt32},
+                                                      {"uint32", RegisterType::kUint32},
+                                                      {"float32", RegisterType::kFloat32}});
+  }
+
+  const std::vector<RegisterBlock>& blocks_;
+};
+
+std::vector<RegisterBlock> ReadBlocks(const TomlTable& root) {
+  std::vector<RegisterBlock> blocks;
+  const std::vector<TomlTable> tables = root.Tables("read");
+  if (tables.empty()) root.AddMissing("read", "[[read]] with table, first and count");
+  for (const TomlTable& table : tables) {
+    RegisterBlock block;
+    block.table = ReadTable(table).value_or(block.table);
+    block.first = table.RequiredInteger("first", 0, kLastRegister).value_or(0);
+    block.count = table.RequiredInteger("count", 1, kMaxRegistersOfRead).value_or(1);
+    if (block.first + block.count > kLastRegister + 1) {
+      table.AddFault("count", "registers end beyond 65535");
+    }
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+void ReadJoints(const TomlTable& root, const ProfileReader& reader,
+                std::vector<JointSignal>& joints) {
+  const std::vector<TomlTable> tables = root.Tables("joints");
+  if (tables.empty()) root.AddMissing("joints", "[[joints]] with the registers of the joints");
+  for (const TomlTable& table : tables) {
+    const std::vector<RegisterValue> values = reader.Values(table, -1, kJointUnits);
+    const JointWrap wrap =
+        table
+            .OneOf<JointWrap>("wrap", {{"none", JointWrap::kNone},
+                                       {"pi", JointWrap::kPi},
+                                       {"revolutions", JointWrap::kRevolutions}})
+            .value_or(JointWrap::kNone);
+    std::vector<RegisterValue> turns(values.size());
+    if (wrap == JointWrap::kRevolutions && !values.empty()) {
+      RegisterValue turn;
+      turn.table = values.front().table;
+      turn.type = RegisterType::kInt16;
+      turn.scale = table.Number("revolutions_scale", kScale).value_or(1);
+      if (turn.scale == 0) table.AddFault("revolutions_scale", "makes every reading the same");
+      turns = reader.AtAddresses(table, "revolutions", static_cast<int>(values.size()), turn);
+    }
+    for (std::size_t i = 0; i < values.size() && i < turns.size(); ++i) {
+      joints.push_back({values[i], wrap, turns[i]});
+    }
+  }
+  if (joints.size() > kMaxJoints) {
+    root.AddFault("joints", fmt::format("has {} joints; at most {} are possible", joints.size(),
+                                        kMaxJoints));
+  }
+}
+
+std::optional<PoseSignal> ReadPose(const TomlTable& table, const ProfileReader& reader) {
+  PoseSignal pose;
+  const auto position = table.RequiredTable("position");
+  const auto orientation = table.RequiredTable("orientation");
+  if (!position || !orientation) return std::nullopt;
+  if (const auto values = reader.Three(*position, kLengthUnits)) pose.position = *values;
+  if (const auto values = reader.Three(*orientation, kAngleUnits)) pose.orientation = *values;
+  pose.convention =
+      orientation
+          ->RequiredOneOf<ReportedOrientation>(
+              "convention", {{"rotation_vector", ReportedOrientation::kRotationVector},
+                             {"roll_pitch_yaw", ReportedOrientation::kRollPitchYaw},
+                             {"abc", ReportedOrientation::kAbc},
+                             {"zyz", ReportedOrientation::kZyz}})
+          .value_or(ReportedOrientation::kRotationVector);
+  return pose;
+}
+
+/// The modes that a controller may be in, by the key that names them.
+const std::initializer_list<Choice<RobotMode>> kModes = {
+    {"running", RobotMode::kRunning},
+    {"manual", RobotMode::kManual},
+    {"stopped", RobotMode::kStopped},
+    {"emergency_stop", RobotMode::kEmergencyStop},
+    {"not_ready", RobotMode::kNotReady}};
+
+void ReadMode(const TomlTable& table, const ProfileReader& reader, ModeSignal& mode) {
+  if (table.Has("address")) {
+    mode.value = reader.Value(table, {});
+    for (const Choice<RobotMode>& choice : kModes) {
+      const auto values = table.Integers(choice.word, -32768, kLastRegister);
+      for (const int value : values.value_or(std::vector<int>{})) {
+        mode.meanings.push_back({value, choice.value});
+      }
+    }
+  }
+  for (const TomlTable& entry : table.Tables("bit")) {
+    ModeSignal::Bit bit;
+    bit.table = ReadTable(entry).value_or(bit.table);
+    bit.address = entry.RequiredInteger("address", 0, kLastRegister).value_or(0);
+    bit.bit = entry.Integer("bit", 0, 15).value_or(0);
+    bit.when = entry.Bool("when").value_or(true);
+    bit.mode = entry.RequiredOneOf<RobotMode>("mode", kModes).value_or(RobotMode::kUnknown);
+    RegisterValue word;
+    word.table = bit.table;
+    word.address = bit.address;
+    if (entry.Has("address")) reader.CheckIsRead(entry, "address", word);
+    mode.bits.push_back(bit);
+  }
+}
+
+std::optional<PushProfile> ReadPush(const TomlTable& table) {
+  PushProfile push;
+  push.first = table.RequiredInteger("first", 0, kLastRegister).value_or(0);
+  push.slots = table.RequiredInteger("slots", 1, 64).value_or(1);
+  push.stride = table.RequiredInteger("stride", 1, kMaxRegistersOfWrite).value_or(1);
+  push.id_place = table.Integer("id_place", 0, kMaxRegistersOfWrite - 1);
+  push.pose_place = table.RequiredInteger("pose_place", 0, kMaxRegistersOfWrite - 1).value_or(0);
+  push.sequence_place =
+      table.RequiredInteger("sequence_place", 0, kMaxRegistersOfWrite - 1).value_or(0);
+  push.type = table
+                  .RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
+                                                        {"int32", RegisterType::kInt32},
+                                                        {"float32", RegisterType::kFloat32}})
+                  .value_or(push.type);
+  push.order = ReadOrder(table).value_or(push.order);
+  push.position_step_m =
+      table.RequiredNumber("position_step_mm", {1e-6, 1000, kMetrePerMm}).value_or(1e-4);
+  push.angle_step_rad =
+      table.RequiredNumber("angle_step_mrad", {1e-6, 1000, 1e-3}).value_or(1e-3);
+  push.orientation = table
+                         .RequiredOneOf<OrientationConvention>(
+                             "convention",
+                             {{"rotation_vector", OrientationConvention::kRotationVector},
+                              {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
+                              {"abc", OrientationConvention::kAbc}})
+                         .value_or(push.orientation);
+  if (!IsSound(push)) {
+    table.AddFault("", fmt::format("pose ({} registers), id and sequence do not lie beside each "
+                                   "other in a slot of {}, or the slots end beyond 65535",
+                                   6 * WordsOf(push.type), push.stride));
+  }
+  return push;
+}
+
+RobotProfile ReadProfile(const TomlTable& root) {
+  RobotProfile profile;
+  root.RequiredInteger("schema", 1, 1);
+  profile.name = root.RequiredString("name").value_or("");
+  profile.source = root.RequiredString("source").value_or("");
+  profile.port = root.Integer("port", 1, 65535).value_or(profile.port);
+  profile.unit_id = root.Integer("unit_id", 0, 255).value_or(profile.unit_id);
+  if (profile.unit_id > 247 && profile.unit_id < 255) {
+    root.AddFault("unit_id", "is not 0..247 or 255");
+  }
+  profile.blocks = ReadBlocks(root);
+  const ProfileReader reader(profile.blocks);
+  ReadJoints(root, reader, profile.joints);
+  if (const auto table = root.Table("tcp")) {
+    profile.tcp = ReadPose(*table, reader);
+    profile.tcp_is_flange =
+        table->OneOf<bool>("of", {{"tool", false}, {"flange", true}}).value_or(false);
+  }
+  if (const auto table = root.Table("tool_offset")) profile.tool_offset = ReadPose(*table, reader);
+  profile.payload_mass = reader.Value(root.Table("payload_mass"), kMassUnits);
+  if (const auto table = root.Table("payload_cog")) {
+    profile.payload_cog = reader.Three(*table, kLengthUnits);
+  }
+  if (const auto table = root.Table("temperature")) {
+    profile.temperatures = reader.Values(*table, -1, kTemperatureUnits);
+    profile.hottest_joint =
+        table->OneOf<bool>("combine", {{"mean", false}, {"max", true}}).value_or(false);
+  }
+  profile.tool_number = reader.Value(root.Table("tool_number"), {});
+  profile.sequence = reader.Value(root.Table("sequence"), {});
+  if (const auto table = root.Table("mode")) ReadMode(*table, reader, profile.mode);
+  if (const auto table = root.Table("push")) profile.push = ReadPush(*table);
+  return profile;
+}
+
+}  // namespace
+
+std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const std::string& file,
+                                                 FaultList& faults) {
+  FaultList own;
+  std::optional<RobotProfile> profile;
+  {
+    TomlDocument document(text, file, own);
+    if (document.parsed()) {
+      profile = ReadProfile(document.Root());
+      document.ReportUnknownKeys();
+    }
+  }
+  own.SortByLine();
+  for (const Fault& fault : own.All()) faults.Add(fault);
+  return own.HasFaults() ? std::nullopt : profile;
+}
+
+std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
+  const Result<std::string> text = ReadTextFile(path);
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, path, 0, "", text.error()});
+    return std::nullopt;
+  }
+  return RobotProfileFromText(*text, path, faults);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,159 @@
+#include "app/config/tool_reader.h"
+
+#include <fmt/format.h>
+
+namespace plumbline {
+namespace {
+
+constexpr NumberRange kDimension{0.01, 10000, kMetrePerMm};
+constexpr NumberRange kLength{1, 20000, kMetrePerMm};
+constexpr NumberRange kArea{0.01, 1e8, 1e-6};
+constexpr NumberRange kMoment{1e-4, 1e16, 1e-12};
+constexpr NumberRange kPosition{-20000, 20000, kMetrePerMm};
+constexpr NumberRange kYoungsModulus{0.001, 2000, 1e9};
+constexpr NumberRange kPoissonRatio{0, 0.5};
+constexpr NumberRange kDensity{0, 25000};
+constexpr NumberRange kMountMass{0, 5000};
+
+enum class SectionKind { kRectangle, kSquareTube, kTube, kRod, kIBeam };
+
+/// E, nu and density: by name, each value replaceable by a key of its own.
+std::optional<Material> MaterialFromToml(const TomlTable& table) {
+  std::optional<Material> named;
+  if (const auto name = table.String("material")) {
+    named = MaterialByName(*name);
+    if (!named) {
+      table.AddFault("material",
+                     "is not a material known by name; give youngs_modulus_GPa, poisson_ratio and "
+                     "density_kg_m3 instead");
+    }
+  }
+  // A faulty `material` has its own fault: its values are not missing as well.
+  const bool required = !table.Has("material");
+  auto number = [&](std::string_view key, NumberRange range, double Material::*field) {
+    const auto value = required ? table.RequiredNumber(key, range) : table.Number(key, range);
+    if (value) return value;
+    if (named && !table.Has(key)) return std::optional<double>((*named).*field);
+    return std::optional<double>();
+  };
+  const auto youngs_modulus_Pa =
+      number("youngs_modulus_GPa", kYoungsModulus, &Material::youngs_modulus_Pa);
+  const auto poisson_ratio = number("poisson_ratio", kPoissonRatio, &Material::poisson_ratio);
+  const auto density_kg_m3 = number("density_kg_m3", kDensity, &Material::density_kg_m3);
+  if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
+  return Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
+                  .poisson_ratio = *poisson_ratio,
+                  .density_kg_m3 = *density_kg_m3};
+}
+
+/// Adds a fault at `key` unless the walls leave a hollow; dimensions in metres.
+bool WallFits(const TomlTable& table, std::string_view key, double walls_m, double outer_m) {
+  if (walls_m < outer_m) return true;
+  table.AddFault(key, fmt::format("is too thick: {} mm of wall in {} mm", walls_m / kMetrePerMm,
+                                  outer_m / kMetrePerMm));
+  return false;
+}
+
+std::optional<Section> HollowSection(const TomlTable& table, SectionKind kind,
+                                     double poisson_ratio) {
+  const bool square = kind == SectionKind::kSquareTube;
+  const auto outer_m = table.RequiredNumber(square ? "side_mm" : "outer_diameter_mm", kDimension);
+  const auto wall_m = table.RequiredNumber("wall_mm", kDimension);
+  if (!outer_m || !wall_m || !WallFits(table, "wall_mm", 2 * *wall_m, *outer_m)) return {};
+  return square ? SquareTubeSection(*outer_m, *wall_m)
+                : TubeSection(*outer_m, *wall_m, poisson_ratio);
+}
+
+std::optional<Section> IBeam(const TomlTable& table) {
+  const auto height_m = table.RequiredNumber("height_mm", kDimension);
+  const auto width_m = table.RequiredNumber("width_mm", kDimension);
+  const auto web_m = table.RequiredNumber("web_mm", kDimension);
+  const auto flange_m = table.RequiredNumber("flange_mm", kDimension);
+  const bool web_fits = !web_m || !width_m || WallFits(table, "web_mm", *web_m, *width_m);
+  const bool flanges_fit =
+      !flange_m || !height_m || WallFits(table, "flange_mm", 2 * *flange_m, *height_m);
+  if (!height_m || !width_m || !web_m || !flange_m || !web_fits || !flanges_fit) return {};
+  return IBeamSection(*height_m, *width_m, *web_m, *flange_m);
+}
+
+std::optional<Section> SectionFromToml(const TomlTable& table, double poisson_ratio) {
+  if (!table.Has("section") && table.Has("area_mm2")) {
+    const auto area_m2 = table.RequiredNumber("area_mm2", kArea);
+    const auto ix_m4 = table.RequiredNumber("ix_mm4", kMoment);
+    const auto iy_m4 = table.RequiredNumber("iy_mm4", kMoment);
+    if (!area_m2 || !ix_m4 || !iy_m4) return {};
+    return SectionFromMoments(*area_m2, *ix_m4, *iy_m4);
+  }
+  if (!table.Has("section")) {
+    table.AddMissing("section", "the name of a section, or area_mm2, ix_mm4 and iy_mm4");
+    return {};
+  }
+  const auto kind = table.OneOf<SectionKind>("section", {{"rectangle", SectionKind::kRectangle},
+                                                         {"square_tube", SectionKind::kSquareTube},
+                                                         {"tube", SectionKind::kTube},
+                                                         {"rod", SectionKind::kRod},
+                                                         {"i_beam", SectionKind::kIBeam}});
+  if (!kind) {
+    table.Ignore({"b_mm", "h_mm", "side_mm", "outer_diameter_mm", "diameter_mm", "wall_mm",
+                  "height_mm", "width_mm", "web_mm", "flange_mm"});
+    return {};
+  }
+  switch (*kind) {
+    case SectionKind::kSquareTube:
+    case SectionKind::kTube:
+      return HollowSection(table, *kind, poisson_ratio);
+    case SectionKind::kIBeam:
+      return IBeam(table);
+    case SectionKind::kRod: {
+      const auto diameter_m = table.RequiredNumber("diameter_mm", kDimension);
+      if (!diameter_m) return {};
+      return RodSection(*diameter_m, poisson_ratio);
+    }
+    case SectionKind::kRectangle: {
+      const auto b_m = table.RequiredNumber("b_mm", kDimension);
+      const auto h_m = table.RequiredNumber("h_mm", kDimension);
+      if (!b_m || !h_m) return {};
+      return RectangleSection(*b_m, *h_m);
+    }
+  }
+  return {};
+}
+
+void AddSegment(const TomlTable& table, Tool& tool) {
+  const auto length_m = table.RequiredNumber("length_mm", kLength);
+  const auto material = MaterialFromToml(table);
+  const auto section = SectionFromToml(table, material.value_or(Material{}).poisson_ratio);
+  if (length_m && material && section) tool.segments.push_back({*length_m, *section, *material});
+}
+
+}  // namespace
+
+Tool ToolFromToml(const TomlTable& table) {
+  enum class Model { kEulerBernoulli, kTimoshenko, kRigid };
+  Tool tool;
+  const auto model =
+      table.RequiredOneOf<Model>("model", {{"euler_bernoulli", Model::kEulerBernoulli},
+                                           {"timoshenko", Model::kTimoshenko},
+                                           {"rigid", Model::kRigid}});
+  tool.rigid = model == Model::kRigid;
+  if (tool.rigid) {
+    tool.tcp_F = table.RequiredVector3("tcp_mm", kPosition).value_or(Vec3::Zero());
+    return tool;
+  }
+  table.OneOf<char>("axis", {{"z", 'z'}});
+  if (model == Model::kTimoshenko) tool.theory = BeamTheory::kTimoshenko;
+  tool.mount_mass_kg = table.Number("mount_mass_kg", kMountMass).value_or(0);
+
+  if (!table.Has("segment")) {
+    AddSegment(table, tool);
+  } else {
+    for (const TomlTable& segment : table.Tables("segment")) AddSegment(segment, tool);
+    for (const char* key : {"length_mm", "section", "area_mm2", "material"}) {
+      if (table.Has(key)) table.AddFault(key, "is given beside [[tool.segment]]: give either");
+    }
+  }
+  tool.tcp_F = Vec3(0, 0, tool.Length());
+  return tool;
+}
+
+}  // namespace plumbline

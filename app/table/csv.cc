@@ -1,0 +1,330 @@
+#include "app/table/csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kLargestNumber = 1e12;        // beyond it nothing is a measurement
+constexpr double kQuaternionTolerance = 0.01;  // of its length; rounding in a file is far less
+
+enum class Quantity {
+  kSession,
+  kTime,
+  kQ,
+  kQd,
+  kQdd,
+  kTau,
+  kPayload,
+  kTemperature,
+  kPosition,
+  kRange,
+  kOrientation,
+  kUnknown,
+};
+
+/// A column by its name: what it means, which component it is, and the factor to SI.
+struct Column {
+  std::string name;
+  Quantity quantity = Quantity::kUnknown;
+  int index = 0;
+  double to_si = 1;
+};
+
+std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
+  std::vector<Column> columns = {{"session", Quantity::kSession},
+                                 {"t_s", Quantity::kTime},
+                                 {"payload_kg", Quantity::kPayload},
+                                 {"temp_C", Quantity::kTemperature},
+                                 {"x_mm", Quantity::kPosition, 0, kMetrePerMm},
+                                 {"y_mm", Quantity::kPosition, 1, kMetrePerMm},
+                                 {"z_mm", Quantity::kPosition, 2, kMetrePerMm},
+                                 {"range_mm", Quantity::kRange, 0, kMetrePerMm},
+                                 {"qw", Quantity::kOrientation, 0},
+                                 {"qx", Quantity::kOrientation, 1},
+                                 {"qy", Quantity::kOrientation, 2},
+                                 {"qz", Quantity::kOrientation, 3}};
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    const char* unit = prismatic ? "mm" : "deg";
+    const double to_si = prismatic ? kMetrePerMm : kRadPerDeg;
+    const int index = static_cast<int>(i);
+    columns.push_back({fmt::format("q{}_{}", i + 1, unit), Quantity::kQ, index, to_si});
+    columns.push_back({fmt::format("qd{}_{}_s", i + 1, unit), Quantity::kQd, index, to_si});
+    columns.push_back({fmt::format("qdd{}_{}_s2", i + 1, unit), Quantity::kQdd, index, to_si});
+    columns.push_back(
+        {fmt::format("tau{}_{}", i + 1, prismatic ? "N" : "Nm"), Quantity::kTau, index});
+  }
+  return columns;
+}
+
+/// `q7_deg`, `qd7_deg_s`, `tau7_Nm`: the column of some joint.
+bool LooksLikeJointColumn(std::string_view name) {
+  for (const std::string_view prefix : {"qdd", "qd", "q", "tau"}) {
+    if (name.substr(0, prefix.size()) != prefix) continue;
+    const std::string_view rest = name.substr(prefix.size());
+    if (!rest.empty() && rest[0] >= '0' && rest[0] <= '9') return true;
+  }
+  return false;
+}
+
+std::string_view Trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// A field as a message repeats it: short and printable.
+std::string Shown(std::string_view field) {
+  std::string shown(field.substr(0, 40));
+  for (char& c : shown) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
+  }
+  return fmt::format("\"{}{}\"", shown, field.size() > 40 ? "..." : "");
+}
+
+/// Takes the text before `separator` off the front of `rest`.
+std::string_view TakeUntil(char separator, std::string_view& rest) {
+  const auto end = rest.find(separator);
+  const std::string_view taken = rest.substr(0, end);
+  rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+  return taken;
+}
+
+void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  const auto count = std::count(line.begin(), line.end(), ',') + 1;
+  for (std::ptrdiff_t i = 0; i < count; ++i) fields.push_back(Trimmed(TakeUntil(',', line)));
+}
+
+/// Reads one table: the header fixes the columns, then each line gives a row or a warning.
+class TableReader {
+ public:
+  TableReader(std::string file, const std::vector<Joint>& joints, FaultList& faults)
+      : joint_count_(static_cast<int>(joints.size())),
+        known_(KnownColumns(joints)),
+        faults_(faults) {
+    table_.file = std::move(file);
+  }
+
+  bool ReadHeader(std::string_view line);
+  void ReadRow(std::string_view line, int line_number);
+  MeasuredTable Take() { return std::move(table_); }
+
+ private:
+  void AddHeaderFault(std::string_view column, std::string what);
+  void AddColumn(std::string_view name);
+  bool Recorded(Quantity quantity, bool required);
+  std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
+  void Skip(int line, std::string_view column, const std::string& reason);
+
+  int joint_count_;
+  std::vector<Column> known_;
+  FaultList& faults_;
+  std::vector<Column> columns_;
+  std::vector<std::string_view> fields_;
+  bool header_faulty_ = false;
+  MeasuredTable table_;
+};
+
+void TableReader::AddHeaderFault(std::string_view column, std::string what) {
+  header_faulty_ = true;
+  faults_.Add({Fault::Severity::kFault, table_.file, 1, std::string(column), std::move(what)});
+}
+
+void TableReader::AddColumn(std::string_view name) {
+  const auto named = [name](const Column& column) { return column.name == name; };
+  if (std::any_of(columns_.begin(), columns_.end(), named) && !name.empty()) {
+    AddHeaderFault(name, "stands twice");
+  }
+  const auto known = std::find_if(known_.begin(), known_.end(), named);
+  if (known != known_.end()) {
+    columns_.push_back(*known);
+    return;
+  }
+  columns_.push_back({std::string(name), Quantity::kUnknown});
+  if (LooksLikeJointColumn(name)) {
+    AddHeaderFault(name,
+                   fmt::format("does not fit the cell: it has {} joints, revolute ones in deg "
+                               "and Nm, prismatic ones in mm and N",
+                               joint_count_));
+  } else {
+    faults_.Add({Fault::Severity::kWarning, table_.file, 1, std::string(name),
+                 name.empty() ? "a column without name is not used" : "unknown column, not used"});
+  }
+}
+
+/// True where all columns of a quantity are there. Some but not all of them, or none of a
+/// required one, is a fault.
+bool TableReader::Recorded(Quantity quantity, bool required) {
+  std::vector<std::string> missing;
+  bool any = false;
+  for (const Column& column : known_) {
+    if (column.quantity != quantity) continue;
+    const bool there = std::any_of(columns_.begin(), columns_.end(),
+                                   [&column](const Column& c) { return c.name == column.name; });
+    any = any || there;
+    if (!there) missing.push_back(column.name);
+  }
+  if (any || required) {
+    for (const std::string& name : missing) AddHeaderFault(name, "missing column");
+  }
+  return any && missing.empty();
+}
+
+bool TableReader::ReadHeader(std::string_view line) {
+  if (Trimmed(line).empty()) {
+    AddHeaderFault("", "has no header row");
+    return false;
+  }
+  if (line.find(',') == std::string_view::npos && line.find(';') != std::string_view::npos) {
+    AddHeaderFault("", "is separated by ';': separate columns by ',' with decimal points");
+    return false;
+  }
+  SplitFields(line, fields_);
+  for (const std::string_view name : fields_) AddColumn(name);
+  table_.recorded = {.session = Recorded(Quantity::kSession, false),
+                     .time = Recorded(Quantity::kTime, false),
+                     .qd = Recorded(Quantity::kQd, false),
+                     .qdd = Recorded(Quantity::kQdd, false),
+                     .tau = Recorded(Quantity::kTau, false),
+                     .payload = Recorded(Quantity::kPayload, false),
+                     .temperature = Recorded(Quantity::kTemperature, false),
+                     .position = Recorded(Quantity::kPosition, false),
+                     .range = Recorded(Quantity::kRange, false),
+                     .orientation = Recorded(Quantity::kOrientation, false)};
+  Recorded(Quantity::kQ, true);
+  return !header_faulty_;
+}
+
+/// Puts a field into its place of the row; answers why it cannot, or an empty text.
+std::string TableReader::Store(const Column& column, std::string_view field,
+                               MeasuredRow& row) const {
+  if (column.quantity == Quantity::kUnknown) return {};
+  if (field.empty()) return "is empty";
+  if (column.quantity == Quantity::kSession) {
+    row.session = std::string(field);
+    return {};
+  }
+  double number = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  if (error == std::errc::result_out_of_range) return Shown(field) + " is out of range";
+  if (error != std::errc() || end != field.data() + field.size()) {
+    return Shown(field) + " is not a number";
+  }
+  if (!std::isfinite(number)) return Shown(field) + " is not a finite number";
+  if (std::abs(number) > kLargestNumber) return Shown(field) + " is out of range";
+  const double value = number * column.to_si;
+  switch (column.quantity) {
+    case Quantity::kTime:
+      row.t_s = value;
+      break;
+    case Quantity::kQ:
+      row.q[column.index] = value;
+      break;
+    case Quantity::kQd:
+      row.qd[column.index] = value;
+      break;
+    case Quantity::kQdd:
+      row.qdd[column.index] = value;
+      break;
+    case Quantity::kTau:
+      row.tau[column.index] = value;
+      break;
+    case Quantity::kPayload:
+      row.payload_kg = value;
+      break;
+    case Quantity::kTemperature:
+      row.temp_C = value;
+      break;
+    case Quantity::kPosition:
+      row.p_WT[column.index] = value;
+      break;
+    case Quantity::kRange:
+      if (value < 0) return Shown(field) + " is negative";
+      row.range_m = value;
+      break;
+    case Quantity::kOrientation:
+      // Eigen stores (x, y, z, w); the columns are (w, x, y, z).
+      row.q_WT.coeffs()[(column.index + 3) % 4] = value;
+      break;
+    case Quantity::kSession:
+    case Quantity::kUnknown:
+      break;
+  }
+  return {};
+}
+
+void TableReader::Skip(int line, std::string_view column, const std::string& reason) {
+  table_.unreadable_lines.push_back(line);
+  faults_.Add({Fault::Severity::kWarning, table_.file, line, std::string(column),
+               reason + "; row not used"});
+}
+
+void TableReader::ReadRow(std::string_view line, int line_number) {
+  if (Trimmed(line).empty()) {
+    Skip(line_number, "", "the line is empty");
+    return;
+  }
+  SplitFields(line, fields_);
+  if (fields_.size() != columns_.size()) {
+    Skip(line_number, "",
+         fmt::format("has {} fields, the header {}", fields_.size(), columns_.size()));
+    return;
+  }
+  MeasuredRow row;
+  row.line = line_number;
+  row.q.setZero(joint_count_);
+  if (table_.recorded.qd) row.qd.setZero(joint_count_);
+  if (table_.recorded.qdd) row.qdd.setZero(joint_count_);
+  if (table_.recorded.tau) row.tau.setZero(joint_count_);
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const std::string reason = Store(columns_[i], fields_[i], row);
+    if (!reason.empty()) {
+      Skip(line_number, columns_[i].name, reason);
+      return;
+    }
+  }
+  if (table_.recorded.orientation) {
+    const double length = row.q_WT.norm();
+    if (std::abs(length - 1) > kQuaternionTolerance) {
+      Skip(line_number, "qw", fmt::format("the quaternion has length {:.4g}, not 1", length));
+      return;
+    }
+    row.q_WT.normalize();
+  }
+  table_.rows.push_back(std::move(row));
+}
+
+}  // namespace
+
+std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
+                                          const std::vector<Joint>& joints, FaultList& faults) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    text.remove_prefix(kByteOrderMark.size());
+  }
+  TableReader reader(file, joints, faults);
+  if (!reader.ReadHeader(TakeUntil('\n', text))) return std::nullopt;
+  for (int line = 2; !text.empty(); ++line) reader.ReadRow(TakeUntil('\n', text), line);
+  return reader.Take();
+}
+
+std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
+                                       FaultList& faults) {
+  const Result<std::string> text = ReadTextFile(path);
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    return std::nullopt;
+  }
+  return TableFromCsv(*text, path, joints, faults);
+}
+
+}  // namespace plumbline

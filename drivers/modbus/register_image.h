@@ -1,0 +1,75 @@
+// What a Modbus client sees: an image that it reads, and a small area that it may write.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace plumbline::modbus {
+
+/// The addresses that may be read, gaps excluded; built once and shared by all images.
+class AddressRanges {
+ public:
+  struct Range {
+    std::uint16_t first = 0, last = 0;  ///< both included, first <= last
+  };
+
+  /// Sorts the ranges and joins those that touch.
+  explicit AddressRanges(std::vector<Range> ranges) {
+    std::sort(ranges.begin(), ranges.end(),
+              [](const Range& a, const Range& b) { return a.first < b.first; });
+    for (const Range& range : ranges) {
+      if (!ranges_.empty() && range.first <= ranges_.back().last + 1) {
+        ranges_.back().last = std::max(ranges_.back().last, range.last);
+      } else {
+        ranges_.push_back(range);
+      }
+    }
+  }
+
+  /// Whether `count` addresses from `first` are all there, without a gap.
+  bool Contains(std::uint16_t first, int count) const {
+    const auto after =
+        std::upper_bound(ranges_.begin(), ranges_.end(), first,
+                         [](std::uint16_t address, const Range& r) { return address < r.first; });
+    return after != ranges_.begin() && first + count - 1 <= std::prev(after)->last;
+  }
+
+  /// The highest readable address; -1 where there is none.
+  int last() const { return ranges_.empty() ? -1 : ranges_.back().last; }
+
+ private:
+  std::vector<Range> ranges_;
+};
+
+/// One snapshot. FC03 and FC04 read the registers, FC01 and FC02 the bits.
+struct RegisterImage {
+  std::shared_ptr<const AddressRanges> readable;  ///< of the registers
+  std::vector<std::uint16_t> registers;           ///< by address, gaps included
+  std::vector<std::uint8_t> bits;                 ///< by address, 0 or 1
+};
+
+/// Consecutive addresses that clients may write.
+template <typename T>
+struct WritableWindow {
+  std::uint16_t first = 0;
+  std::vector<T> values;
+
+  bool Contains(std::uint16_t address, int count) const {
+    return address >= first && address - first + count <= static_cast<int>(values.size());
+  }
+  T* At(std::uint16_t address) { return values.data() + (address - first); }
+  const T* At(std::uint16_t address) const { return values.data() + (address - first); }
+};
+
+/// What clients have written. Its addresses are read from here, all others from the image; no
+/// request may straddle the border.
+struct CommandArea {
+  WritableWindow<std::uint16_t> registers;
+  WritableWindow<std::uint8_t> coils;  ///< 0 or 1
+  bool busy = false;                   ///< writes are refused with exception 06
+};
+
+}  // namespace plumbline::modbus

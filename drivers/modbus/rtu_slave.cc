@@ -1,0 +1,214 @@
+#include "drivers/modbus/rtu_slave.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <ctime>
+#include <system_error>
+
+namespace plumbline::modbus {
+namespace {
+
+constexpr double kFirstBackOff_s = 0.1, kLastBackOff_s = 5;
+constexpr int kWritePatience_ms = 500;
+
+struct BaudRate {
+  int baud;
+  speed_t code;
+};
+constexpr BaudRate kBaudRates[] = {{1200, B1200},   {2400, B2400},    {4800, B4800},
+                                   {9600, B9600},   {19200, B19200},  {38400, B38400},
+                                   {57600, B57600}, {115200, B115200}};
+
+const BaudRate* FindBaudRate(int baud) {
+  const auto* found = std::find_if(std::begin(kBaudRates), std::end(kBaudRates),
+                                   [baud](const BaudRate& rate) { return rate.baud == baud; });
+  return found == std::end(kBaudRates) ? nullptr : found;
+}
+
+std::string ErrnoText() {
+  return std::generic_category().message(errno);
+}
+
+/// Raw, 8 bits, no flow control, modem lines ignored.
+bool ConfigureLine(int fd, const RtuSlaveOptions& options) {
+  termios line{};
+  if (::tcgetattr(fd, &line) != 0) return false;
+  ::cfmakeraw(&line);
+  line.c_cflag |= CLOCAL | CREAD;
+  line.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB | PARODD);
+  if (options.stop_bits == 2) line.c_cflag |= CSTOPB;
+  if (options.parity != 'N') line.c_cflag |= PARENB;
+  if (options.parity == 'O') line.c_cflag |= PARODD;
+  if (options.parity != 'N') line.c_iflag |= INPCK;  // a byte of wrong parity becomes 0: CRC fails
+  ::cfsetspeed(&line, FindBaudRate(options.baud)->code);
+  return ::tcsetattr(fd, TCSANOW, &line) == 0 && ::tcflush(fd, TCIOFLUSH) == 0;
+}
+
+/// poll() with seconds; negative: without limit. @return whether anything happened
+bool Poll(pollfd* fds, nfds_t count, double time_s) {
+  const double whole_s = std::floor(time_s);
+  const timespec limit{.tv_sec = static_cast<time_t>(whole_s),
+                       .tv_nsec = static_cast<long>((time_s - whole_s) * 1e9)};
+  return ::ppoll(fds, count, time_s < 0 ? nullptr : &limit, nullptr) > 0;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RtuSlave>> RtuSlave::Start(const RtuSlaveOptions& options,
+                                                  RequestHandler& handler) {
+  if (FindBaudRate(options.baud) == nullptr) {
+    return Error{"baud " + std::to_string(options.baud) +
+                 " is not one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200"};
+  }
+  if (options.parity != 'N' && options.parity != 'E' && options.parity != 'O') {
+    return Error{std::string("parity \"") + options.parity + "\" is not one of N, E, O"};
+  }
+  if (options.stop_bits != 1 && options.stop_bits != 2) {
+    return Error{"stop bits " + std::to_string(options.stop_bits) + " is not 1 or 2"};
+  }
+  if (options.unit_id < 1 || options.unit_id > 247) {
+    return Error{"unit id " + std::to_string(options.unit_id) + " is outside 1..247"};
+  }
+  std::unique_ptr<RtuSlave> slave(new RtuSlave(options, handler));
+  if (slave->stop_fd_ < 0) return Error{"cannot start the RTU slave: " + ErrnoText()};
+  slave->thread_ = std::thread([raw = slave.get()] { raw->Run(); });
+  return slave;
+}
+
+RtuSlave::RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler)
+    : options_(options),
+      silence_s_(RtuSilence_s(options.baud)),
+      handler_(handler),
+      receiver_(options.unit_id),
+      stop_fd_(::eventfd(0, EFD_CLOEXEC)) {}
+
+RtuSlave::~RtuSlave() {
+  if (thread_.joinable()) {
+    ::eventfd_write(stop_fd_, 1);
+    thread_.join();
+  }
+  if (fd_ >= 0) ::close(fd_);
+  if (stop_fd_ >= 0) ::close(stop_fd_);
+}
+
+RtuSlaveCounters RtuSlave::counters() const {
+  return {.requests = counters_.requests,
+          .broadcasts = counters_.broadcasts,
+          .discarded = counters_.discarded,
+          .openings = counters_.openings};
+}
+
+void RtuSlave::Run() {
+  sigset_t all;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals belong to the main thread
+  double back_off_s = kFirstBackOff_s;
+  for (;;) {
+    if (OpenDevice()) {
+      const std::uint64_t before = counters_.requests;
+      ServeUntilLost();
+      if (counters_.requests != before) back_off_s = kFirstBackOff_s;
+    }
+    if (!SleepUnlessStopped(back_off_s)) return;
+    back_off_s = std::min(2 * back_off_s, kLastBackOff_s);
+  }
+}
+
+bool RtuSlave::OpenDevice() {
+  fd_ = ::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0 || !ConfigureLine(fd_, options_)) {
+    Lost(options_.device + ": " + ErrnoText());
+    return false;
+  }
+  receiver_.Clear();
+  ++counters_.openings;
+  if (told_lost_ && options_.on_change) options_.on_change("");
+  told_lost_ = false;
+  return true;
+}
+
+/// @return false when the slave is to stop
+bool RtuSlave::SleepUnlessStopped(double time_s) const {
+  pollfd stop{.fd = stop_fd_, .events = POLLIN, .revents = 0};
+  return !Poll(&stop, 1, time_s);
+}
+
+void RtuSlave::ServeUntilLost() {
+  double wait_s = -1;
+  for (;;) {
+    std::array<pollfd, 2> fds{pollfd{.fd = fd_, .events = POLLIN, .revents = 0},
+                              pollfd{.fd = stop_fd_, .events = POLLIN, .revents = 0}};
+    const bool any = Poll(fds.data(), fds.size(), wait_s);
+    if (fds[1].revents != 0) return;
+    if (any && fds[0].revents != 0) {
+      if (!ReadBytes()) return;
+      wait_s = silence_s_;
+    } else if (wait_s == silence_s_) {
+      HandleFrames();
+      wait_s = receiver_.pending() ? std::max(options_.patience_s, silence_s_ * 1.01) : -1;
+    } else if (receiver_.pending()) {
+      ++counters_.discarded;
+      receiver_.Clear();
+      wait_s = -1;
+    }
+  }
+}
+
+/// @return false when the line is lost
+bool RtuSlave::ReadBytes() {
+  std::array<std::uint8_t, kMaxRtuFrameBytes> bytes;
+  const ssize_t size = ::read(fd_, bytes.data(), bytes.size());
+  if (size > 0) {
+    receiver_.Push({bytes.data(), static_cast<std::size_t>(size)});
+    return true;
+  }
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+  Lost(options_.device + ": " + (size == 0 ? "hung up" : ErrnoText()));
+  return false;
+}
+
+void RtuSlave::HandleFrames() {
+  std::array<std::uint8_t, kMaxPduBytes> response;
+  while (const auto frame = receiver_.Next()) {
+    ++counters_.requests;
+    const std::size_t size = handler_.Handle(frame->pdu, response);
+    if (frame->address == kBroadcastAddress) {
+      ++counters_.broadcasts;
+    } else if (frame->newest && size > 0) {
+      std::array<std::uint8_t, kMaxRtuFrameBytes> reply;
+      WriteReply({reply.data(), WriteRtuFrame(frame->address, {response.data(), size}, reply)});
+    }
+  }
+}
+
+/// A line that takes nothing for half a second loses the answer; the next read tells if it is gone.
+void RtuSlave::WriteReply(std::span<const std::uint8_t> reply) const {
+  while (!reply.empty()) {
+    const ssize_t written = ::write(fd_, reply.data(), reply.size());
+    if (written > 0) {
+      reply = reply.subspan(static_cast<std::size_t>(written));
+      continue;
+    }
+    pollfd line{.fd = fd_, .events = POLLOUT, .revents = 0};
+    if (written < 0 && errno != EAGAIN && errno != EINTR) return;
+    if (::poll(&line, 1, kWritePatience_ms) <= 0) return;
+  }
+}
+
+void RtuSlave::Lost(const std::string& reason) {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+  if (!told_lost_ && options_.on_change) options_.on_change(reason);
+  told_lost_ = true;
+}
+
+}  // namespace plumbline::modbus

@@ -1,0 +1,396 @@
+#include "drivers/modbus/tcp_server.h"
+
+#include <fcntl.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "drivers/modbus/pdu.h"
+
+namespace plumbline::modbus {
+namespace {
+
+constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, for answers to leave
+constexpr std::int64_t kListenPause_ns = 100'000'000;
+constexpr int kAcceptsPerRound = 8;
+constexpr std::uint32_t kListenerTag = 0xFFFFFFFF, kWakeTag = 0xFFFFFFFE;
+
+constexpr std::size_t kInputBytes = kMaxTcpFrameBytes;
+// Every frame of one full input buffer finds room for the longest answer.
+constexpr std::size_t kOutputBytes = kInputBytes / kMinTcpFrameBytes * kMaxTcpFrameBytes;
+
+std::int64_t Now_ns() {
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Only the server's thread writes, so no locked instruction is needed.
+void Add(std::atomic<std::uint64_t>& counter, std::uint64_t amount) {
+  counter.store(counter.load(std::memory_order_relaxed) + amount, std::memory_order_relaxed);
+}
+
+std::string ErrnoText() {
+  return std::generic_category().message(errno);
+}
+
+}  // namespace
+
+struct TcpServer::Client {
+  int fd = -1;
+  IpAddress address{};
+  bool asked = false;                ///< has made a request
+  bool sending = false;              ///< answers wait; nothing is received meanwhile
+  std::int64_t last_request_ns = 0;  ///< or when it connected
+  std::int64_t deadline_ns = 0;      ///< of the incomplete frame or of the sending; 0: none
+  std::size_t in_size = 0, out_begin = 0, out_end = 0;
+  std::array<std::uint8_t, kInputBytes> in;
+  std::array<std::uint8_t, kOutputBytes> out;
+};
+
+Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& options,
+                                                    RequestHandler& handler) {
+  std::vector<IpAddress> allow;
+  for (const std::string& text : options.allow) {
+    const Result<IpAddress> address = ParseIpAddress(text);
+    if (!address) return Error{"allow list: " + address.error()};
+    if (std::find(allow.begin(), allow.end(), *address) == allow.end()) allow.push_back(*address);
+  }
+  if (options.max_clients < 1) return Error{"max_clients is below 1"};
+  const Result<int> listen_fd = options.listen_fd >= 0 ? Result<int>(options.listen_fd)
+                                                       : ListenOn(options.address, options.port);
+  if (!listen_fd) return Error{listen_fd.error()};
+  std::unique_ptr<TcpServer> server(new TcpServer(options, std::move(allow), *listen_fd, handler));
+  if (server->epoll_fd_ < 0 || server->wake_fd_ < 0 || server->spare_fd_ < 0) {
+    return Error{"cannot start the Modbus server: " + ErrnoText()};
+  }
+  server->thread_ = std::thread([raw = server.get()] { raw->Run(); });
+  return server;
+}
+
+TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
+                     RequestHandler& handler)
+    : handler_(handler),
+      unit_id_(options.unit_id),
+      allow_(std::move(allow)),
+      on_event_(options.on_event),
+      clients_(std::max(static_cast<std::size_t>(options.max_clients), allow_.size())),
+      listen_fd_(listen_fd),
+      epoll_fd_(::epoll_create1(EPOLL_CLOEXEC)),
+      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      spare_fd_(::open("/dev/null", O_RDONLY | O_CLOEXEC)) {
+  ::fcntl(listen_fd_, F_SETFL, ::fcntl(listen_fd_, F_GETFL) | O_NONBLOCK);
+  port_ = BoundPort(listen_fd_);
+  epoll_event event{.events = EPOLLIN, .data = {.u32 = kListenerTag}};
+  ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, listen_fd_, &event);
+  event.data.u32 = kWakeTag;
+  ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, wake_fd_, &event);
+}
+
+TcpServer::~TcpServer() {
+  if (thread_.joinable()) {
+    ::eventfd_write(wake_fd_, 1);
+    thread_.join();
+  }
+  for (Client& client : clients_) Close(client);
+  for (const int fd : {listen_fd_, epoll_fd_, wake_fd_, spare_fd_}) {
+    if (fd >= 0) ::close(fd);
+  }
+}
+
+TcpServerCounters TcpServer::counters() const {
+  const auto get = [](const auto& counter) { return counter.load(std::memory_order_relaxed); };
+  return {.clients = get(counters_.clients),
+          .accepted = get(counters_.accepted),
+          .refused = get(counters_.refused),
+          .evicted = get(counters_.evicted),
+          .timeouts = get(counters_.timeouts),
+          .not_reading = get(counters_.not_reading),
+          .requests = get(counters_.requests)};
+}
+
+void TcpServer::Run() {
+  sigset_t all;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals belong to the main thread
+  std::array<epoll_event, 64> events;
+  for (;;) {
+    const int count =
+        ::epoll_wait(epoll_fd_, events.data(), static_cast<int>(events.size()), WaitTime_ms());
+    now_ns_ = Now_ns();
+    bool newcomers = false;
+    for (int i = 0; i < count; ++i) {
+      const epoll_event& event = events[static_cast<std::size_t>(i)];
+      if (event.data.u32 == kWakeTag) return;
+      if (event.data.u32 == kListenerTag) {
+        newcomers = true;
+      } else {
+        Serve(clients_[event.data.u32], event.events);
+      }
+    }
+    // Last, so that no event of this round meets a slot that has changed hands.
+    if (newcomers) AcceptNewcomers();
+    if (earliest_ns_ != 0 && now_ns_ >= earliest_ns_) CloseOverdue();
+  }
+}
+
+int TcpServer::Accept(IpAddress& peer) const {
+  sockaddr_storage from{};
+  socklen_t size = sizeof from;
+  const int fd = ::accept4(listen_fd_, reinterpret_cast<sockaddr*>(&from), &size,
+                           SOCK_NONBLOCK | SOCK_CLOEXEC);
+  peer = IpAddressFromSocket(from);
+  return fd;
+}
+
+void TcpServer::AcceptNewcomers() {
+  for (int i = 0; i < kAcceptsPerRound; ++i) {
+    IpAddress peer;
+    const int fd = Accept(peer);
+    if (fd >= 0) {
+      if (Admit(fd, peer)) continue;
+      Add(counters_.refused, 1);
+      ::close(fd);
+    } else if (errno == EMFILE || errno == ENFILE) {
+      RefuseForLackOfDescriptors();
+      return;
+    } else if (errno == ENOBUFS || errno == ENOMEM) {
+      WatchListener(false);
+      return;
+    } else if (errno == EAGAIN) {
+      return;
+    }
+  }
+}
+
+bool TcpServer::Admit(int fd, const IpAddress& address) {
+  if (!allow_.empty() && std::find(allow_.begin(), allow_.end(), address) == allow_.end()) {
+    Tell(TcpServerEvent::Kind::kStranger, address);
+    return false;
+  }
+  Client* client = FindSlot(address);
+  if (client == nullptr) {
+    Tell(TcpServerEvent::Kind::kNoRoom, address);
+    return false;
+  }
+  ConfigureClientSocket(fd);
+  client->fd = fd;
+  client->address = address;
+  client->asked = client->sending = false;
+  client->last_request_ns = now_ns_;
+  client->deadline_ns = 0;
+  client->in_size = client->out_begin = client->out_end = 0;
+  Watch(*client, EPOLL_CTL_ADD, EPOLLIN);
+  Add(counters_.accepted, 1);
+  Add(counters_.clients, 1);
+  return true;
+}
+
+TcpServer::Client* TcpServer::FindSlot(const IpAddress& newcomer) {
+  for (Client& client : clients_) {
+    if (client.fd < 0) return &client;
+  }
+  Client* evicted = ChooseEvicted(newcomer);
+  if (evicted != nullptr) {
+    Add(counters_.evicted, 1);
+    Tell(TcpServerEvent::Kind::kEvicted, evicted->address);
+    Close(*evicted);
+  }
+  return evicted;
+}
+
+/// The longest idle; whoever has not asked anything yet goes first. With an allow list the only
+/// connection of another address stays: that is the slot kept for it.
+TcpServer::Client* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
+  Client* chosen = nullptr;
+  for (Client& client : clients_) {
+    const auto same_address = [&](const Client& other) { return other.address == client.address; };
+    if (!allow_.empty() && client.address != newcomer &&
+        std::count_if(clients_.begin(), clients_.end(), same_address) == 1) {
+      continue;
+    }
+    if (chosen == nullptr || std::pair(client.asked, client.last_request_ns) <
+                                 std::pair(chosen->asked, chosen->last_request_ns)) {
+      chosen = &client;
+    }
+  }
+  return chosen;
+}
+
+/// Without a free descriptor the newcomer would stay in the queue and wake the loop for ever: the
+/// spare one is given up for the moment that it takes to accept and close it.
+void TcpServer::RefuseForLackOfDescriptors() {
+  if (spare_fd_ >= 0) ::close(spare_fd_);
+  IpAddress peer;
+  const int fd = Accept(peer);
+  if (fd >= 0) {
+    Add(counters_.refused, 1);
+    Tell(TcpServerEvent::Kind::kOutOfDescriptors, peer);
+    ::close(fd);
+  }
+  spare_fd_ = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (fd < 0 || spare_fd_ < 0) WatchListener(false);
+}
+
+void TcpServer::Serve(Client& client, std::uint32_t events) {
+  if (client.fd < 0) return;
+  if (!client.sending) {
+    Receive(client);
+  } else if ((events & (EPOLLOUT | EPOLLERR | EPOLLHUP)) != 0) {
+    Send(client);
+  }
+}
+
+void TcpServer::Receive(Client& client) {
+  const ssize_t received =
+      ::recv(client.fd, client.in.data() + client.in_size, client.in.size() - client.in_size, 0);
+  if (received <= 0) {
+    if (received < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    Close(client);
+    return;
+  }
+  client.in_size += static_cast<std::size_t>(received);
+  const bool intact = AnswerFrames(client);
+  if (client.out_end > 0) Send(client);
+  if (!intact && client.fd >= 0) {
+    Tell(TcpServerEvent::Kind::kBrokenFrame, client.address);
+    Close(client);
+    return;
+  }
+  if (client.fd < 0 || client.sending) return;
+  if (client.in_size > 0 && client.deadline_ns == 0) SetDeadline(client);
+}
+
+/// Answers the complete frames into the output buffer and keeps the rest. @return false where the
+/// stream cannot be followed further
+bool TcpServer::AnswerFrames(Client& client) {
+  std::size_t begin = 0;
+  TcpFrame frame;
+  for (;;) {
+    frame = CutTcpFrame({client.in.data() + begin, client.in_size - begin});
+    if (frame.state != TcpFrame::State::kComplete) break;
+    Answer(client, frame);
+    begin += frame.size;
+  }
+  if (begin > 0) {
+    client.deadline_ns = 0;  // of the frame that is complete now
+    client.in_size -= begin;
+    if (client.in_size > 0) {
+      std::memmove(client.in.data(), client.in.data() + begin, client.in_size);
+    }
+  }
+  return frame.state != TcpFrame::State::kBroken;
+}
+
+void TcpServer::Answer(Client& client, const TcpFrame& frame) {
+  std::uint8_t* out = client.out.data() + client.out_end;
+  const std::span<std::uint8_t, kMaxPduBytes> response(out + kMbapBytes, kMaxPduBytes);
+  const bool for_us =
+      frame.unit == unit_id_ || frame.unit == 0 || frame.unit == 1 || frame.unit == 255;
+  const std::size_t size =
+      for_us ? handler_.Handle(frame.pdu, response)
+             : WriteException(frame.pdu[0], Exception::kGatewayTargetFailed, response);
+  client.asked = true;
+  client.last_request_ns = now_ns_;
+  Add(counters_.requests, 1);
+  if (size == 0) return;
+  WriteMbap(std::span<std::uint8_t, kMbapBytes>(out, kMbapBytes), frame.transaction, frame.unit,
+            size);
+  client.out_end += kMbapBytes + size;
+}
+
+void TcpServer::Send(Client& client) {
+  const ssize_t sent = ::send(client.fd, client.out.data() + client.out_begin,
+                              client.out_end - client.out_begin, MSG_NOSIGNAL);
+  if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+    Close(client);
+    return;
+  }
+  if (sent > 0) client.out_begin += static_cast<std::size_t>(sent);
+  if (client.out_begin == client.out_end) {
+    client.out_begin = client.out_end = 0;
+    if (client.sending) {
+      client.sending = false;
+      client.deadline_ns = 0;
+      if (client.in_size > 0) SetDeadline(client);
+      Watch(client, EPOLL_CTL_MOD, EPOLLIN);
+    }
+  } else if (!client.sending) {
+    client.sending = true;
+    SetDeadline(client);
+    Watch(client, EPOLL_CTL_MOD, EPOLLOUT);
+  }
+}
+
+void TcpServer::Close(Client& client) {
+  if (client.fd < 0) return;
+  ::close(client.fd);
+  client.fd = -1;
+  client.deadline_ns = 0;
+  Add(counters_.clients, static_cast<std::uint64_t>(-1));
+}
+
+void TcpServer::SetDeadline(Client& client) {
+  client.deadline_ns = now_ns_ + kPatience_ns;
+  if (earliest_ns_ == 0) earliest_ns_ = client.deadline_ns;
+}
+
+void TcpServer::CloseOverdue() {
+  earliest_ns_ = 0;
+  const auto later = [this](std::int64_t deadline_ns) {
+    earliest_ns_ = earliest_ns_ == 0 ? deadline_ns : std::min(earliest_ns_, deadline_ns);
+  };
+  if (listen_again_ns_ != 0) {
+    if (now_ns_ >= listen_again_ns_) {
+      WatchListener(true);
+    } else {
+      later(listen_again_ns_);
+    }
+  }
+  for (Client& client : clients_) {
+    if (client.deadline_ns == 0) continue;
+    if (now_ns_ < client.deadline_ns) {
+      later(client.deadline_ns);
+      continue;
+    }
+    Add(client.sending ? counters_.not_reading : counters_.timeouts, 1);
+    Tell(client.sending ? TcpServerEvent::Kind::kNotReading : TcpServerEvent::Kind::kFrameTimeout,
+         client.address);
+    Close(client);
+  }
+}
+
+int TcpServer::WaitTime_ms() const {
+  if (earliest_ns_ == 0) return -1;
+  return static_cast<int>(std::max<std::int64_t>(0, (earliest_ns_ - now_ns_) / 1'000'000 + 1));
+}
+
+void TcpServer::WatchListener(bool on) {
+  listen_again_ns_ = on ? 0 : now_ns_ + kListenPause_ns;
+  if (!on && (earliest_ns_ == 0 || listen_again_ns_ < earliest_ns_)) {
+    earliest_ns_ = listen_again_ns_;
+  }
+  epoll_event event{.events = on ? EPOLLIN : 0U, .data = {.u32 = kListenerTag}};
+  ::epoll_ctl(epoll_fd_, EPOLL_CTL_MOD, listen_fd_, &event);
+}
+
+void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const {
+  if (!on_event_) return;
+  const auto text = IpAddressText(address);
+  on_event_({.kind = kind, .peer = text.data()});
+}
+
+void TcpServer::Watch(const Client& client, int operation, std::uint32_t events) const {
+  epoll_event event{.events = events,
+                    .data = {.u32 = static_cast<std::uint32_t>(&client - clients_.data())}};
+  ::epoll_ctl(epoll_fd_, operation, client.fd, &event);
+}
+
+}  // namespace plumbline::modbus

@@ -1,0 +1,117 @@
+// Modbus TCP server: one thread, many clients, none of which can hold up another.
+//
+// Each round of the loop takes at most one receive of 260 bytes from each client, answers the
+// complete frames in it and sends the answers at once. While a client's answers cannot be sent,
+// nothing more is received from it. All buffers exist from the start.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "drivers/modbus/adu.h"
+#include "drivers/modbus/request_handler.h"
+#include "drivers/modbus/tcp_socket.h"
+#include "firmware-like/result.h"
+
+namespace plumbline::modbus {
+
+/// What happened to a client, for the log. A hostile one can cause many: limit their rate.
+struct TcpServerEvent {
+  enum class Kind {
+    kStranger,          ///< not in the allow list, closed at accept
+    kNoRoom,            ///< every slot is kept for another address
+    kEvicted,           ///< made room for a newcomer
+    kFrameTimeout,      ///< a frame was not completed within a second of its first byte
+    kNotReading,        ///< the answers could not be sent within a second
+    kBrokenFrame,       ///< protocol id or length outside Modbus
+    kOutOfDescriptors,  ///< the newcomer was closed
+  };
+  Kind kind = Kind::kStranger;
+  std::string_view peer;  ///< address as text, valid during the call
+};
+
+struct TcpServerOptions {
+  std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "::" takes both
+  int port = 502;                     ///< 0: the kernel chooses
+  int listen_fd = -1;                 ///< an open listening socket instead; the server owns it then
+  std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
+  int max_clients = 32;               ///< raised to the size of `allow` where that is more
+  std::vector<std::string> allow;     ///< client addresses; empty: any
+  std::function<void(const TcpServerEvent&)> on_event;  ///< called in the server's thread
+};
+
+struct TcpServerCounters {
+  std::uint64_t clients = 0;  ///< connected now
+  std::uint64_t accepted = 0, refused = 0, evicted = 0, timeouts = 0, not_reading = 0;
+  std::uint64_t requests = 0;
+};
+
+/// Another unit id than the answered ones gets exception 0x0B (gateway target failed to respond),
+/// as the specification has it for a device that is not there, so that the client need not wait.
+class TcpServer {
+ public:
+  /// Opens the socket and starts the thread. @return the server, or why not with a remedy
+  static Result<std::unique_ptr<TcpServer>> Start(const TcpServerOptions& options,
+                                                  RequestHandler& handler);
+  /// Closes all connections and joins the thread.
+  ~TcpServer();
+  TcpServer(const TcpServer&) = delete;
+  TcpServer& operator=(const TcpServer&) = delete;
+
+  int port() const { return port_; }
+  /// Any thread.
+  TcpServerCounters counters() const;
+
+ private:
+  struct Client;
+
+  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
+            RequestHandler& handler);
+
+  void Run();
+  void AcceptNewcomers();
+  int Accept(IpAddress& peer) const;
+  bool Admit(int fd, const IpAddress& address);
+  Client* FindSlot(const IpAddress& newcomer);
+  Client* ChooseEvicted(const IpAddress& newcomer);
+  void RefuseForLackOfDescriptors();
+  void Serve(Client& client, std::uint32_t events);
+  void Receive(Client& client);
+  bool AnswerFrames(Client& client);
+  void Answer(Client& client, const TcpFrame& frame);
+  void Send(Client& client);
+  void Close(Client& client);
+  void SetDeadline(Client& client);
+  void CloseOverdue();
+  int WaitTime_ms() const;
+  void WatchListener(bool on);
+  void Tell(TcpServerEvent::Kind kind, const IpAddress& address) const;
+  void Watch(const Client& client, int operation, std::uint32_t events) const;
+
+  struct AtomicCounters {
+    std::atomic<std::uint64_t> clients{0}, accepted{0}, refused{0}, evicted{0}, timeouts{0},
+        not_reading{0}, requests{0};
+  };
+
+  RequestHandler& handler_;
+  const std::uint8_t unit_id_;
+  const std::vector<IpAddress> allow_;
+  const std::function<void(const TcpServerEvent&)> on_event_;
+  std::vector<Client> clients_;
+  int listen_fd_, epoll_fd_ = -1, wake_fd_ = -1, spare_fd_ = -1;
+  int port_ = 0;
+  std::int64_t now_ns_ = 0;       ///< of this round
+  std::int64_t earliest_ns_ = 0;  ///< no deadline lies before it; 0: there is none
+  std::int64_t listen_again_ns_ = 0;
+  AtomicCounters counters_;
+  std::thread thread_;
+};
+
+}  // namespace plumbline::modbus

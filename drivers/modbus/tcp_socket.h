@@ -1,0 +1,36 @@
+// Addresses and the listening socket of the TCP server.
+#pragma once
+
+#include <sys/socket.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "firmware-like/result.h"
+
+namespace plumbline::modbus {
+
+/// IPv6, or IPv4 as ::ffff:a.b.c.d, so that a client has one address on every kind of socket.
+using IpAddress = std::array<std::uint8_t, 16>;
+
+Result<IpAddress> ParseIpAddress(const std::string& text);
+
+/// Of a peer as accept() tells it.
+IpAddress IpAddressFromSocket(const sockaddr_storage& peer);
+
+/// As text, IPv4 in dots; no heap.
+std::array<char, 46> IpAddressText(const IpAddress& address);
+
+/// An open listening socket. @return its descriptor, or why not with a remedy
+/// @param address  IPv4 or IPv6; "::" takes both
+/// @param port     0: the kernel chooses
+Result<int> ListenOn(const std::string& address, int port);
+
+/// The port a socket is bound to.
+int BoundPort(int fd);
+
+/// No delay, keep-alive (a vanished client is noticed in 25 s), bounded kernel buffers.
+void ConfigureClientSocket(int fd);
+
+}  // namespace plumbline::modbus

@@ -1,0 +1,154 @@
+#include "drivers/plc/codec.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/modbus/word_order.h"
+
+namespace plumbline {
+namespace {
+
+using modbus::WordOrder;
+
+constexpr double kRadians = std::numbers::pi / 180;
+
+WordOrder OrderOf(bool little_word_first) {
+  return little_word_first ? WordOrder::kCdab : WordOrder::kAbcd;
+}
+
+/// Nearest integer inside the type's range; values beyond it saturate.
+template <typename Integer>
+Integer Saturate(double value) {
+  return static_cast<Integer>(
+      std::clamp(std::round(value), static_cast<double>(std::numeric_limits<Integer>::min()),
+                 static_cast<double>(std::numeric_limits<Integer>::max())));
+}
+
+}  // namespace
+
+PlcEncoder::PlcEncoder(const PlcConvention& convention, std::vector<std::uint16_t> point_ids)
+    : convention_(convention), point_ids_(std::move(point_ids)) {
+  registers_.resize(plc_map::kPoints + plc_map::kPointSize * point_ids_.size());
+}
+
+void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
+  if (!std::isfinite(value)) return;
+  const auto put_pair = [&](std::size_t at, std::uint32_t word) {
+    const auto pair = modbus::RegistersFromU32(word, OrderOf(convention_.little_word_first));
+    registers_[at] = pair[0];
+    registers_[at + 1] = pair[1];
+  };
+  switch (type) {
+    case FieldType::kU16: registers_[address] = Saturate<std::uint16_t>(value); break;
+    case FieldType::kI16:
+      registers_[address] = static_cast<std::uint16_t>(Saturate<std::int16_t>(value));
+      break;
+    case FieldType::kU32: put_pair(address, Saturate<std::uint32_t>(value)); break;
+    case FieldType::kI32:
+      put_pair(address, static_cast<std::uint32_t>(Saturate<std::int32_t>(value)));
+      break;
+    case FieldType::kFloat: {
+      const auto single = static_cast<float>(value);
+      if (std::isfinite(single)) put_pair(address, std::bit_cast<std::uint32_t>(single));
+      break;
+    }
+    case FieldType::kU64: {
+      const auto word = static_cast<std::uint64_t>(std::max(0.0, value));
+      const auto high = static_cast<std::uint32_t>(word >> 32);
+      const auto low = static_cast<std::uint32_t>(word);
+      put_pair(address, convention_.little_word_first ? low : high);
+      put_pair(address + 2U, convention_.little_word_first ? high : low);
+      break;
+    }
+  }
+}
+
+const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
+                                                     const PlcEnvironment& environment) {
+  MapSource source{snapshot, environment, convention_};
+  for (const MapField& field : plc_map::Fields()) Put(field.address, field.type, field.value(source));
+  registers_[plc_map::kResultCrc] = CrcOfRegisters(
+      std::span(registers_).subspan(plc_map::kResult, plc_map::kResultCrc - plc_map::kResult));
+  for (std::size_t k = 0; k < point_ids_.size() && k < snapshot.points.size(); ++k) {
+    source.point = &snapshot.points[k];
+    source.point_id = point_ids_[k];
+    const std::size_t base = plc_map::kPoints + plc_map::kPointSize * k;
+    for (const MapField& field : plc_map::PointFields()) {
+      Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
+    }
+  }
+  return registers_;
+}
+
+double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::size_t offset,
+                    bool little_word_first) {
+  const auto pair = [&](std::size_t at) {
+    return modbus::U32FromRegisters(block[at], block[at + 1], OrderOf(little_word_first));
+  };
+  switch (type) {
+    case FieldType::kU16: return block[offset];
+    case FieldType::kI16: return static_cast<std::int16_t>(block[offset]);
+    case FieldType::kU32: return pair(offset);
+    case FieldType::kI32: return static_cast<std::int32_t>(pair(offset));
+    case FieldType::kFloat: return std::bit_cast<float>(pair(offset));
+    case FieldType::kU64: {
+      const std::uint64_t first = pair(offset), second = pair(offset + 2);
+      return static_cast<double>(little_word_first ? second << 32 | first : first << 32 | second);
+    }
+  }
+  return 0;
+}
+
+PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
+                                   const PlcConvention& convention) {
+  const auto at = [&](std::uint16_t address) {
+    return static_cast<std::size_t>(address - plc_map::kCommands);
+  };
+  const auto number = [&](std::uint16_t address) {
+    return ValueOfField(FieldType::kFloat, window, at(address), convention.little_word_first);
+  };
+  const auto scaled = [&](std::uint16_t address) {
+    return static_cast<double>(static_cast<std::int16_t>(window[at(address)]));
+  };
+  PlcCommand command;
+  command.sequence = window[at(1039)];
+  command.code = static_cast<PlcCommandCode>(window[at(1000)]);
+  command.point_id = window[at(1001)];
+  command.heartbeat = window[at(1030)];
+  command.manual = (window[at(1031)] & 1) != 0;
+  const double payload_kg = number(1014);
+  if (!(payload_kg <= 0)) command.payload_kg = payload_kg;  // NaN is passed on, to be refused
+
+  Vec3 position_m, angles;
+  OrientationConvention orientation = convention.orientation;
+  if (command.code == PlcCommandCode::kCorrectPoseScaled) {
+    position_m = 1e-4 * Vec3(scaled(1020), scaled(1021), scaled(1022));
+    angles = 1e-3 * Vec3(scaled(1023), scaled(1024), scaled(1025));
+    orientation = OrientationConvention::kRotationVector;
+  } else {
+    position_m = 1e-3 * Vec3(number(1002), number(1004), number(1006));
+    angles = kRadians * Vec3(number(1008), number(1010), number(1012));
+  }
+  command.pose_valid = position_m.allFinite() && angles.allFinite() &&
+                       position_m.norm() < 1e3 && angles.norm() < 100;
+  if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
+  return command;
+}
+
+std::uint16_t CrcOfRegisters(std::span<const std::uint16_t> registers) {
+  std::uint16_t crc = 0xFFFF;
+  const auto add = [&crc](std::uint8_t byte) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) {
+      crc = static_cast<std::uint16_t>(crc & 1 ? (crc >> 1) ^ 0xA001 : crc >> 1);
+    }
+  };
+  for (const std::uint16_t word : registers) {
+    add(static_cast<std::uint8_t>(word >> 8));
+    add(static_cast<std::uint8_t>(word & 0xFF));
+  }
+  return crc;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,337 @@
+#include "drivers/plc/register_map.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+constexpr double kMillimetres = 1e3;
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr FieldType kU16 = FieldType::kU16, kI16 = FieldType::kI16, kU32 = FieldType::kU32,
+                    kI32 = FieldType::kI32, kFloat = FieldType::kFloat, kU64 = FieldType::kU64;
+
+using Source = const MapSource&;
+
+const Correction& Answer(Source s) { return s.snapshot.result.correction; }
+
+double Angle_deg(const Pose& X, Source s, int k) {
+  return kDegrees * AnglesFromRotation(X.R, s.convention.orientation)[k];
+}
+
+bool FitsInt16(const Pose& X) {
+  return (X.p.array().abs() * 1e4 < 32767.5).all();
+}
+
+double ResultBits(Source s) {
+  const CommandResult& result = s.snapshot.result;
+  int bits = result.valid ? plc_map::kValid : 0;
+  if (result.correction.extrapolated) bits |= plc_map::kExtrapolated;
+  if (FitsInt16(result.correction.X_BP_command)) bits |= plc_map::kFitsInt16;
+  return bits;
+}
+
+double PointBits(Source s) {
+  int bits = s.point->valid ? plc_map::kValid : 0;
+  if (s.point->correction.extrapolated) bits |= plc_map::kExtrapolated;
+  if (s.point->ever_valid) bits |= plc_map::kEverValid;
+  return bits;
+}
+
+template <int K>
+double ResultPosition_mm(Source s) {
+  return kMillimetres * Answer(s).X_BP_command.p[K];
+}
+template <int K>
+double ResultAngle_deg(Source s) {
+  return Angle_deg(Answer(s).X_BP_command, s, K);
+}
+template <int K>
+double ResultShift_mm(Source s) {
+  return kMillimetres * Answer(s).translation_B[K];
+}
+template <int K>
+double ResultTurn_deg(Source s) {
+  return kDegrees * Answer(s).rotation_B[K];
+}
+template <int K>
+double ScaledPosition(Source s) {
+  return 1e4 * Answer(s).X_BP_command.p[K];
+}
+template <int K>
+double ScaledAngle(Source s) {
+  return 1e3 * VectorFromRotation(Answer(s).X_BP_command.R)[K];
+}
+template <int K>
+double FinePosition(Source s) {
+  return 1e6 * Answer(s).X_BP_command.p[K];
+}
+template <int K>
+double Joint(Source s) {
+  if (K >= s.snapshot.robot.q.size()) return 0;
+  const bool slides = (s.snapshot.prismatic_joints >> K) & 1;
+  return (slides ? kMillimetres : kDegrees) * s.snapshot.robot.q[K];
+}
+template <int K>
+double Tcp(Source s) {
+  if (!s.snapshot.robot.X_BT) return 0;
+  const Pose& X_BT = *s.snapshot.robot.X_BT;
+  return K < 3 ? kMillimetres * X_BT.p[K % 3] : Angle_deg(X_BT, s, K % 3);
+}
+template <int K>
+double Cog_mm(Source s) {
+  return kMillimetres * s.snapshot.payload.cog_F[K];
+}
+template <int K>
+double PointPosition_mm(Source s) {
+  return kMillimetres * s.point->correction.X_BP_command.p[K];
+}
+template <int K>
+double PointAngle_deg(Source s) {
+  return Angle_deg(s.point->correction.X_BP_command, s, K);
+}
+
+double InputBits(Source s) {
+  const Snapshot& snapshot = s.snapshot;
+  int bits = snapshot.input_fault == InputFault::kOk ? 1 : 0;
+  if (snapshot.robot.X_BT) bits |= 2;
+  if (snapshot.payload_valid) bits |= 4;
+  if (snapshot.robot.temp_C) bits |= 8;
+  return bits;
+}
+
+double Number(CorrectionCode code) { return static_cast<double>(code); }
+
+const std::array kFields = {
+    // 0-9 identity
+    MapField{0, kU16, "magic", "", "0x504C (\"PL\"): this is Plumbline",
+             [](Source) -> double { return plc_map::kMagic; }},
+    MapField{1, kU16, "map_version", "", "version of this map",
+             [](Source) -> double { return plc_map::kVersion; }},
+    MapField{2, kU16, "word_order", "", "0 ABCD (high word first), 1 CDAB",
+             [](Source s) -> double { return s.convention.little_word_first ? 1 : 0; }},
+    MapField{3, kU16, "orientation", "",
+             "what rx,ry,rz mean: 0 rotation vector, 1 roll-pitch-yaw, 2 A-B-C",
+             [](Source s) { return static_cast<double>(s.convention.orientation); }},
+    MapField{4, kFloat, "test_float", "", "always 1.0: check your word order by it",
+             [](Source) { return 1.0; }},
+    MapField{6, kU32, "test_u32", "", "always 0x01020304",
+             [](Source) -> double { return 0x01020304; }},
+    MapField{8, kU32, "firmware", "", "version of the daemon: 10000 major + 100 minor + patch",
+             [](Source s) -> double { return s.environment.firmware; }},
+    // 10-23 state
+    MapField{10, kU16, "heartbeat", "", "counts up 10 times a second",
+             [](Source s) -> double { return s.environment.heartbeat; }},
+    MapField{11, kU16, "status", "bits", "status word, see below",
+             [](Source s) -> double { return s.snapshot.status; }},
+    MapField{12, kU16, "alarms", "bits", "alarm word, see below",
+             [](Source s) -> double { return s.snapshot.alarms; }},
+    MapField{13, kU16, "first_error", "code", "result code of the first point without a correction",
+             [](Source s) { return Number(s.snapshot.first_error); }},
+    MapField{14, kU16, "warnings", "bits", "warning word, see below",
+             [](Source s) -> double { return s.snapshot.warnings; }},
+    MapField{15, kU16, "data_age", "ms", "age of the robot reading, 65535 where older or none",
+             [](Source s) {
+               const bool any = s.snapshot.input_fault != InputFault::kMissing;
+               return any ? std::floor(kMillimetres * s.snapshot.data_age_s) : 65535;
+             }},
+    MapField{16, kU32, "uptime", "s", "since the daemon started",
+             [](Source s) { return std::floor(s.environment.uptime_s); }},
+    MapField{18, kU16, "clients", "", "Modbus TCP clients connected",
+             [](Source s) -> double { return s.environment.clients; }},
+    MapField{19, kU16, "boot_counter", "", "starts of the daemon",
+             [](Source s) -> double { return s.environment.boot_count; }},
+    MapField{20, kU16, "points", "", "configured points",
+             [](Source s) { return static_cast<double>(s.snapshot.points.size()); }},
+    MapField{21, kU16, "cycle_period", "0.1 ms", "period of the cycle",
+             [](Source s) { return 1e4 * s.environment.cycle_period_s; }},
+    MapField{22, kU16, "longest_cycle", "us", "longest computation of a cycle since the start",
+             [](Source s) { return 1e6 * s.environment.longest_cycle_s; }},
+    MapField{23, kU16, "overruns", "", "cycles that started late, modulo 65536",
+             [](Source s) -> double { return s.environment.overruns & 0xFFFFU; }},
+    // 100-139 result
+    MapField{100, kU16, "result_begin", "", "sequence; equal to result_end in a whole result",
+             [](Source s) -> double { return s.snapshot.result.sequence; }},
+    MapField{101, kU16, "result_echo", "", "sequence of the command that this answers",
+             [](Source s) -> double { return s.snapshot.result.sequence; }},
+    MapField{102, kU16, "result_code", "code", "0 ok, else why there is no correction, see below",
+             [](Source s) { return Number(s.snapshot.result.code); }},
+    MapField{103, kU16, "result_validity", "bits", "bit 0 valid, 1 extrapolated, 3 int16 fits",
+             ResultBits},
+    MapField{104, kFloat, "result_x", "mm", "pose to command for the tool point, robot base frame",
+             ResultPosition_mm<0>},
+    MapField{106, kFloat, "result_y", "mm", "", ResultPosition_mm<1>},
+    MapField{108, kFloat, "result_z", "mm", "", ResultPosition_mm<2>},
+    MapField{110, kFloat, "result_rx", "deg", "orientation, convention of register 3",
+             ResultAngle_deg<0>},
+    MapField{112, kFloat, "result_ry", "deg", "", ResultAngle_deg<1>},
+    MapField{114, kFloat, "result_rz", "deg", "", ResultAngle_deg<2>},
+    MapField{116, kFloat, "result_dx", "mm", "the correction itself: command minus wanted",
+             ResultShift_mm<0>},
+    MapField{118, kFloat, "result_dy", "mm", "", ResultShift_mm<1>},
+    MapField{120, kFloat, "result_dz", "mm", "", ResultShift_mm<2>},
+    MapField{122, kFloat, "result_drx", "deg", "rotation vector from wanted to command",
+             ResultTurn_deg<0>},
+    MapField{124, kFloat, "result_dry", "deg", "", ResultTurn_deg<1>},
+    MapField{126, kFloat, "result_drz", "deg", "", ResultTurn_deg<2>},
+    MapField{128, kFloat, "result_uncertainty", "mm", "radius that holds 95 % of the landings",
+             [](Source s) { return kMillimetres * Answer(s).uncertainty_m; }},
+    MapField{130, kU16, "result_point", "", "id of the point, 0 for a pose from the command",
+             [](Source s) -> double { return s.snapshot.result.point_id; }},
+    MapField{131, kU16, "result_command", "", "code of the command",
+             [](Source s) { return static_cast<double>(s.snapshot.result.command); }},
+    MapField{132, kU64, "result_time", "ms", "wall clock, since 1970-01-01 UTC",
+             [](Source s) { return static_cast<double>(s.snapshot.result.unix_ms); }},
+    MapField{136, kU16, "result_model", "", "version of the cell model that was used",
+             [](Source s) -> double { return s.environment.model_version; }},
+    MapField{137, kU16, "result_orientation", "", "as register 3",
+             [](Source s) { return static_cast<double>(s.convention.orientation); }},
+    MapField{138, kU16, "result_crc", "", "Modbus CRC16 of registers 100-137, high bytes first",
+             [](Source) { return std::nan(""); }},  // filled when the block stands
+    MapField{139, kU16, "result_end", "", "sequence again",
+             [](Source s) -> double { return s.snapshot.result.sequence; }},
+    // 200-219 the same for small PLCs and for controllers that read single registers
+    MapField{200, kU16, "scaled_first", "", "sequence of the command that this answers",
+             [](Source s) -> double { return s.snapshot.result.sequence; }},
+    MapField{201, kU16, "scaled_code", "code", "as register 102",
+             [](Source s) { return Number(s.snapshot.result.code); }},
+    MapField{202, kU16, "scaled_validity", "bits", "as register 103", ResultBits},
+    MapField{203, kU16, "scaled_point", "", "as register 130",
+             [](Source s) -> double { return s.snapshot.result.point_id; }},
+    MapField{204, kI16, "scaled_x", "0.1 mm", "position; valid where bit 3 of 202 is set",
+             ScaledPosition<0>},
+    MapField{205, kI16, "scaled_y", "0.1 mm", "", ScaledPosition<1>},
+    MapField{206, kI16, "scaled_z", "0.1 mm", "", ScaledPosition<2>},
+    MapField{207, kI16, "scaled_rx", "mrad", "rotation vector, always", ScaledAngle<0>},
+    MapField{208, kI16, "scaled_ry", "mrad", "", ScaledAngle<1>},
+    MapField{209, kI16, "scaled_rz", "mrad", "", ScaledAngle<2>},
+    MapField{210, kI32, "scaled_x_fine", "0.001 mm", "position, fine", FinePosition<0>},
+    MapField{212, kI32, "scaled_y_fine", "0.001 mm", "", FinePosition<1>},
+    MapField{214, kI32, "scaled_z_fine", "0.001 mm", "", FinePosition<2>},
+    MapField{216, kU16, "scaled_correction", "0.01 mm", "length of the correction",
+             [](Source s) { return 1e5 * Answer(s).translation_B.norm(); }},
+    MapField{217, kU16, "scaled_uncertainty", "0.01 mm", "radius that holds 95 %",
+             [](Source s) { return 1e5 * Answer(s).uncertainty_m; }},
+    MapField{218, kU16, "scaled_command", "", "as register 131",
+             [](Source s) { return static_cast<double>(s.snapshot.result.command); }},
+    MapField{219, kU16, "scaled_last", "", "sequence again",
+             [](Source s) -> double { return s.snapshot.result.sequence; }},
+    // 300-351 robot inputs as decoded
+    MapField{300, kU16, "input_validity", "bits",
+             "bit 0 trusted, 1 tool pose known, 2 payload known, 3 temperature known", InputBits},
+    MapField{301, kU16, "input_fault", "code", "why the input is not trusted, see below",
+             [](Source s) { return static_cast<double>(s.snapshot.input_fault); }},
+    MapField{302, kU16, "robot_mode", "code",
+             "0 unknown, 1 not ready, 2 running, 3 manual, 4 stopped, 5 emergency stop",
+             [](Source s) { return static_cast<double>(s.snapshot.robot.mode); }},
+    MapField{303, kU16, "joints", "", "number of joints",
+             [](Source s) { return static_cast<double>(s.snapshot.robot.q.size()); }},
+    MapField{304, kFloat, "q1", "deg", "joint 1 as decoded (mm where prismatic)", Joint<0>},
+    MapField{306, kFloat, "q2", "deg", "", Joint<1>},
+    MapField{308, kFloat, "q3", "deg", "", Joint<2>},
+    MapField{310, kFloat, "q4", "deg", "", Joint<3>},
+    MapField{312, kFloat, "q5", "deg", "", Joint<4>},
+    MapField{314, kFloat, "q6", "deg", "", Joint<5>},
+    MapField{316, kFloat, "q7", "deg", "", Joint<6>},
+    MapField{318, kFloat, "tcp_x", "mm", "tool pose as the controller reports it", Tcp<0>},
+    MapField{320, kFloat, "tcp_y", "mm", "", Tcp<1>},
+    MapField{322, kFloat, "tcp_z", "mm", "", Tcp<2>},
+    MapField{324, kFloat, "tcp_rx", "deg", "", Tcp<3>},
+    MapField{326, kFloat, "tcp_ry", "deg", "", Tcp<4>},
+    MapField{328, kFloat, "tcp_rz", "deg", "", Tcp<5>},
+    MapField{330, kFloat, "payload", "kg", "mass in force",
+             [](Source s) { return s.snapshot.payload.mass_kg; }},
+    MapField{332, kFloat, "cog_x", "mm", "centre of gravity in the flange frame", Cog_mm<0>},
+    MapField{334, kFloat, "cog_y", "mm", "", Cog_mm<1>},
+    MapField{336, kFloat, "cog_z", "mm", "", Cog_mm<2>},
+    MapField{338, kFloat, "temperature", "degC", "as the controller reports it",
+             [](Source s) { return s.snapshot.robot.temp_C.value_or(0.0); }},
+    MapField{340, kFloat, "reading_radius", "mm",
+             "95 % radius at the tip that the steps of the joint registers cost",
+             [](Source s) { return kMillimetres * s.snapshot.reading_radius_m; }},
+    MapField{342, kFloat, "q8", "deg", "further joints", Joint<7>},
+    MapField{344, kFloat, "q9", "deg", "", Joint<8>},
+    MapField{346, kFloat, "q10", "deg", "", Joint<9>},
+    MapField{348, kFloat, "q11", "deg", "", Joint<10>},
+    MapField{350, kFloat, "q12", "deg", "", Joint<11>},
+};
+
+const std::array kPointFields = {
+    MapField{0, kU16, "point_id", "", "the point's number",
+             [](Source s) -> double { return s.point_id; }},
+    MapField{1, kU16, "point_validity", "bits", "bit 0 valid, 1 extrapolated, 2 was valid once",
+             PointBits},
+    MapField{2, kU16, "point_code", "code", "0 ok, else why there is no correction",
+             [](Source s) { return Number(s.point->code); }},
+    MapField{3, kFloat, "point_x", "mm", "pose to command for the tool point, robot base frame",
+             PointPosition_mm<0>},
+    MapField{5, kFloat, "point_y", "mm", "", PointPosition_mm<1>},
+    MapField{7, kFloat, "point_z", "mm", "", PointPosition_mm<2>},
+    MapField{9, kFloat, "point_rx", "deg", "orientation, convention of register 3",
+             PointAngle_deg<0>},
+    MapField{11, kFloat, "point_ry", "deg", "", PointAngle_deg<1>},
+    MapField{13, kFloat, "point_rz", "deg", "", PointAngle_deg<2>},
+    MapField{15, kFloat, "point_correction", "mm", "length of the correction",
+             [](Source s) { return kMillimetres * s.point->correction.translation_B.norm(); }},
+    MapField{17, kFloat, "point_uncertainty", "mm", "radius that holds 95 % of the landings",
+             [](Source s) { return kMillimetres * s.point->correction.uncertainty_m; }},
+    MapField{19, kU16, "point_sequence", "", "counts refreshes; stands still while not valid",
+             [](Source s) -> double { return s.point->sequence; }},
+};
+
+constexpr std::array kCommandFields = {
+    CommandField{1000, kU16, "command_code", "code",
+                 "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
+                 "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge"},
+    CommandField{1001, kU16, "command_point", "", "id of the point, for code 1"},
+    CommandField{1002, kFloat, "command_x", "mm", "wanted pose of the tool point, robot base frame"},
+    CommandField{1004, kFloat, "command_y", "mm", ""},
+    CommandField{1006, kFloat, "command_z", "mm", ""},
+    CommandField{1008, kFloat, "command_rx", "deg", "orientation, convention of register 3"},
+    CommandField{1010, kFloat, "command_ry", "deg", ""},
+    CommandField{1012, kFloat, "command_rz", "deg", ""},
+    CommandField{1014, kFloat, "command_payload", "kg",
+                 "mass to compute with; 0 or less: what the robot carries now"},
+    CommandField{1020, kI16, "command_x_scaled", "0.1 mm", "wanted pose for code 3"},
+    CommandField{1021, kI16, "command_y_scaled", "0.1 mm", ""},
+    CommandField{1022, kI16, "command_z_scaled", "0.1 mm", ""},
+    CommandField{1023, kI16, "command_rx_scaled", "mrad", "rotation vector, always"},
+    CommandField{1024, kI16, "command_ry_scaled", "mrad", ""},
+    CommandField{1025, kI16, "command_rz_scaled", "mrad", ""},
+    CommandField{1030, kU16, "plc_heartbeat", "", "change it at least every 2 s"},
+    CommandField{1031, kU16, "plc_flags", "bits", "bit 0: operated by hand"},
+    CommandField{1039, kU16, "command_sequence", "", "write it last; a new value executes, once"},
+};
+
+}  // namespace
+
+int RegisterCount(FieldType type) {
+  switch (type) {
+    case FieldType::kU16:
+    case FieldType::kI16: return 1;
+    case FieldType::kU32:
+    case FieldType::kI32:
+    case FieldType::kFloat: return 2;
+    case FieldType::kU64: return 4;
+  }
+  return 0;
+}
+
+const char* NameOf(FieldType type) {
+  switch (type) {
+    case FieldType::kU16: return "u16";
+    case FieldType::kI16: return "i16";
+    case FieldType::kU32: return "u32";
+    case FieldType::kI32: return "i32";
+    case FieldType::kFloat: return "float32";
+    case FieldType::kU64: return "u64";
+  }
+  return "?";
+}
+
+std::span<const MapField> plc_map::Fields() { return kFields; }
+std::span<const MapField> plc_map::PointFields() { return kPointFields; }
+std::span<const CommandField> plc_map::Commands() { return kCommandFields; }
+
+}  // namespace plumbline

@@ -1,0 +1,91 @@
+// The register map: one table that drives the server, config/register-map.md and the tests.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/snapshot.h"
+
+namespace plumbline {
+
+/// How a register map entry stands in its registers.
+enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
+
+int RegisterCount(FieldType type);
+const char* NameOf(FieldType type);
+
+/// What the registers tell beside the snapshot.
+struct PlcEnvironment {
+  std::uint16_t heartbeat = 0;
+  double uptime_s = 0;
+  std::uint16_t clients = 0;
+  std::uint16_t boot_count = 0;
+  std::uint32_t firmware = 0;         ///< 10000 major + 100 minor + patch
+  double cycle_period_s = 0;
+  double longest_cycle_s = 0;         ///< since the start
+  std::uint32_t overruns = 0;
+  std::uint16_t model_version = 0;
+};
+
+/// How orientations and 32-bit values stand in the map.
+struct PlcConvention {
+  bool little_word_first = false;  ///< CDAB instead of ABCD
+  OrientationConvention orientation = OrientationConvention::kRotationVector;
+};
+
+/// Everything that an entry's value may be taken from.
+struct MapSource {
+  const Snapshot& snapshot;
+  const PlcEnvironment& environment;
+  const PlcConvention& convention;
+  const PointResult* point = nullptr;  ///< of a point block
+  std::uint16_t point_id = 0;
+};
+
+/// One entry. `value` gives it in `unit`; where it is not finite the registers keep what they have.
+struct MapField {
+  std::uint16_t address;  ///< zero-based; in a point block: offset from the block's first register
+  FieldType type;
+  const char* name;
+  const char* unit;
+  const char* meaning;
+  double (*value)(const MapSource& source);
+};
+
+/// A register that clients write.
+struct CommandField {
+  std::uint16_t address;
+  FieldType type;
+  const char* name;
+  const char* unit;
+  const char* meaning;
+};
+
+namespace plc_map {
+inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
+inline constexpr std::uint16_t kVersion = 1;
+inline constexpr std::uint16_t kStatusWord = 11;
+inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
+inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
+inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
+inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
+inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
+inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
+inline constexpr int kMostPoints = 500;
+
+/// Bits of a validity register.
+inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be used
+inline constexpr std::uint16_t kExtrapolated = 1 << 1;  ///< outside the calibrated range
+inline constexpr std::uint16_t kEverValid = 1 << 2;     ///< the values are old, but were good once
+inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm registers hold the position
+
+/// Entries at fixed addresses, ascending.
+std::span<const MapField> Fields();
+/// Entries of the block of one point, offsets ascending.
+std::span<const MapField> PointFields();
+/// Registers of the command window.
+std::span<const CommandField> Commands();
+}  // namespace plc_map
+
+}  // namespace plumbline

@@ -1,0 +1,94 @@
+// Raw words of a controller -> RobotState in SI. The only place where that happens; pure.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "drivers/robot/profile.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// True where one block holds all words of a value.
+bool IsRead(const std::vector<RegisterBlock>& blocks, const RegisterValue& value);
+
+/// A profile compiled into places of one word buffer, which holds the blocks one after the
+/// other. Decoding allocates nothing, never fails and judges nothing: a register that holds a
+/// NaN or a joint angle of 10^9 rad is decoded as such.
+class RobotCodec {
+ public:
+  /// Refuses a profile without joints, a block that no request can carry, a value outside all
+  /// blocks, a scale that is zero or not finite; the error names it.
+  static Result<RobotCodec> Create(const RobotProfile& profile);
+
+  const std::vector<RegisterBlock>& blocks() const { return blocks_; }
+  int word_count() const { return word_count_; }
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+
+  /// Fills everything of `state` but its timestamp and sequence.
+  ///   value = scale raw + offset;  kPi: value - 2 pi where value > pi;
+  ///   kRevolutions: value + 2 pi turns
+  /// @param words  word_count() words, the blocks in their order
+  void RobotStateFromRegisters(std::span<const std::uint16_t> words, RobotState& state) const;
+
+  /// The controller's own refresh counter; absent where the profile has none.
+  std::optional<std::uint32_t> RefreshCounter(std::span<const std::uint16_t> words) const;
+
+ private:
+  struct Field {
+    int index = 0;  ///< of the first word in the buffer
+    RegisterType type = RegisterType::kInt16;
+    modbus::WordOrder order = modbus::WordOrder::kAbcd;
+    double scale = 1;
+    double offset = 0;
+  };
+  struct JointField {
+    Field value;
+    JointWrap wrap = JointWrap::kNone;
+    Field revolutions;
+  };
+  struct PoseField {
+    std::array<Field, 3> position;
+    std::array<Field, 3> orientation;
+    ReportedOrientation convention = ReportedOrientation::kRotationVector;
+  };
+  struct BitField {
+    int index = 0;
+    int bit = 0;
+    bool when = true;
+    RobotMode mode = RobotMode::kUnknown;
+  };
+  using Words = std::span<const std::uint16_t>;
+
+  RobotCodec() = default;
+  Field Compile(const RegisterValue& value) const;
+  PoseField Compile(const PoseSignal& signal) const;
+  int IndexOf(RegisterTable table, int address) const;
+  static double Raw(const Field& field, Words words);
+  static double Value(const Field& field, Words words);
+  static double JointValue(const JointField& joint, Words words);
+  static Pose PoseValue(const PoseField& pose, Words words);
+  double Temperature(Words words) const;
+  RobotMode Mode(Words words) const;
+
+  std::vector<RegisterBlock> blocks_;
+  int word_count_ = 0;
+  std::vector<JointField> joints_;
+  double q_resolution_ = 0;
+  std::optional<PoseField> tcp_;
+  std::optional<PoseField> tool_offset_;
+  bool tcp_is_flange_ = false;
+  std::optional<Field> payload_mass_;
+  std::optional<std::array<Field, 3>> payload_cog_;
+  std::vector<Field> temperatures_;
+  bool hottest_joint_ = false;
+  std::optional<Field> tool_number_;
+  std::optional<Field> sequence_;
+  std::vector<BitField> mode_bits_;
+  std::optional<Field> mode_value_;
+  std::vector<ModeSignal::Meaning> meanings_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,192 @@
+#include "drivers/robot/modbus_robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+std::string_view FitText(PushFit fit) {
+  switch (fit) {
+    case PushFit::kFits:
+      return "fits";
+    case PushFit::kNoSuchSlot:
+      return "the profile has no such slot";
+    case PushFit::kBadId:
+      return "its id is outside 0..65535";
+    case PushFit::kNotFinite:
+      return "it is not finite";
+    case PushFit::kOutOfRange:
+      return "a value does not fit the profile's register type";
+  }
+  return "unknown";
+}
+
+std::uint16_t SequenceAfter(std::uint16_t sequence) {
+  return sequence == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(sequence + 1);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& profile,
+                                                         ModbusClient client,
+                                                         const PushLimits& limits, Clock clock) {
+  Result<RobotCodec> codec = RobotCodec::Create(profile);
+  if (!codec) return Error{codec.error()};
+  if (limits.enabled && !profile.push) {
+    return Error{fmt::format("push is enabled, and robot profile \"{}\" has no place for it",
+                             profile.name)};
+  }
+  if (profile.push && !IsSound(*profile.push)) {
+    return Error{fmt::format("robot profile \"{}\": the push slots do not fit", profile.name)};
+  }
+  return std::unique_ptr<RobotDevice>(
+      new ModbusRobot(std::move(codec).value(), profile, std::move(client), limits, clock));
+}
+
+ModbusRobot::ModbusRobot(RobotCodec codec, const RobotProfile& profile, ModbusClient client,
+                         const PushLimits& limits, Clock clock)
+    : codec_(std::move(codec)),
+      client_(std::move(client)),
+      clock_(clock),
+      words_(static_cast<std::size_t>(codec_.word_count())),
+      can_push_(limits.enabled && profile.push),
+      push_(profile.push.value_or(PushProfile{})),
+      limits_(limits),
+      gate_(push_.slots, limits),
+      slot_sequence_(static_cast<std::size_t>(push_.slots)) {}
+
+std::string_view ModbusRobot::problem() const {
+  if (client_problem_) return client_.problem();
+  return {problem_.data(), problem_size_};
+}
+
+LinkResult ModbusRobot::Refuse(LinkResult result, std::string_view text) {
+  const auto written = fmt::format_to_n(problem_.begin(), problem_.size(), "{}", text);
+  problem_size_ = std::min(written.size, problem_.size());
+  client_problem_ = false;
+  return result;
+}
+
+LinkResult ModbusRobot::Read(RobotState& state) {
+  client_problem_ = true;
+  if (const LinkResult result = client_.Connect(); result != LinkResult::kOk) return result;
+  std::span<std::uint16_t> rest(words_);
+  for (const RegisterBlock& block : codec_.blocks()) {
+    const auto count = static_cast<std::size_t>(block.count);
+    if (const LinkResult result = client_.Read(block, rest.first(count));
+        result != LinkResult::kOk) {
+      return result;
+    }
+    rest = rest.subspan(count);
+  }
+  client_.KeepAlive();
+  codec_.RobotStateFromRegisters(words_, state);
+  NoteReading(state);
+  return LinkResult::kOk;
+}
+
+void ModbusRobot::NoteReading(RobotState& state) {
+  const std::optional<std::uint32_t> refresh = codec_.RefreshCounter(words_);
+  if (sequence_ == 0 || !refresh || refresh != refresh_) {
+    timestamp_s_ = clock_();
+    ++sequence_;
+  }
+  refresh_ = refresh;
+  state.timestamp_s = timestamp_s_;
+  state.sequence = sequence_;
+}
+
+LinkResult ModbusRobot::Push(std::span<const PushPoint> points) {
+  if (!can_push_) return Refuse(LinkResult::kPushRefused, "push is not enabled");
+  client_problem_ = true;
+  if (!client_.connected()) return LinkResult::kWaiting;
+  if (connection_ != client_.connections()) {
+    connection_ = client_.connections();
+    gate_.Forget();
+  }
+  const PushOrder order = gate_.Next(points, clock_());
+  if (order.action == PushOrder::Action::kWrite) return WritePoint(order.point);
+  if (order.action == PushOrder::Action::kNothing) return LinkResult::kOk;
+  const LinkResult result = Withdraw(order.point);
+  if (result != LinkResult::kOk || order.action == PushOrder::Action::kWithdraw) return result;
+  return Refuse(LinkResult::kPushRefused,
+                fmt::format("point {} in slot {} moved by {:.3f} mm at once, more than {:.3f} mm: "
+                            "withdrawn until it stays",
+                            order.point.id, order.point.slot, 1e3 * order.step_m,
+                            1e3 * limits_.max_step_m));
+}
+
+LinkResult ModbusRobot::Withdraw(const PushPoint& point) {
+  const LinkResult result = client_.WriteOne(FirstOf(point.slot) + push_.sequence_place, 0);
+  if (result == LinkResult::kOk) gate_.Written(point.slot, false, clock_());
+  return result;
+}
+
+LinkResult ModbusRobot::WritePoint(const PushPoint& point) {
+  std::array<std::uint16_t, kMaxRegistersOfWrite> buffer{};
+  const auto wanted = std::span(buffer).first(static_cast<std::size_t>(push_.stride));
+  const PushFit fit = RegistersFromPush(push_, point, 0, wanted);
+  LinkResult result = LinkResult::kPushRefused;
+  if (fit == PushFit::kFits) {
+    result = WriteSlot(point, wanted);
+    if (result != LinkResult::kPushMismatch) return result;
+  }
+  if (const LinkResult withdrawn = Withdraw(point); withdrawn != LinkResult::kOk) return withdrawn;
+  const std::string_view reason = fit == PushFit::kFits
+                                      ? "the registers do not hold what was written"
+                                      : FitText(fit);
+  return Refuse(result, fmt::format("point {} in slot {} from register {}: {}", point.id,
+                                    point.slot, FirstOf(point.slot), reason));
+}
+
+bool ModbusRobot::SamePoint(std::span<const std::uint16_t> a,
+                            std::span<const std::uint16_t> b) const {
+  const auto pose = static_cast<std::size_t>(push_.pose_place);
+  const auto count = static_cast<std::size_t>(6 * WordsOf(push_.type));
+  if (push_.id_place) {
+    const auto id = static_cast<std::size_t>(*push_.id_place);
+    if (a[id] != b[id]) return false;
+  }
+  return std::equal(a.begin() + static_cast<std::ptrdiff_t>(pose),
+                    a.begin() + static_cast<std::ptrdiff_t>(pose + count),
+                    b.begin() + static_cast<std::ptrdiff_t>(pose));
+}
+
+LinkResult ModbusRobot::WriteSlot(const PushPoint& point, std::span<const std::uint16_t> wanted) {
+  const int first = FirstOf(point.slot);
+  const auto sequence_place = static_cast<std::size_t>(push_.sequence_place);
+  std::array<std::uint16_t, kMaxRegistersOfWrite> buffer{};
+  const auto found = std::span(buffer).first(wanted.size());
+  const RegisterBlock slot{RegisterTable::kHolding, first, push_.stride};
+
+  LinkResult result = client_.Read(slot, found);
+  if (result != LinkResult::kOk) return result;
+  std::uint16_t& sequence = slot_sequence_[static_cast<std::size_t>(point.slot)];
+  if (sequence == 0) sequence = found[sequence_place];
+  if (!SamePoint(found, wanted)) {
+    result = client_.WriteOne(first + push_.sequence_place, 0);
+    if (result == LinkResult::kOk && push_.id_place) {
+      result = client_.WriteOne(first + *push_.id_place,
+                                wanted[static_cast<std::size_t>(*push_.id_place)]);
+    }
+    if (result == LinkResult::kOk) {
+      result = client_.Write(first + push_.pose_place,
+                             wanted.subspan(static_cast<std::size_t>(push_.pose_place),
+                                            static_cast<std::size_t>(6 * WordsOf(push_.type))));
+    }
+    if (result == LinkResult::kOk) result = client_.Read(slot, found);
+    if (result != LinkResult::kOk) return result;
+    if (!SamePoint(found, wanted) || found[sequence_place] != 0) return LinkResult::kPushMismatch;
+  }
+  const std::uint16_t next = SequenceAfter(sequence);
+  result = client_.WriteOne(first + push_.sequence_place, next);
+  if (result != LinkResult::kOk) return result;
+  sequence = next;
+  gate_.Written(point.slot, true, clock_());
+  return LinkResult::kOk;
+}
+
+}  // namespace plumbline

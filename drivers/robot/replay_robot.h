@@ -1,0 +1,49 @@
+// Plays recorded joints as if a controller said them: the whole daemon on a laptop.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/robot/robot.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// One recorded row; all rows have as many joints.
+struct ReplayRow {
+  JointVector q;  ///< [rad] or [m]
+  std::optional<double> payload_kg;
+  std::optional<Vec3> payload_cog_F;
+  std::optional<double> temp_C;
+};
+
+struct ReplayRows {
+  std::vector<ReplayRow> rows;
+  double rows_per_s = 100;
+  bool loop = false;  ///< false holds the last row
+};
+
+/// The first Read() shows the first row; each row is shown for 1 / rows_per_s. Holding the last
+/// row counts as new readings, like a robot that stands still. Push() is refused.
+class ReplayRobot : public RobotDevice {
+ public:
+  /// Refuses no rows, more than kMaxJoints joints, rows of different length, a rate that is not
+  /// positive.
+  static Result<std::unique_ptr<RobotDevice>> Create(ReplayRows replay, Clock clock);
+
+  LinkResult Read(RobotState& state) override;
+  LinkResult Push(std::span<const PushPoint> points) override;
+  std::string_view problem() const override { return problem_; }
+
+ private:
+  ReplayRobot(ReplayRows replay, Clock clock);
+
+  ReplayRows replay_;
+  Clock clock_;
+  std::optional<double> start_s_;
+  std::uint64_t sequence_ = 0;
+  std::string_view problem_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,35 @@
+#include "drivers/robot/robot.h"
+
+#include <ctime>
+
+namespace plumbline {
+
+std::string_view LinkResultText(LinkResult result) {
+  switch (result) {
+    case LinkResult::kOk:
+      return "ok";
+    case LinkResult::kWaiting:
+      return "not connected";
+    case LinkResult::kTimeout:
+      return "no answer in time";
+    case LinkResult::kLost:
+      return "connection lost";
+    case LinkResult::kProtocol:
+      return "answer does not fit the request";
+    case LinkResult::kException:
+      return "refused by the controller";
+    case LinkResult::kPushRefused:
+      return "point not written";
+    case LinkResult::kPushMismatch:
+      return "written point reads back differently";
+  }
+  return "unknown";
+}
+
+double MonotonicSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace plumbline

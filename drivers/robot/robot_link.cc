@@ -1,0 +1,120 @@
+#include "drivers/robot/robot_link.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace plumbline {
+
+void ShortText::Assign(std::string_view text) {
+  size = std::min(text.size(), characters.size());
+  std::copy_n(text.begin(), size, characters.begin());
+}
+
+RobotLink::RobotLink(std::unique_ptr<RobotDevice> device) : device_(std::move(device)) {}
+
+RobotLink::~RobotLink() {
+  Stop();
+}
+
+void RobotLink::Start() {
+  if (thread_.joinable()) return;
+  stop_ = false;
+  status_.since_s = MonotonicSeconds();
+  thread_ = std::thread([this] { Run(); });
+}
+
+void RobotLink::Stop() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  served_changed_.notify_all();
+  thread_.join();
+}
+
+void RobotLink::RequestRead() {
+  {
+    const std::lock_guard lock(mutex_);
+    ++requested_;
+  }
+  wake_.notify_one();
+}
+
+bool RobotLink::WaitForState(std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t wanted = requested_;
+  const bool served = served_changed_.wait_until(
+      lock, deadline, [this, wanted] { return stop_ || served_ >= wanted; });
+  return served && served_ >= wanted && status_.connected;
+}
+
+RobotState RobotLink::Latest() const {
+  const std::lock_guard lock(mutex_);
+  return latest_;
+}
+
+RobotLinkStatus RobotLink::Status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void RobotLink::QueuePush(std::span<const PushPoint> points) {
+  const std::lock_guard lock(mutex_);
+  queued_count_ = std::min(points.size(), queued_.size());
+  std::copy_n(points.begin(), queued_count_, queued_.begin());
+}
+
+void RobotLink::Run() {
+  RobotState state;
+  std::array<PushPoint, kMaxPushPoints> points;
+  while (true) {
+    std::uint64_t request = 0;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return stop_ || requested_ != served_; });
+      if (stop_) return;
+      request = requested_;
+    }
+    const LinkResult result = device_->Read(state);
+    NoteReading(result, state, request);
+    if (result != LinkResult::kOk) continue;
+
+    std::size_t count = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      count = std::exchange(queued_count_, 0);
+      std::copy_n(queued_.begin(), count, points.begin());
+    }
+    if (count > 0) NotePush(device_->Push(std::span(points).first(count)));
+  }
+}
+
+void RobotLink::NoteReading(LinkResult result, const RobotState& state, std::uint64_t request) {
+  const bool good = result == LinkResult::kOk;
+  {
+    const std::lock_guard lock(mutex_);
+    if (good) latest_ = state;
+    if (status_.connected != good) {
+      if (good && status_.changes > 0) ++status_.reconnects;
+      status_.connected = good;
+      status_.since_s = MonotonicSeconds();
+      ++status_.changes;
+    }
+    status_.result = result;
+    if (!good) status_.problem.Assign(device_->problem());
+    ++(good ? status_.readings : status_.failures);
+    served_ = request;
+  }
+  served_changed_.notify_all();
+}
+
+void RobotLink::NotePush(LinkResult result) {
+  const std::lock_guard lock(mutex_);
+  if (status_.push_result != result) ++status_.push_changes;
+  status_.push_result = result;
+  if (result != LinkResult::kOk) status_.push_problem.Assign(device_->problem());
+}
+
+}  // namespace plumbline

@@ -1,0 +1,73 @@
+#include "firmware-like/beam/paper.h"
+
+#include <cmath>
+#include <cstddef>
+
+namespace plumbline {
+namespace {
+
+double Displacement(const SectionState& state, BendingAxis axis) {
+  return state.d_F[static_cast<int>(axis)];
+}
+
+/// Rotation of the section, positive where the outboard end moves along the axis.
+double Slope(const SectionState& state, BendingAxis axis) {
+  return axis == BendingAxis::kX ? state.r_F.y() : -state.r_F.x();
+}
+
+}  // namespace
+
+std::vector<double> ElementAngles(const BeamSolution& solution, BendingAxis axis) {
+  std::vector<double> angles;
+  for (int n = 0; n + 1 < solution.node_count(); ++n) {
+    const double length_m = solution.elements()[static_cast<std::size_t>(n)].length_m;
+    angles.push_back(
+        (Displacement(solution.Node(n + 1), axis) - Displacement(solution.Node(n), axis)) /
+        length_m);
+  }
+  return angles;
+}
+
+BeamPoint CompensatedByElementAngle(const BeamSolution& solution, BendingAxis axis,
+                                    const BeamPoint& point) {
+  const auto element = static_cast<std::size_t>(solution.ElementAt(point.z_m));
+  const double theta = ElementAngles(solution, axis)[element];
+  return {.z_m = point.z_m * std::cos(theta), .y_m = point.y_m - point.z_m * std::sin(theta)};
+}
+
+BeamPoint LoadedPoint(const BeamSolution& solution, BendingAxis axis, const BeamPoint& point) {
+  const SectionState section = solution.At(point.z_m);
+  const double theta = Slope(section, axis);
+  return {.z_m = point.z_m - point.y_m * std::sin(theta),
+          .y_m = Displacement(section, axis) + point.y_m * std::cos(theta)};
+}
+
+BeamPoint CompensatedBySection(const BeamSolution& solution, BendingAxis axis,
+                               const BeamPoint& point) {
+  const BeamPoint loaded = LoadedPoint(solution, axis, point);
+  return {.z_m = 2 * point.z_m - loaded.z_m, .y_m = 2 * point.y_m - loaded.y_m};
+}
+
+Tool PaperTool() {
+  Tool tool;
+  tool.rigid = false;
+  tool.segments = {{.length_m = 1.8,
+                    .section = RectangleSection(0.05, 0.05),
+                    .material = {.youngs_modulus_Pa = 200e9, .poisson_ratio = 0.3}}};
+  tool.tcp_F = Vec3(0, 0, 1.8);
+  return tool;
+}
+
+const std::vector<PaperTable2Row>& PaperTable2() {
+  static const std::vector<PaperTable2Row> kRows{
+      {100, {0.2764, 0.9676, 1.8662}, {0.1705, 0.8753, 1.7954}},
+      {200, {0.5529, 1.9353, 3.7324}, {0.4439, 1.7348, 3.1224}},
+      {300, {0.8294, 2.9030, 5.5987}, {0.7146, 2.8013, 5.0334}},
+      {400, {1.1059, 3.8707, 7.4649}, {1.0031, 3.6454, 6.9867}},
+      {500, {1.3824, 4.8384, 9.3312}, {1.2913, 4.5564, 8.8441}},
+      {1000, {2.7648, 9.6768, 18.662}, {2.6554, 9.4785, 17.127}},
+  };
+  return kRows;
+}
+
+}  // namespace plumbline

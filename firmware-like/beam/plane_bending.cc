@@ -1,0 +1,126 @@
+#include "firmware-like/beam/plane_bending.h"
+
+#include <Eigen/LU>
+#include <cassert>
+#include <cstddef>
+
+namespace plumbline {
+namespace {
+
+double Phi(const PlaneElement& element) {
+  return 12 * element.stiffness_Nm2 * element.shear_compliance_per_N /
+         (element.length_m * element.length_m);
+}
+
+/// Node displacements by elimination of the block tridiagonal system from the root outwards.
+/// @param stiffness  one matrix an element
+/// @param force      one a node, the root's first
+std::vector<Eigen::Vector2d> NodeDisplacements(const std::vector<Eigen::Matrix4d>& stiffness,
+                                               std::vector<Eigen::Vector2d> force) {
+  const std::size_t n = stiffness.size();
+  std::vector<Eigen::Matrix2d> inverse_pivot(n);
+  for (std::size_t e = 0; e < n; ++e) {
+    Eigen::Matrix2d pivot = stiffness[e].bottomRightCorner<2, 2>();
+    if (e > 0) {
+      const Eigen::Matrix2d coupling = stiffness[e].bottomLeftCorner<2, 2>();
+      pivot -= coupling * inverse_pivot[e - 1] * coupling.transpose();
+      force[e + 1] -= coupling * inverse_pivot[e - 1] * force[e];
+    }
+    if (e + 1 < n) pivot += stiffness[e + 1].topLeftCorner<2, 2>();
+    inverse_pivot[e] = pivot.inverse();
+  }
+  std::vector<Eigen::Vector2d> displacement(n + 1, Eigen::Vector2d::Zero());
+  for (std::size_t e = n; e-- > 0;) {
+    Eigen::Vector2d rest = force[e + 1];
+    if (e + 1 < n) rest -= stiffness[e + 1].topRightCorner<2, 2>() * displacement[e + 2];
+    displacement[e + 1] = inverse_pivot[e] * rest;
+  }
+  return displacement;
+}
+
+}  // namespace
+
+Eigen::Matrix4d StiffnessMatrix(const PlaneElement& element) {
+  const double l = element.length_m;
+  const double phi = Phi(element);
+  Eigen::Matrix4d k;
+  k << 12, 6 * l, -12, 6 * l,                               //
+      6 * l, (4 + phi) * l * l, -6 * l, (2 - phi) * l * l,  //
+      -12, -6 * l, 12, -6 * l,                              //
+      6 * l, (2 - phi) * l * l, -6 * l, (4 + phi) * l * l;
+  return element.stiffness_Nm2 / (l * l * l * (1 + phi)) * k;
+}
+
+Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load) {
+  const double l = element.length_m;
+  const double ei = element.stiffness_Nm2;
+  // What the loads alone would do at the far end, to be undone by V and M at the near one.
+  const PlaneState free = StateAt(element, load, PlaneState{}, l);
+  PlaneState clamped;
+  clamped.shear_N =
+      12 * ei / (l * l * l * (1 + Phi(element))) * (free.theta_rad * l / 2 - free.u_m);
+  clamped.moment_Nm = clamped.shear_N * l / 2 - ei * free.theta_rad / l;
+  const PlaneState far = StateAt(element, load, clamped, l);
+  return {clamped.shear_N, clamped.moment_Nm, -far.shear_N, -far.moment_Nm};
+}
+
+PlaneState StateAt(const PlaneElement& element, const PlaneLoad& load, const PlaneState& start,
+                   double s_m) {
+  const double s = s_m;
+  const double w0 = load.w0_N_m;
+  const double w1 = load.w1_N_m2;
+  PlaneState state;
+  // V, M and the first and second integrals of M.
+  state.shear_N = start.shear_N - w0 * s - w1 * s * s / 2;
+  state.moment_Nm = start.moment_Nm - start.shear_N * s + w0 * s * s / 2 + w1 * s * s * s / 6;
+  double bend = s * (start.moment_Nm - s * (start.shear_N / 2 - s * (w0 / 6 + s * w1 / 24)));
+  double sag =
+      s * s * (start.moment_Nm / 2 - s * (start.shear_N / 6 - s * (w0 / 24 + s * w1 / 120)));
+  double shear_sum = s * (start.shear_N - s * (w0 / 2 + s * w1 / 6));
+  for (const PlanePointLoad& point : load.points) {
+    const double r = s - point.s_m;
+    if (r <= 0) continue;
+    state.shear_N -= point.force_N;
+    state.moment_Nm += point.force_N * r - point.moment_Nm;
+    bend += point.force_N * r * r / 2 - point.moment_Nm * r;
+    sag += point.force_N * r * r * r / 6 - point.moment_Nm * r * r / 2;
+    shear_sum -= point.force_N * r;
+  }
+  state.theta_rad = start.theta_rad + bend / element.stiffness_Nm2;
+  state.u_m = start.u_m + start.theta_rad * s + sag / element.stiffness_Nm2 +
+              shear_sum * element.shear_compliance_per_N;
+  return state;
+}
+
+std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& elements,
+                                        const std::vector<PlaneLoad>& loads,
+                                        const std::vector<Eigen::Vector2d>& node_loads) {
+  const std::size_t n = elements.size();
+  assert(loads.size() == n && node_loads.size() == n + 1);
+  std::vector<Eigen::Matrix4d> stiffness(n);
+  std::vector<Eigen::Vector4d> equivalent(n);
+  std::vector<Eigen::Vector2d> force = node_loads;
+  for (std::size_t e = 0; e < n; ++e) {
+    stiffness[e] = StiffnessMatrix(elements[e]);
+    equivalent[e] = NodalLoads(elements[e], loads[e]);
+    force[e] += equivalent[e].head<2>();
+    force[e + 1] += equivalent[e].tail<2>();
+  }
+  const std::vector<Eigen::Vector2d> displacement = NodeDisplacements(stiffness, force);
+  std::vector<PlaneState> ends(n);
+  for (std::size_t e = 0; e < n; ++e) {
+    const Eigen::Vector2d& near = displacement[e];
+    const Eigen::Vector2d& far = displacement[e + 1];
+    // Without its rigid motion, an element far out loses no digits to its own displacement.
+    const Eigen::Vector2d strain(far[0] - near[0] - near[1] * elements[e].length_m,
+                                 far[1] - near[1]);
+    const Eigen::Vector2d force_on_near = stiffness[e].topRightCorner<2, 2>() * strain;
+    ends[e] = {.u_m = near[0],
+               .theta_rad = near[1],
+               .shear_N = equivalent[e][0] - force_on_near[0],
+               .moment_Nm = equivalent[e][1] - force_on_near[1]};
+  }
+  return ends;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,155 @@
+#include "firmware-like/correction/correct.h"
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/kinematics/inverse.h"
+
+namespace plumbline {
+namespace {
+
+int Restarts(BranchSearch search) {
+  switch (search) {
+    case BranchSearch::kNone: return 0;
+    case BranchSearch::kBrief: return 16;
+    case BranchSearch::kThorough: return 128;
+  }
+  return 0;
+}
+
+Pose PointOfTip(const Pose& X_BT, const Vec3& p_TP) { return {X_BT.R, X_BT * p_TP}; }
+
+/// Solves for the tool point; kOk, or why not.
+template <typename Tip>
+CorrectionCode Solve(const Chain& chain, const PoseTarget& target, const Tip& tip,
+                     const JointVector& seed, BranchSearch search, JointVector& theta,
+                     InverseOutcome& outcome) {
+  if (search == BranchSearch::kNone) {
+    constexpr int kIterations = 40;
+    theta = seed;
+    outcome = SolvePose(chain, target, tip, kIterations, theta);
+    if (!outcome.converged) return CorrectionCode::kUnreachable;
+    return WrapIntoLimits(chain, seed, theta) ? CorrectionCode::kOk : CorrectionCode::kJointLimit;
+  }
+  switch (SolvePoseOnNearestBranch(chain, target, tip, Restarts(search), seed, theta, outcome)) {
+    case BranchOutcome::kFound: return CorrectionCode::kOk;
+    case BranchOutcome::kOnlyOutsideLimits: return CorrectionCode::kJointLimit;
+    case BranchOutcome::kNone: return CorrectionCode::kUnreachable;
+  }
+  return CorrectionCode::kNotConverged;
+}
+
+}  // namespace
+
+const char* Describe(CorrectionCode code) {
+  switch (code) {
+    case CorrectionCode::kOk: return "ok";
+    case CorrectionCode::kUnreachable: return "out of reach";
+    case CorrectionCode::kJointLimit: return "joint limit";
+    case CorrectionCode::kSingular: return "singular posture";
+    case CorrectionCode::kTooLarge: return "correction too large";
+    case CorrectionCode::kNotConverged: return "not converged";
+    case CorrectionCode::kTorquesUnknown: return "link masses not declared";
+    case CorrectionCode::kPayloadUnknown: return "payload not known";
+    case CorrectionCode::kNoRobot: return "no trusted robot input";
+    case CorrectionCode::kUnknownPoint: return "no such point";
+    case CorrectionCode::kBadCommand: return "bad command";
+    case CorrectionCode::kPending: return "pending";
+  }
+  return "?";
+}
+
+Corrector::Corrector(const CellModel& cell, const CorrectionLimits& limits)
+    : cell_(cell), arm_(cell), limits_(limits) {}
+
+void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
+                        std::optional<double> temp_C, const JointVector& seed, BranchSearch search,
+                        Correction& correction) const {
+  const Pose X_BP = arm_.X_WB().Inverse() * point.X_WP;
+  if (arm_.torques_missing()) {
+    correction.code = CorrectionCode::kTorquesUnknown;
+    return;
+  }
+  const double reach_m = arm_.chain().Reach() + arm_.X_FT().p.norm() + point.p_TP.norm();
+  if (X_BP.p.norm() > reach_m + limits_.max_translation_m) {
+    correction.code = CorrectionCode::kUnreachable;
+    return;
+  }
+  LoadedState state;
+  const auto loaded_point = [&](const JointVector& theta, Posture& posture) {
+    arm_.AtActual(theta, payload, state);
+    posture = state.posture;
+    return PointOfTip(state.X_BT, point.p_TP);
+  };
+  JointVector theta;
+  InverseOutcome outcome;
+  correction.code = Solve(arm_.chain(), {X_BP, point.orientation_free}, loaded_point, seed, search,
+                          theta, outcome);
+  correction.iterations = outcome.iterations;
+  if (correction.code == CorrectionCode::kOk) {
+    Judge(X_BP, point.p_TP, point.orientation_free, payload, temp_C, theta, correction);
+  }
+}
+
+void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
+                      const Payload& payload, std::optional<double> temp_C,
+                      const JointVector& theta, Correction& correction) const {
+  const PoseTarget target{X_BP, orientation_free};
+  LoadedState state;
+  arm_.AtActual(theta, payload, state);
+  const Pose X_BP_reached = PointOfTip(state.X_BT, p_TP);
+  const Vec6 error = PoseError(target, X_BP_reached);
+  correction.residual_m = error.head<3>().norm();
+  correction.residual_rad = error.tail<3>().norm();
+  correction.q = theta - state.sag;
+  correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q), p_TP);
+  // With a free orientation the wanted rotation is whatever the loaded tip has.
+  const Mat3& R_wanted = orientation_free ? X_BP_reached.R : X_BP.R;
+  correction.translation_B = correction.X_BP_command.p - X_BP.p;
+  correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_wanted.transpose());
+  correction.uncertainty_m =
+      RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
+  correction.extrapolated = OutsideDomain(cell_, correction.q, payload.mass_kg, temp_C);
+
+  Jacobian jacobian;
+  arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
+  if (!arm_.chain().WithinLimits(correction.q)) {
+    correction.code = CorrectionCode::kJointLimit;
+  } else if (SmallestSingularValue(jacobian, target.rows()) < limits_.min_singular_value) {
+    correction.code = CorrectionCode::kSingular;
+  } else if (correction.translation_B.norm() > limits_.max_translation_m ||
+             correction.rotation_B.norm() > limits_.max_rotation_rad) {
+    correction.code = CorrectionCode::kTooLarge;
+  }
+}
+
+void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+                        const JointVector& seed, BranchSearch search, Correction& landing) const {
+  if (arm_.torques_missing()) {
+    landing.code = CorrectionCode::kTorquesUnknown;
+    return;
+  }
+  const auto unloaded_point = [&](const JointVector& q, Posture& posture) {
+    arm_.chain().Evaluate(q, posture);
+    return PointOfTip(posture.X_BF() * arm_.X_FT(), p_TP);
+  };
+  InverseOutcome outcome;
+  landing.code =
+      Solve(arm_.chain(), {X_BP, false}, unloaded_point, seed, search, landing.q, outcome);
+  landing.iterations = outcome.iterations;
+  if (landing.code != CorrectionCode::kOk) return;
+  LoadedState state;
+  if (!arm_.AtCommanded(landing.q, payload, state)) {
+    landing.code = CorrectionCode::kNotConverged;
+    return;
+  }
+  landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
+  landing.translation_B = landing.X_BP_command.p - X_BP.p;
+  landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
+  landing.uncertainty_m =
+      RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
+  landing.extrapolated = OutsideDomain(cell_, landing.q, payload.mass_kg, std::nullopt);
+  landing.residual_m = outcome.residual_m;
+  landing.residual_rad = outcome.residual_rad;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,84 @@
+// The command that makes the loaded tip land where it is wanted.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware-like/correction/assembly_point.h"
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline {
+
+/// Why there is, or is not, a corrected point. The numbers are those of the register map.
+enum class CorrectionCode : std::uint8_t {
+  kOk = 0,
+  kUnreachable = 1,     ///< no posture of the arm brings the tip there
+  kJointLimit = 2,      ///< every posture that does breaks a joint limit
+  kSingular = 3,        ///< reached only beside a singular posture
+  kTooLarge = 4,        ///< the correction exceeds the largest that is allowed
+  kNotConverged = 5,    ///< the iteration did not settle; a defect worth reporting
+  kTorquesUnknown = 6,  ///< joints yield, but a link's mass is not declared
+  kPayloadUnknown = 7,  ///< the mass carried, or its centre of gravity, is not known
+  kNoRobot = 8,         ///< robot input is missing, stale or not trusted
+  kUnknownPoint = 9,    ///< no assembly point of that number
+  kBadCommand = 10,     ///< the command's code or values make no sense
+  kPending = 11,        ///< not computed yet
+};
+
+/// Short words for a code, for the log and the register map.
+const char* Describe(CorrectionCode code);
+
+struct CorrectionLimits {
+  double max_translation_m = 0.05;
+  double max_rotation_rad = 0.05;
+  double min_singular_value = 0.02;  ///< of the tip's Jacobian, metres and radians alike
+  double deflection_sd = 0.1;        ///< see DeflectionCovariance
+};
+
+/// A corrected point, or the code that says why there is none.
+struct Correction {
+  CorrectionCode code = CorrectionCode::kPending;
+  JointVector q;               ///< joints that the command leads to [rad]
+  Pose X_BP_command;           ///< pose to command for the unloaded tool point, in B
+  Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
+  Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
+  double uncertainty_m = 0;    ///< radius that holds 95 % of where the loaded tip lands
+  bool extrapolated = false;   ///< outside the calibrated range
+  double residual_m = 0;       ///< of the model at the solution
+  double residual_rad = 0;
+  int iterations = 0;
+};
+
+/// What may be spent on a correction: the local solution only, or a search for other branches.
+enum class BranchSearch { kNone, kBrief, kThorough };
+
+/// Solves tip(theta) * p_TP = wanted for the joint positions theta that the loaded arm really
+/// takes, by Newton's method with the rigid Jacobian (the deflection changes with theta by some
+/// 1e-3, so each step gains two to three digits), then commands q = theta - s(theta).
+/// Converged below 1e-8 m and 1e-8 rad of the model. Allocates nothing; bounded work.
+class Corrector {
+ public:
+  Corrector(const CellModel& cell, const CorrectionLimits& limits);
+
+  const LoadedArm& arm() const { return arm_; }
+
+  /// @param seed    joint positions near which the solution is wanted, shape (n)
+  /// @param search  how hard to look for the branch nearest to the seed
+  void Correct(const AssemblyPoint& point, const Payload& payload, std::optional<double> temp_C,
+               const JointVector& seed, BranchSearch search, Correction& correction) const;
+
+  /// The reverse: where the loaded tool point lands that is commanded to X_BP (unloaded).
+  /// `landing.X_BP_command` then is the pose reached.
+  void Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload, const JointVector& seed,
+               BranchSearch search, Correction& landing) const;
+
+ private:
+  void Judge(const Pose& X_BP_wanted, const Vec3& p_TP, bool orientation_free,
+             const Payload& payload, std::optional<double> temp_C, const JointVector& theta,
+             Correction& correction) const;
+
+  CellModel cell_;
+  LoadedArm arm_;
+  CorrectionLimits limits_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,52 @@
+#include "firmware-like/deflection/uncertainty.h"
+
+#include <cmath>
+
+namespace plumbline {
+
+Mat3 DeflectionCovariance(const LoadedArm& arm, const LoadedState& state, double deflection_sd) {
+  Jacobian jacobian;
+  arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
+  const Vec3 bend_B = state.posture.X_BF().R * state.bend_F;
+  Mat3 covariance = bend_B * bend_B.transpose();
+  for (int i = 0; i < arm.size(); ++i) {
+    const Vec3 shift_B = jacobian.col(i).head<3>() * state.sag[i];
+    covariance += shift_B * shift_B.transpose();
+  }
+  return deflection_sd * deflection_sd * covariance;
+}
+
+Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution) {
+  Jacobian jacobian;
+  arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
+  return resolution * resolution / 12 * jacobian.topRows<3>() * jacobian.topRows<3>().transpose();
+}
+
+double RadiusHolding95Percent(const Mat3& covariance) {
+  const double trace = covariance.trace();
+  if (trace <= 0) return 0;
+  const double trace_of_square = covariance.squaredNorm();
+  const double freedom = trace * trace / trace_of_square;
+  constexpr double kNormal95 = 1.6448536269514722;
+  const double h = 2 / (9 * freedom);
+  const double root = 1 - h + kNormal95 * std::sqrt(h);
+  return std::sqrt(trace * root * root * root);
+}
+
+bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
+                   std::optional<double> temp_C) {
+  for (int i = 0; i < cell.robot.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Joint& joint = cell.robot.joints[k];
+    const Interval interval =
+        cell.domain ? cell.domain->q[k] : Interval{joint.min, joint.max};
+    if (!interval.Contains(q[i])) return true;
+  }
+  if (!cell.domain) return false;
+  const auto outside = [](const std::optional<Interval>& seen, std::optional<double> value) {
+    return seen && value && !seen->Contains(*value);
+  };
+  return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C);
+}
+
+}  // namespace plumbline

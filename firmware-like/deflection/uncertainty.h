@@ -1,0 +1,29 @@
+// How far the loaded tip may be from where the model puts it.
+#pragma once
+
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline {
+
+/// Covariance of the tip position [m^2] in B when every source of deflection (each joint's sag, the
+/// tool's bend) is uncertain by `deflection_sd` of itself, independently:
+///   C = sd^2 (sum_i (J_i s_i)(J_i s_i)^T + (R bend)(R bend)^T)
+/// A declared compliance carries no deviation of its own; the share is an assumption that stands
+/// until the model is identified from measured points.
+Mat3 DeflectionCovariance(const LoadedArm& arm, const LoadedState& state, double deflection_sd);
+
+/// Covariance of a point of the posture [m^2] when each joint is read in steps of `resolution`
+/// [rad]: uniform within a step, variance resolution^2 / 12.
+Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution);
+
+/// Radius [m] of the ball that holds 95 % of a zero-mean normal error of covariance C [m^2].
+/// |e|^2 is taken as a chi^2_nu, a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite 1946], its
+/// quantile by Wilson & Hilferty (1931). Within 2 % of the exact radius for every C.
+double RadiusHolding95Percent(const Mat3& covariance);
+
+/// True where q, payload or temperature lie outside what the model was fitted on; where the cell
+/// names no domain, outside the joint limits.
+bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
+                   std::optional<double> temp_C);
+
+}  // namespace plumbline

@@ -1,0 +1,53 @@
+#include "firmware-like/geometry/rotation.h"
+
+#include <cmath>
+
+namespace plumbline {
+
+Mat3 RotationFromVector(const Vec3& v) {
+  const double angle = v.norm();
+  Mat3 K;
+  K << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  if (angle < 1e-4) {
+    const double a2 = angle * angle;
+    return Mat3::Identity() + (1 - a2 / 6) * K + (0.5 - a2 / 24) * K * K;
+  }
+  const double half_sine = std::sin(0.5 * angle);
+  return Mat3::Identity() + std::sin(angle) / angle * K +
+         2 * half_sine * half_sine / (angle * angle) * K * K;
+}
+
+Vec3 VectorFromRotation(const Mat3& R) {
+  Eigen::Quaterniond q(R);
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const double sine = q.vec().norm();  // of the half angle
+  if (sine < 1e-9) return 2 * q.vec();
+  return 2 * std::atan2(sine, q.w()) / sine * q.vec();
+}
+
+Mat3 RotationFromRollPitchYaw(const Vec3& rpy) {
+  return (Eigen::AngleAxisd(rpy[2], Vec3::UnitZ()) * Eigen::AngleAxisd(rpy[1], Vec3::UnitY()) *
+          Eigen::AngleAxisd(rpy[0], Vec3::UnitX()))
+      .toRotationMatrix();
+}
+
+Vec3 RollPitchYawFromRotation(const Mat3& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  if (cos_pitch < 1e-9) return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
+Vec3 AnglesFromRotation(const Mat3& R, OrientationConvention convention) {
+  if (convention == OrientationConvention::kRotationVector) return VectorFromRotation(R);
+  const Vec3 rpy = RollPitchYawFromRotation(R);
+  return convention == OrientationConvention::kRollPitchYaw ? rpy : Vec3(rpy.reverse());
+}
+
+Mat3 RotationFromAngles(const Vec3& angles, OrientationConvention convention) {
+  if (convention == OrientationConvention::kRotationVector) return RotationFromVector(angles);
+  return RotationFromRollPitchYaw(
+      convention == OrientationConvention::kRollPitchYaw ? angles : Vec3(angles.reverse()));
+}
+
+}  // namespace plumbline

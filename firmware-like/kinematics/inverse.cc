@@ -1,0 +1,72 @@
+#include "firmware-like/kinematics/inverse.h"
+
+#include <Eigen/LU>
+#include <array>
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// Element `index` (from 0) of the van der Corput sequence in a prime base, in 0..1.
+double RadicalInverse(int index, int base) {
+  double value = 0;
+  double digit = 1.0 / base;
+  for (int rest = index + 1; rest > 0; rest /= base, digit /= base) value += digit * (rest % base);
+  return value;
+}
+
+}  // namespace
+
+bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& theta) {
+  bool inside = true;
+  for (int i = 0; i < chain.size(); ++i) {
+    if (chain.type(i) == JointType::kRevolute) {
+      theta[i] -= kTurn * std::round((theta[i] - seed[i]) / kTurn);
+      if (theta[i] > chain.upper()[i] && std::isfinite(chain.upper()[i])) {
+        theta[i] -= kTurn * std::ceil((theta[i] - chain.upper()[i]) / kTurn);
+      } else if (theta[i] < chain.lower()[i] && std::isfinite(chain.lower()[i])) {
+        theta[i] += kTurn * std::ceil((chain.lower()[i] - theta[i]) / kTurn);
+      }
+    }
+    inside = inside && theta[i] >= chain.lower()[i] && theta[i] <= chain.upper()[i];
+  }
+  return inside;
+}
+
+JointVector RestartPosture(const Chain& chain, const JointVector& seed, int index) {
+  constexpr std::array<int, kMaxJoints> kPrimes = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+  constexpr int kMirrored = 8;
+  const int n = chain.size();
+  JointVector start = seed;
+  if (index < kMirrored && n == 6) {
+    // The other wrist, the other elbow, and the arm turned about: the branches of a spherical wrist.
+    if (index & 1) {
+      start[3] += std::numbers::pi;
+      start[4] = -start[4];
+      start[5] -= std::numbers::pi;
+    }
+    if (index & 2) start[2] = -start[2];
+    if (index & 4) start[0] += start[0] > 0 ? -std::numbers::pi : std::numbers::pi;
+    if (index != 0) return start;
+  }
+  for (int i = 0; i < n; ++i) {
+    const bool open = !std::isfinite(chain.lower()[i]) || !std::isfinite(chain.upper()[i]);
+    const double low = open ? -std::numbers::pi : std::max(chain.lower()[i], -kTurn / 2);
+    const double high = open ? std::numbers::pi : std::min(chain.upper()[i], kTurn / 2);
+    start[i] = low + (high - low) * RadicalInverse(index, kPrimes[static_cast<std::size_t>(i)]);
+  }
+  return start;
+}
+
+double SmallestSingularValue(const Jacobian& jacobian, int rows) {
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> gram =
+      jacobian.topRows(rows) * jacobian.topRows(rows).transpose();
+  const auto lu = gram.partialPivLu();
+  const double trace_of_inverse = lu.inverse().trace();
+  return trace_of_inverse > 0 && std::isfinite(trace_of_inverse) ? 1 / std::sqrt(trace_of_inverse)
+                                                                 : 0;
+}
+
+}  // namespace plumbline

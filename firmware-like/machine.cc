@@ -1,0 +1,289 @@
+#include "firmware-like/machine.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware-like/deflection/uncertainty.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kHeartbeatTimeout_s = 2.0;
+constexpr int kSearchesPerCycle = 2;  // a branch search costs about as much as 20 corrections
+constexpr double kLargestPayload_kg = 3000;
+constexpr double kCoarseReading_m = 1e-4;
+
+std::uint16_t AlarmOf(InputFault fault) {
+  switch (fault) {
+    case InputFault::kOk: return 0;
+    case InputFault::kMissing: return alarm::kRobotMissing;
+    case InputFault::kStale: return alarm::kRobotStale;
+    case InputFault::kTcpMismatch: return alarm::kDecodingWrong;
+    default: return alarm::kRobotImplausible;
+  }
+}
+
+}  // namespace
+
+Machine::Machine(const MachineConfig& config)
+    : config_(config),
+      corrector_(config.cell, config.limits),
+      filter_(config.plausibility),
+      solutions_(config.points.size()) {
+  snapshot_.points.resize(config_.points.size());
+  for (int i = 0; i < config_.cell.robot.size(); ++i) {
+    if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic) {
+      snapshot_.prismatic_joints = static_cast<std::uint16_t>(snapshot_.prismatic_joints | 1 << i);
+    }
+  }
+  const JointVector zero = JointVector::Zero(config_.cell.robot.size());
+  snapshot_.robot.q = zero;
+  snapshot_.result.correction.q = zero;
+  for (PointResult& point : snapshot_.points) point.correction.q = zero;
+}
+
+void Machine::Prepare() {
+  for (std::size_t k = 0; k < config_.points.size(); ++k) {
+    const AssemblyPoint& point = config_.points[k];
+    if (!point.near_q) continue;
+    const Payload payload{point.payload_kg.value_or(0.0),
+                          config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+    Correction correction;
+    corrector_.Correct(point, payload, std::nullopt, *point.near_q, BranchSearch::kThorough,
+                       correction);
+    if (correction.code == CorrectionCode::kOk) solutions_[k] = correction.q;
+  }
+}
+
+const Snapshot& Machine::Cycle(const MachineInput& input) {
+  ++snapshot_.cycle;
+  snapshot_.now_s = input.now_s;
+  snapshot_.alarms = 0;
+  snapshot_.warnings = 0;
+  snapshot_.first_error = CorrectionCode::kOk;
+
+  JudgeInput(input);
+  ChoosePayload();
+  RefreshPoints();
+  Execute(input);
+  ReportStatus(input);
+  return snapshot_;
+}
+
+void Machine::JudgeInput(const MachineInput& input) {
+  const LoadedArm& arm = corrector_.arm();
+  snapshot_.input_fault = filter_.Judge(arm, input.robot, input.now_s);
+  snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
+  snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
+  if (snapshot_.input_fault != InputFault::kOk) return;
+  snapshot_.robot = input.robot;
+  if (!filter_.decoding_checked()) snapshot_.warnings |= warning::kDecodingUnchecked;
+  if (arm.loads().guessed()) snapshot_.warnings |= warning::kMassCentresGuessed;
+  if (input.robot.mode == RobotMode::kEmergencyStop) snapshot_.alarms |= alarm::kEmergencyStop;
+  if (input.robot.q_resolution > 0) {
+    LoadedState state;
+    arm.AtActual(input.robot.q, {}, state);
+    snapshot_.reading_radius_m =
+        RadiusHolding95Percent(ReadingCovariance(arm, state, input.robot.q_resolution));
+    if (snapshot_.reading_radius_m > kCoarseReading_m) {
+      snapshot_.warnings |= warning::kCoarseJoints;
+    }
+  }
+}
+
+void Machine::ChoosePayload() {
+  const PayloadPolicy& policy = config_.payload;
+  const RobotState& robot = snapshot_.robot;
+  const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  std::optional<double> mass_kg;
+  std::optional<Vec3> cog_F = config_.cell.payload_cog_F;
+  const auto take = [&](const PayloadPolicy::ToolLoad& load) {
+    mass_kg = load.mass_kg;
+    if (load.cog_F) cog_F = load.cog_F;
+  };
+  switch (policy.source) {
+    case PayloadPolicy::Source::kFixed: take(policy.fixed); break;
+    case PayloadPolicy::Source::kTable:
+      for (const PayloadPolicy::ToolLoad& load : policy.table) {
+        if (robot_trusted && robot.tool_number == load.number) take(load);
+      }
+      break;
+    case PayloadPolicy::Source::kRobot:
+      if (robot_trusted) mass_kg = robot.payload_kg;
+      if (robot_trusted && robot.payload_cog_F) cog_F = robot.payload_cog_F;
+      break;
+  }
+  cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
+  const std::optional<Payload> payload = PayloadOf(mass_kg);
+  snapshot_.payload_valid = payload.has_value();
+  if (payload) snapshot_.payload = *payload;
+}
+
+std::optional<Payload> Machine::PayloadOf(std::optional<double> mass_kg) const {
+  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kLargestPayload_kg;
+  if (!plausible || (*mass_kg > 0 && !cog_F_)) return std::nullopt;
+  return Payload{*mass_kg, cog_F_.value_or(Vec3::Zero())};
+}
+
+std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
+  if (own_mass_kg) return PayloadOf(own_mass_kg);
+  return snapshot_.payload_valid ? std::optional(snapshot_.payload) : std::nullopt;
+}
+
+void Machine::RefreshPoints() {
+  int searches_left = kSearchesPerCycle;
+  for (std::size_t k = 0; k < config_.points.size(); ++k) {
+    RefreshPoint(k, searches_left);
+    const PointResult& result = snapshot_.points[k];
+    if (!result.valid && snapshot_.first_error == CorrectionCode::kOk) {
+      snapshot_.first_error = result.code;
+    }
+  }
+}
+
+void Machine::RefreshPoint(std::size_t index, int& searches_left) {
+  const AssemblyPoint& point = config_.points[index];
+  PointResult& result = snapshot_.points[index];
+  std::optional<JointVector>& solution = solutions_[index];
+  result.valid = false;
+  if (snapshot_.input_fault != InputFault::kOk) {
+    result.code = CorrectionCode::kNoRobot;
+    return;
+  }
+  const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+  if (!payload) {
+    result.code = CorrectionCode::kPayloadUnknown;
+    return;
+  }
+  Correction correction;
+  if (solution) {
+    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, *solution, BranchSearch::kNone,
+                       correction);
+  }
+  // No branch yet, or the one in use is lost: look for the nearest, a few points a cycle.
+  if (correction.code != CorrectionCode::kOk && searches_left > 0 &&
+      (!solution || correction.code == CorrectionCode::kUnreachable ||
+       correction.code == CorrectionCode::kJointLimit)) {
+    --searches_left;
+    const JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
+    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, seed, BranchSearch::kBrief,
+                       correction);
+  }
+  result.code = correction.code;
+  if (correction.code != CorrectionCode::kOk) return;
+  solution = correction.q;
+  result.correction = correction;
+  result.valid = true;
+  result.ever_valid = true;
+  ++result.sequence;
+}
+
+void Machine::Execute(const MachineInput& input) {
+  const PlcCommand& command = input.command;
+  CommandResult& result = snapshot_.result;
+  const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  if (!robot_trusted) result.valid = false;  // the values stay
+  // What stands in the registers when the daemon starts is not a command.
+  if (first_command_) {
+    first_command_ = false;
+    result.sequence = command.sequence;
+    return;
+  }
+  if (command.sequence == result.sequence) return;
+  result.sequence = command.sequence;
+  result.command = command.code;
+  result.unix_ms = input.unix_ms;
+  result.valid = false;
+  if (command.code == PlcCommandCode::kAcknowledge) {
+    result.code = CorrectionCode::kOk;
+    return;
+  }
+  result.point_id = command.code == PlcCommandCode::kCorrectPoint ? command.point_id
+                                                                  : std::uint16_t{0};
+  const auto refuse = [&](CorrectionCode code) { result.code = code; };
+
+  AssemblyPoint point;
+  JointVector seed = snapshot_.robot.q;
+  switch (command.code) {
+    case PlcCommandCode::kCorrectPoint: {
+      const auto known =
+          std::find_if(config_.points.begin(), config_.points.end(),
+                       [&](const AssemblyPoint& p) { return p.id == command.point_id; });
+      if (known == config_.points.end()) return refuse(CorrectionCode::kUnknownPoint);
+      const auto index = static_cast<std::size_t>(known - config_.points.begin());
+      point.X_WP = known->X_WP;
+      point.p_TP = known->p_TP;
+      point.orientation_free = known->orientation_free;
+      point.payload_kg = known->payload_kg;
+      if (known->near_q) seed = *known->near_q;
+      if (solutions_[index]) seed = *solutions_[index];
+      break;
+    }
+    case PlcCommandCode::kCorrectPose:
+    case PlcCommandCode::kCorrectPoseScaled:
+    case PlcCommandCode::kPredictLanding:
+      if (!command.pose_valid) return refuse(CorrectionCode::kBadCommand);
+      point.X_WP = corrector_.arm().X_WB() * command.X_BP;
+      break;
+    default: return refuse(CorrectionCode::kBadCommand);
+  }
+  if (!robot_trusted) return refuse(CorrectionCode::kNoRobot);
+  if (command.payload_kg) point.payload_kg = command.payload_kg;
+  const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+  if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
+  Correction correction;
+  if (command.code == PlcCommandCode::kPredictLanding) {
+    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, seed, BranchSearch::kBrief, correction);
+  } else {
+    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, seed, BranchSearch::kBrief,
+                       correction);
+  }
+  result.code = correction.code;
+  if (correction.code != CorrectionCode::kOk) return;
+  result.correction = correction;
+  result.valid = true;
+}
+
+void Machine::ReportStatus(const MachineInput& input) {
+  std::uint16_t& word = snapshot_.status;
+  word = 0;
+  const auto set = [&word](std::uint16_t bit, bool on) {
+    if (on) word = static_cast<std::uint16_t>(word | bit);
+  };
+  if (input.command.heartbeat != last_heartbeat_) {
+    last_heartbeat_ = input.command.heartbeat;
+    heartbeat_seen_s_ = input.now_s;
+  }
+  const bool heartbeat =
+      heartbeat_seen_s_ && input.now_s - *heartbeat_seen_s_ < kHeartbeatTimeout_s;
+  if (heartbeat_seen_s_ && !heartbeat) snapshot_.warnings |= warning::kPlcHeartbeatLost;
+  if (input.cycle_overrun) snapshot_.warnings |= warning::kCycleOverrun;
+  if (corrector_.arm().torques_missing()) snapshot_.alarms |= alarm::kTorquesUnknown;
+
+  bool all_valid = true;
+  bool extrapolating = false;
+  for (const PointResult& point : snapshot_.points) {
+    all_valid = all_valid && point.valid;
+    extrapolating = extrapolating || (point.valid && point.correction.extrapolated);
+    const bool refused = !point.valid && point.code != CorrectionCode::kNoRobot &&
+                         point.code != CorrectionCode::kPending;
+    if (refused) {
+      snapshot_.alarms |= point.code == CorrectionCode::kPayloadUnknown ? alarm::kPayloadUnknown
+                                                                        : alarm::kPointRefused;
+    }
+  }
+  const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  set(status::kReady, robot_trusted && all_valid);
+  set(status::kResultValid, snapshot_.result.valid);
+  set(status::kRobotLink, robot_trusted);
+  set(status::kWarning, snapshot_.warnings != 0);
+  set(status::kError, snapshot_.alarms != 0);
+  set(status::kExtrapolating, extrapolating);
+  set(status::kTemperatureValid, robot_trusted && snapshot_.robot.temp_C.has_value());
+  set(status::kPayloadValid, snapshot_.payload_valid);
+  set(status::kPlcHeartbeatSeen, heartbeat);
+  set(status::kManual, input.command.manual || snapshot_.robot.mode == RobotMode::kManual);
+  set(status::kToggle, std::fmod(input.now_s, 2.0) >= 1.0);
+}
+
+}  // namespace plumbline

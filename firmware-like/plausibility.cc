@@ -1,0 +1,86 @@
+#include "firmware-like/plausibility.h"
+
+#include <algorithm>
+
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+bool Finite(const Pose& pose) { return pose.R.allFinite() && pose.p.allFinite(); }
+
+/// The reported tool pose agrees with the one that forward kinematics gives.
+bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const PlausibilityLimits& limits) {
+  Posture posture;
+  arm.chain().Evaluate(state.q, posture);
+  const auto agrees = [&](const Pose& X_BT) {
+    return (X_BT.p - state.X_BT->p).norm() <= limits.tcp_tolerance_m &&
+           VectorFromRotation(X_BT.R * state.X_BT->R.transpose()).norm() <=
+               limits.tcp_tolerance_rad;
+  };
+  const Pose& X_BF = posture.X_BF();
+  if (state.tcp_is_flange) return agrees(X_BF);
+  if (state.X_FT) return agrees(X_BF * *state.X_FT);
+  // The controller does not tell its tool offset: it is the cell's tool, or none is set.
+  return agrees(X_BF * arm.X_FT()) || agrees(X_BF);
+}
+
+}  // namespace
+
+const char* Describe(InputFault fault) {
+  switch (fault) {
+    case InputFault::kOk: return "ok";
+    case InputFault::kMissing: return "nothing read yet";
+    case InputFault::kStale: return "stale";
+    case InputFault::kNotFinite: return "not a number";
+    case InputFault::kJointLimit: return "joint outside its limits";
+    case InputFault::kJump: return "joint jumped";
+    case InputFault::kJointCount: return "wrong number of joints";
+    case InputFault::kTcpMismatch: return "reported tool pose contradicts the joints";
+  }
+  return "?";
+}
+
+InputFault PlausibilityFilter::Judge(const LoadedArm& arm, const RobotState& state, double now_s) {
+  if (state.sequence == 0) return InputFault::kMissing;
+  if (state.sequence != sequence_) {
+    sequence_ = state.sequence;
+    const InputFault fault = JudgeNew(arm, state);
+    if (fault != InputFault::kOk) {
+      fault_ = fault;
+      good_in_a_row_ = 0;
+    } else if (++good_in_a_row_ >= limits_.readings_to_trust) {
+      fault_ = InputFault::kOk;
+    }
+  }
+  if (now_s - state.timestamp_s > limits_.stale_after_s) {
+    // What comes after a gap has to earn its trust anew.
+    fault_ = InputFault::kStale;
+    good_in_a_row_ = 0;
+    have_last_ = false;
+  }
+  return fault_;
+}
+
+InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& state) {
+  if (state.q.size() != arm.size()) return InputFault::kJointCount;
+  if (!state.q.allFinite() || (state.X_BT && !Finite(*state.X_BT)) ||
+      (state.X_FT && !Finite(*state.X_FT))) {
+    return InputFault::kNotFinite;
+  }
+  if (!arm.chain().WithinLimits(state.q, limits_.limit_margin_rad)) return InputFault::kJointLimit;
+  const double elapsed_s = std::max(0.0, state.timestamp_s - last_timestamp_s_);
+  const double allowed = limits_.max_joint_step + limits_.max_joint_speed * elapsed_s;
+  const bool jumped = have_last_ && (state.q - last_q_).cwiseAbs().maxCoeff() > allowed;
+  last_q_ = state.q;
+  last_timestamp_s_ = state.timestamp_s;
+  have_last_ = true;
+  if (jumped) return InputFault::kJump;
+  if (state.X_BT) {
+    if (!TcpAgrees(arm, state, limits_)) return InputFault::kTcpMismatch;
+    decoding_checked_ = true;
+  }
+  return InputFault::kOk;
+}
+
+}  // namespace plumbline

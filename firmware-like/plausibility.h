@@ -1,0 +1,61 @@
+// Is what the robot controller says to be believed?
+#pragma once
+
+#include <cstdint>
+
+#include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/model/robot_state.h"
+
+namespace plumbline {
+
+/// Why a reading is not believed; kOk where it is.
+enum class InputFault : std::uint8_t {
+  kOk,
+  kMissing,      ///< nothing was read since the start
+  kStale,        ///< the last reading is too old
+  kNotFinite,    ///< NaN or infinity
+  kJointLimit,   ///< a joint outside its limits
+  kJump,         ///< a joint moved faster than any joint can
+  kJointCount,   ///< not as many joints as the cell declares
+  kTcpMismatch,  ///< the reported tool pose is not the one that the joints give: wrong decoding
+};
+
+const char* Describe(InputFault fault);
+
+struct PlausibilityLimits {
+  double stale_after_s = 0.1;
+  double limit_margin_rad = 0.02;      ///< beyond the declared joint limits
+  double max_joint_speed = 12.0;       ///< [rad/s] or [m/s]
+  double max_joint_step = 0.05;        ///< always allowed between two readings
+  double tcp_tolerance_m = 0.010;      ///< reported tool pose against forward kinematics
+  double tcp_tolerance_rad = 0.02;
+  int readings_to_trust = 3;           ///< consistent readings needed after a fault
+};
+
+/// Judges readings in their order. Values in, verdict out; time is an input.
+class PlausibilityFilter {
+ public:
+  explicit PlausibilityFilter(const PlausibilityLimits& limits) : limits_(limits) {}
+
+  /// Verdict on the newest reading at time now_s. The same reading may be judged again: its age
+  /// grows. After a fault, `readings_to_trust` good readings in a row are needed; until then the
+  /// fault that caused it is told.
+  InputFault Judge(const LoadedArm& arm, const RobotState& state, double now_s);
+
+  /// False until a reported tool pose was compared with forward kinematics.
+  bool decoding_checked() const { return decoding_checked_; }
+
+ private:
+  InputFault JudgeNew(const LoadedArm& arm, const RobotState& state);
+
+  PlausibilityLimits limits_;
+  std::uint64_t sequence_ = 0;
+  double last_timestamp_s_ = 0;
+  JointVector last_q_;
+  bool have_last_ = false;
+  bool decoding_checked_ = false;
+  int good_in_a_row_ = 0;
+  InputFault fault_ = InputFault::kMissing;
+};
+
+}  // namespace plumbline

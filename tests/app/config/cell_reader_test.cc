@@ -1,0 +1,454 @@
+#include "app/config/cell_reader.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/config/toml_reader.h"
+#include "firmware-like/geometry/rotation.h"
+#include "tests/app/config/wrong_line.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// A turning, a sliding and a turning joint under a square tube.
+const std::string kGood = R"(
+schema = 1
+[robot]
+name = "test arm"
+convention = "dh"
+gravity_m_s2 = [0.0, 0.0, -9.8]
+base_xyz_mm = [100.0, 200.0, 300.0]
+base_rpy_deg = [0.0, 0.0, 90.0]
+[[robot.joint]]
+a_mm = 350.0
+alpha_deg = -90.0
+d_mm = 675.0
+theta_offset_deg = 10.0
+sign = -1
+min_deg = -150.0
+max_deg = 150.0
+link_mass_kg = 250.0
+link_com_mm = [-200.0, 100.0, 0.0]
+compliance_rad_per_Nm = 3.5e-7
+[[robot.joint]]
+type = "prismatic"
+a_mm = 1.0
+alpha_deg = 2.0
+d_mm = 3.0
+min_mm = -5.0
+max_mm = 2000.0
+link_mass_kg = 25.0
+link_com_mm = [1.0, 2.0, 3.0]
+[[robot.joint]]
+a_mm = 4.0
+alpha_deg = 5.0
+d_mm = 6.0
+link_mass_kg = 2.5
+link_com_mm = [4.0, 5.0, 6.0]
+[tool]
+model = "euler_bernoulli"
+axis = "z"
+length_mm = 1200.0
+section = "square_tube"
+side_mm = 80.0
+wall_mm = 5.0
+youngs_modulus_GPa = 70.0
+poisson_ratio = 0.33
+density_kg_m3 = 2700.0
+mount_mass_kg = 8.0
+[payload]
+cog_mm = [0.0, 40.0, 1300.0]
+[measurement]
+kind = "range"
+anchor_mm = [1000.0, 0.0, 0.0]
+frame = "unaligned"
+tool = "unknown"
+sigma_mm = 0.05
+reference_temperature_C = 22.0
+[[session]]
+id = "1"
+base_xyz_mm = [1.0, 2.0, 3.0]
+base_rpy_deg = [0.0, 0.0, 180.0]
+tip_mm = [0.0, 0.0, 93.0]
+[[session]]
+id = "2"
+[domain]
+q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]
+payload_kg = [0.0, 80.0]
+temp_C = [21.0, 37.0]
+)";
+
+bool Reads(const std::string& text, FaultList& faults) {
+  return CellFromText(text, "cell.toml", faults).has_value();
+}
+
+TEST_CASE("Every value of a cell arrives in SI") {
+  FaultList faults;
+  const auto cell = CellFromText(kGood, "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  CHECK(faults.All().empty());
+
+  const Robot& robot = cell->robot;
+  CHECK(robot.name == "test arm");
+  CHECK(robot.convention == DhConvention::kDistal);
+  CHECK(robot.g_W == Vec3(0, 0, -9.8));
+  CHECK(robot.X_WB.p.isApprox(Vec3(0.1, 0.2, 0.3)));
+  CHECK(robot.X_WB.R.isApprox(RotationFromRollPitchYaw(Vec3(0, 0, kPi / 2))));
+  REQUIRE(robot.size() == 3);
+  const Joint& first = robot.joints[0];
+  CHECK(first.type == JointType::kRevolute);
+  CHECK(first.a_m == Approx(0.35));
+  CHECK(first.alpha_rad == Approx(-kPi / 2));
+  CHECK(first.d_m == Approx(0.675));
+  CHECK(first.theta_offset_rad == Approx(kPi / 18));
+  CHECK(first.sign == -1);
+  CHECK(first.min == Approx(-150 * kPi / 180));
+  CHECK(first.max == Approx(150 * kPi / 180));
+  CHECK(first.link_mass_kg == 250.0);
+  CHECK(first.link_com_m->isApprox(Vec3(-0.2, 0.1, 0)));
+  CHECK(first.compliance_rad_per_Nm == 3.5e-7);
+  const Joint& second = robot.joints[1];
+  CHECK(second.type == JointType::kPrismatic);
+  CHECK(second.min == Approx(-0.005));
+  CHECK(second.max == Approx(2));
+  CHECK(second.sign == 1);
+  CHECK_FALSE(second.compliance_rad_per_Nm);
+  CHECK(std::isinf(robot.joints[2].max));
+
+  CHECK_FALSE(cell->tool.rigid);
+  CHECK(cell->tool.theory == BeamTheory::kEulerBernoulli);
+  REQUIRE(cell->tool.segments.size() == 1);
+  CHECK(cell->tool.Length() == Approx(1.2));
+  CHECK(cell->tool.tcp_F.isApprox(Vec3(0, 0, 1.2)));
+  CHECK(cell->tool.segments[0].section.area_m2 == Approx(0.08 * 0.08 - 0.07 * 0.07));
+  CHECK(cell->tool.segments[0].section.ix_m4 ==
+        Approx((std::pow(0.08, 4) - std::pow(0.07, 4)) / 12));
+  CHECK(cell->tool.segments[0].material.youngs_modulus_Pa == Approx(70e9));
+  CHECK(cell->tool.segments[0].material.poisson_ratio == 0.33);
+  CHECK(cell->tool.segments[0].material.density_kg_m3 == 2700.0);
+  CHECK(cell->tool.mount_mass_kg == 8.0);
+
+  CHECK(cell->payload_cog_F->isApprox(Vec3(0, 0.04, 1.3)));
+  CHECK(cell->measurement.kind == MeasurementKind::kRange);
+  CHECK(cell->measurement.anchor_W.isApprox(Vec3(1, 0, 0)));
+  CHECK_FALSE(cell->measurement.frame_known);
+  CHECK_FALSE(cell->measurement.tool_known);
+  CHECK(*cell->measurement.sigma_m == Approx(5e-5));
+  CHECK(cell->measurement.reference_temperature_C == 22.0);
+
+  REQUIRE(cell->sessions.size() == 2);
+  CHECK(cell->sessions[0].id == "1");
+  CHECK(cell->sessions[0].X_WB.p.isApprox(Vec3(0.001, 0.002, 0.003)));
+  CHECK(cell->sessions[0].tip_F->isApprox(Vec3(0, 0, 0.093)));
+  CHECK(cell->sessions[1].X_WB.p == robot.X_WB.p);
+  CHECK_FALSE(cell->sessions[1].tip_F);
+  REQUIRE(cell->domain);
+  CHECK(cell->domain->q[0].low == Approx(-kPi / 2));
+  CHECK(cell->domain->q[1].high == Approx(0.5));
+  CHECK(cell->domain->payload_kg->high == 80.0);
+  CHECK(cell->domain->temp_C->low == 21.0);
+}
+
+TEST_CASE("Each field of a cell wrong in turn gives its one message") {
+  const std::vector<WrongLine> cases = {
+      {"[payload]\ncog_mm = [0.0, 40.0, 1300.0]", "[payloads]",
+       "@46 payloads: unknown key; did you mean \"payload\"?"},
+      // robot
+      {"name = \"test arm\"", "name = 3", "robot.name: 3 is not a text in quotes"},
+      {"name = \"test arm\"", "", "@3 robot.name: missing; expected a text in quotes"},
+      {"convention = \"dh\"", "convention = \"DH\"",
+       "robot.convention: \"DH\" is not one of \"dh\", \"mdh\""},
+      {"convention = \"dh\"", "", "@3 robot.convention: missing; expected a word"},
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0.0, 0.0, -98]",
+       "robot.gravity_m_s2[3]: -98 is outside -20..20"},
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [15.0, 15.0, -9.8]",
+       "robot.gravity_m_s2: [15, 15, -9.8] is longer than 20"},
+      {"base_xyz_mm = [100.0, 200.0, 300.0]", "base_xyz_mm = [100.0, 200.0]",
+       "robot.base_xyz_mm: [100, 200] is not a list of 3 numbers"},
+      {"base_rpy_deg = [0.0, 0.0, 90.0]", "base_rpy_deg = [0.0, 0.0, 900.0]",
+       "robot.base_rpy_deg[3]: 900 is outside -360..360"},
+      {"base_rpy_deg = [0.0, 0.0, 90.0]", "base_rpy_rad = [0.0, 0.0, 0.0]",
+       "robot.base_rpy_rad: unknown key; did you mean \"base_rpy_deg\"?"},
+      // joints
+      {"a_mm = 350.0", "a_mm = \"350\"", "robot.joint[1].a_mm: \"350\" is not a number"},
+      {"a_mm = 350.0", "", "@9 robot.joint[1].a_mm: missing; expected a number, -100000..100000"},
+      {"alpha_deg = -90.0", "alpha_deg = -900.0",
+       "robot.joint[1].alpha_deg: -900 is outside -360..360"},
+      {"d_mm = 675.0", "d_mm = nan", "robot.joint[1].d_mm: nan is not a finite number"},
+      {"theta_offset_deg = 10.0", "theta_offset_deg = 361",
+       "robot.joint[1].theta_offset_deg: 361 is outside -360..360"},
+      {"theta_offset_deg = 10.0", "theta_offset = 10.0",
+       "robot.joint[1].theta_offset: unknown key; did you mean \"theta_offset_deg\"?"},
+      {"sign = -1", "sign = 0", "robot.joint[1].sign: 0 is not 1 or -1"},
+      {"sign = -1", "sign = 2", "robot.joint[1].sign: 2 is outside -1..1"},
+      {"min_deg = -150.0", "min_deg = -15000",
+       "robot.joint[1].min_deg: -15000 is outside -7200..7200"},
+      {"max_deg = 150.0", "max_deg = -160.0", "robot.joint[1].max_deg: -160 is not above min_deg"},
+      {"link_mass_kg = 250.0", "link_mass_kg = -1",
+       "robot.joint[1].link_mass_kg: -1 is outside 0..10000"},
+      {"link_com_mm = [-200.0, 100.0, 0.0]", "link_com_mm = [1]",
+       "robot.joint[1].link_com_mm: [1] is not a list of 3 numbers"},
+      {"compliance_rad_per_Nm = 3.5e-7", "compliance_rad_per_Nm = -3.5e-7",
+       "robot.joint[1].compliance_rad_per_Nm: -3.5e-07 is outside 0..0.1"},
+      {"type = \"prismatic\"", "type = \"linear\"",
+       "robot.joint[2].type: \"linear\" is not one of \"revolute\", \"prismatic\""},
+      {"max_mm = 2000.0", "max_mm = -2000.0", "robot.joint[2].max_mm: -2000 is not above min_mm"},
+      {"max_mm = 2000.0", "max_mm = 2000.0\ncompliance_rad_per_Nm = 1e-7",
+       "@27 robot.joint[2].compliance_rad_per_Nm: 1e-07 stands at a prismatic joint, which does "
+       "not turn; remove it"},
+      // tool
+      {"model = \"euler_bernoulli\"", "model = \"bernoulli\"",
+       "tool.model: \"bernoulli\" is not one of \"euler_bernoulli\", \"timoshenko\", \"rigid\""},
+      {"model = \"euler_bernoulli\"", "", "@35 tool.model: missing; expected a word"},
+      {"axis = \"z\"", "axis = \"x\"", "tool.axis: \"x\" is not one of \"z\""},
+      {"length_mm = 1200.0", "length_mm = 0", "tool.length_mm: 0 is outside 1..20000"},
+      {"length_mm = 1200.0", "", "@35 tool.length_mm: missing; expected a number, 1..20000"},
+      {"section = \"square_tube\"", "section = \"pipe\"",
+       "tool.section: \"pipe\" is not one of \"rectangle\", \"square_tube\", \"tube\", \"rod\", "
+       "\"i_beam\""},
+      {"side_mm = 80.0", "side_mm = 0", "tool.side_mm: 0 is outside 0.01..10000"},
+      {"wall_mm = 5.0", "wall_mm = 40.0", "tool.wall_mm: 40 is too thick: 80 mm of wall in 80 mm"},
+      {"wall_mm = 5.0", "", "@35 tool.wall_mm: missing; expected a number, 0.01..10000"},
+      {"youngs_modulus_GPa = 70.0", "youngs_modulus_GPa = 70000000000.0",
+       "tool.youngs_modulus_GPa: 70000000000 is outside 0.001..2000"},
+      {"youngs_modulus_GPa = 70.0", "",
+       "@35 tool.youngs_modulus_GPa: missing; expected a number, 0.001..2000"},
+      {"poisson_ratio = 0.33", "poisson_ratio = 0.6", "tool.poisson_ratio: 0.6 is outside 0..0.5"},
+      {"density_kg_m3 = 2700.0", "density_kg_m3 = 270000",
+       "tool.density_kg_m3: 270000 is outside 0..25000"},
+      {"density_kg_m3 = 2700.0", "density_kg_m3 = 2700.0\nmaterial = \"cheese\"",
+       "@45 tool.material: \"cheese\" is not a material known by name; give youngs_modulus_GPa, "
+       "poisson_ratio and density_kg_m3 instead"},
+      {"mount_mass_kg = 8.0", "mount_mass_kg = -8.0", "tool.mount_mass_kg: -8 is outside 0..5000"},
+      // payload, measurement
+      {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = 40.0",
+       "payload.cog_mm: 40 is not a list of 3 numbers"},
+      {"cog_mm = [0.0, 40.0, 1300.0]", "",
+       "@46 payload.cog_mm: missing; expected 3 numbers, -100000..100000"},
+      {"kind = \"range\"", "kind = \"distance\"",
+       "measurement.kind: \"distance\" is not one of \"position\", \"range\", \"pose\""},
+      {"kind = \"range\"", "kind = \"pose\"",
+       "@50 measurement.anchor_mm: [1000, 0, 0] belongs to kind = \"range\" only"},
+      {"anchor_mm = [1000.0, 0.0, 0.0]", "",
+       "@48 measurement.anchor_mm: missing; expected 3 numbers, -100000..100000"},
+      {"frame = \"unaligned\"", "frame = \"align\"",
+       "measurement.frame: \"align\" is not one of \"aligned\", \"unaligned\""},
+      {"tool = \"unknown\"", "tool = true",
+       "measurement.tool: true is not one of \"known\", \"unknown\""},
+      {"sigma_mm = 0.05", "sigma_mm = 0", "measurement.sigma_mm: 0 is outside 1e-06..100"},
+      {"reference_temperature_C = 22.0", "reference_temperature_C = 295.15",
+       "measurement.reference_temperature_C: 295.15 is outside -50..150"},
+      // sessions, domain
+      {"id = \"2\"", "id = \"1\"", "session[2].id: \"1\" is the id of two sessions"},
+      {"id = \"2\"", "id = 2", "session[2].id: 2 is not a text in quotes"},
+      {"tip_mm = [0.0, 0.0, 93.0]", "tip_mm = [0.0, 93.0]",
+       "session[1].tip_mm: [0, 93] is not a list of 3 numbers"},
+      {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]", "q_deg = [[-90.0, 90.0]]",
+       "domain.q_deg: [[-90, 90]] is not a list of 3 lists of 2 numbers"},
+      {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]",
+       "q_deg = [[-90.0, 90.0], [0.0, 500.0], [45.0, -45.0]]",
+       "domain.q_deg: [[-90, 90], [0, 500], [45, -45]] has the low end of joint 3 above its high "
+       "end"},
+      {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]", "",
+       "@62 domain.q_deg: missing; expected one pair [low, high] for each joint"},
+      {"payload_kg = [0.0, 80.0]", "payload_kg = [80.0, 0.0]",
+       "domain.payload_kg: [80, 0] has its low end above its high end"},
+      {"temp_C = [21.0, 37.0]", "temp_C = [21.0, 370.0]",
+       "domain.temp_C[2]: 370 is outside -50..150"},
+  };
+  ExpectOneFaultEach(kGood, "cell.toml", cases, Reads);
+}
+
+TEST_CASE("The schema is 1, and said where it is not") {
+  for (const auto& [schema, fault] : std::vector<std::pair<std::string, std::string>>{
+           {"schema = 2",
+            "cell.toml:1 schema: 2 is not 1, the only schema that this version reads"},
+           {"schema = \"1\"", "cell.toml:1 schema: \"1\" is not an integer"},
+           {"", "cell.toml:1 schema: missing; expected an integer, 0..1000000"}}) {
+    FaultList faults;
+    CHECK_FALSE(Reads(schema + kGood.substr(kGood.find("\n[robot]")), faults));
+    CHECK(Texts(faults, Fault::Severity::kFault) == std::vector<std::string>{fault});
+  }
+}
+
+TEST_CASE("An empty cell misses its three required tables") {
+  FaultList faults;
+  CHECK_FALSE(Reads("", faults));
+  CHECK(Texts(faults, Fault::Severity::kFault) ==
+        std::vector<std::string>{"cell.toml:1 schema: missing; expected an integer, 0..1000000",
+                                 "cell.toml:1 robot: missing; expected the table [robot]",
+                                 "cell.toml:1 tool: missing; expected the table [tool]"});
+}
+
+TEST_CASE("An arm has 1 to 12 joints") {
+  const std::string head = "schema = 1\n[robot]\nname = \"n\"\nconvention = \"dh\"\n";
+  const std::string joint = "[[robot.joint]]\na_mm = 0\nalpha_deg = 0\nd_mm = 0\n";
+  const std::string tail = "[tool]\nmodel = \"rigid\"\ntcp_mm = [0, 0, 0]\n";
+  auto fault = [&](int joints) {
+    std::string text = head;
+    for (int i = 0; i < joints; ++i) text += joint;
+    FaultList faults;
+    Reads(text + tail, faults);
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    return texts.empty() ? "" : texts[0];
+  };
+  CHECK(fault(0) ==
+        "cell.toml:2 robot.joint: missing; expected one [[robot.joint]] for each joint");
+  CHECK(fault(1).empty());
+  CHECK(fault(12).empty());
+  CHECK(fault(13) == "cell.toml:5 robot.joint: stands 13 times; at most 12 joints");
+}
+
+/// The good cell with another [tool].
+std::string WithTool(const std::string& tool) {
+  const std::size_t begin = kGood.find("[tool]");
+  return kGood.substr(0, begin) + tool + kGood.substr(kGood.find("[payload]"));
+}
+
+TEST_CASE("Every section reads, and says what it lacks") {
+  const std::string head =
+      "[tool]\nmodel = \"timoshenko\"\nlength_mm = 100\nmaterial = \"steel\"\n";
+  const std::vector<std::pair<std::string, double>> good = {
+      {"section = \"rectangle\"\nb_mm = 10\nh_mm = 20\n", 200e-6},
+      {"section = \"tube\"\nouter_diameter_mm = 20\nwall_mm = 5\n", kPi * 75e-6},
+      {"section = \"rod\"\ndiameter_mm = 20\n", kPi * 100e-6},
+      {"section = \"i_beam\"\nheight_mm = 100\nwidth_mm = 50\nweb_mm = 5\nflange_mm = 10\n",
+       1400e-6},
+      {"area_mm2 = 123\nix_mm4 = 1000\niy_mm4 = 2000\n", 123e-6}};
+  for (const auto& [section, area_m2] : good) {
+    CAPTURE(section);
+    FaultList faults;
+    const auto cell = CellFromText(WithTool(head + section), "cell.toml", faults);
+    CAPTURE(FaultsText(faults));
+    REQUIRE(cell);
+    CHECK(cell->tool.theory == BeamTheory::kTimoshenko);
+    CHECK(cell->tool.segments[0].section.area_m2 == Approx(area_m2).epsilon(1e-3));
+    CHECK(cell->tool.segments[0].material.youngs_modulus_Pa > 190e9);
+  }
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"section = \"rectangle\"\nb_mm = 10\n",
+       "35 tool.h_mm: missing; expected a number, 0.01..10000"},
+      {"section = \"tube\"\nouter_diameter_mm = 20\nwall_mm = 10\n",
+       "41 tool.wall_mm: 10 is too thick: 20 mm of wall in 20 mm"},
+      {"section = \"rod\"\nside_mm = 3\ndiameter_mm = 20\n", "40 tool.side_mm: unknown key"},
+      {"section = \"i_beam\"\nheight_mm = 20\nwidth_mm = 50\nweb_mm = 5\nflange_mm = 10\n",
+       "43 tool.flange_mm: 10 is too thick: 20 mm of wall in 20 mm"},
+      {"section = \"i_beam\"\nheight_mm = 90\nwidth_mm = 50\nweb_mm = 50\nflange_mm = 10\n",
+       "42 tool.web_mm: 50 is too thick: 50 mm of wall in 50 mm"},
+      {"area_mm2 = 123\nix_mm4 = 1000\n",
+       "35 tool.iy_mm4: missing; expected a number, 0.0001..1e+16"},
+      {"",
+       "35 tool.section: missing; expected the name of a section, or area_mm2, ix_mm4 and iy_mm4"}};
+  for (const auto& [section, fault] : bad) {
+    CAPTURE(section);
+    FaultList faults;
+    CHECK_FALSE(Reads(WithTool(head + section), faults));
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    REQUIRE_FALSE(texts.empty());
+    CHECK(texts == std::vector<std::string>{"cell.toml:" + fault});
+  }
+}
+
+TEST_CASE("A material by name may be refined") {
+  FaultList faults;
+  const auto cell = CellFromText(
+      WithTool("[tool]\nmodel = \"euler_bernoulli\"\nlength_mm = 100\nsection = \"rod\"\n"
+               "diameter_mm = 10\nmaterial = \"steel\"\nyoungs_modulus_GPa = 205\n"),
+      "cell.toml", faults);
+  REQUIRE(cell);
+  const Material steel = *MaterialByName("steel");
+  CHECK(cell->tool.segments[0].material.youngs_modulus_Pa == Approx(205e9));
+  CHECK(cell->tool.segments[0].material.density_kg_m3 == steel.density_kg_m3);
+}
+
+TEST_CASE("A stepped tool has its segments in order; each is checked") {
+  const std::string segment =
+      "[[tool.segment]]\nlength_mm = 100\nsection = \"rod\"\n"
+      "diameter_mm = 30\nmaterial = \"steel\"\n";
+  const std::string second =
+      "[[tool.segment]]\nlength_mm = 200\nsection = \"tube\"\n"
+      "outer_diameter_mm = 20\nwall_mm = 2\nmaterial = \"steel\"\n";
+  FaultList faults;
+  const auto cell = CellFromText(
+      WithTool("[tool]\nmodel = \"euler_bernoulli\"\n" + segment + second), "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  REQUIRE(cell->tool.segments.size() == 2);
+  CHECK(cell->tool.segments[0].length_m == Approx(0.1));
+  CHECK(cell->tool.tcp_F.isApprox(Vec3(0, 0, 0.3)));
+
+  FaultList both;
+  CHECK_FALSE(
+      Reads(WithTool("[tool]\nmodel = \"euler_bernoulli\"\nlength_mm = 5\n" + segment), both));
+  CHECK(Texts(both, Fault::Severity::kFault) ==
+        std::vector<std::string>{
+            "cell.toml:37 tool.length_mm: 5 is given beside [[tool.segment]]: give either"});
+}
+
+TEST_CASE("A rigid tool has its tip, and no beam") {
+  FaultList faults;
+  const auto cell = CellFromText(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\n"),
+                                 "cell.toml", faults);
+  REQUIRE(cell);
+  CHECK(cell->tool.rigid);
+  CHECK(cell->tool.tcp_F.isApprox(Vec3(0.001, 0.002, 0.003)));
+
+  FaultList wrong;
+  CHECK_FALSE(Reads(WithTool("[tool]\nmodel = \"rigid\"\nlength_mm = 3\n"), wrong));
+  CHECK(Texts(wrong, Fault::Severity::kFault) ==
+        std::vector<std::string>{
+            "cell.toml:35 tool.tcp_mm: missing; expected 3 numbers, -20000..20000",
+            "cell.toml:37 tool.length_mm: unknown key"});
+}
+
+TEST_CASE("What remains unknown is a warning, each in turn") {
+  const std::vector<WrongLine> cases = {
+      {"link_mass_kg = 2.5", "",
+       "@19 robot.joint[1].compliance_rad_per_Nm: warning: 3.5e-07 cannot act: link_mass_kg of "
+       "joint 1 or beyond is absent, so the torque is unknown"},
+      {"link_com_mm = [4.0, 5.0, 6.0]", "",
+       "@29 robot.joint[3].link_com_mm: warning: missing; the link's centre of mass is a guess"},
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "",
+       "@3 robot.gravity_m_s2: warning: missing; taken as [0, 0, -9.80665]"},
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, 0]",
+       "@6 robot.gravity_m_s2: warning: [0, 0, 0] is no gravity: nothing sags"},
+      {"[payload]\ncog_mm = [0.0, 40.0, 1300.0]", "",
+       "@1 payload: warning: missing; a payload_kg column cannot be used"},
+  };
+  for (const WrongLine& wrong : cases) {
+    int line = 0;
+    FaultList faults;
+    CAPTURE(wrong.good, wrong.wrong);
+    CHECK(Reads(WithLine(kGood, wrong.good, wrong.wrong, line), faults));
+    CHECK(Texts(faults, Fault::Severity::kWarning) ==
+          std::vector<std::string>{std::string("cell.toml:") + (wrong.fault + 1)});
+  }
+}
+
+TEST_CASE("All faults of a cell are told at once") {
+  int line = 0;
+  std::string text = WithLine(kGood, "sign = -1", "sign = 7", line);
+  text = WithLine(text, "wall_mm = 5.0", "wall_mm = 500.0", line);
+  text = WithLine(text, "kind = \"range\"", "kind = \"range\"\nsigma = 1", line);
+  text = WithLine(text, "temp_C = [21.0, 37.0]", "temp_C = [nan, 37.0]", line);
+  FaultList faults;
+  CHECK_FALSE(Reads(text, faults));
+  CHECK(FaultsText(faults) ==
+        "cell.toml:14 robot.joint[1].sign: 7 is outside -1..1\n"
+        "cell.toml:41 tool.wall_mm: 500 is too thick: 1000 mm of wall in 80 mm\n"
+        "cell.toml:50 measurement.sigma: unknown key; did you mean \"sigma_mm\"?\n"
+        "cell.toml:66 domain.temp_C[1]: nan is not a finite number\n");
+}
+
+TEST_CASE("A file that cannot be read is a fault") {
+  FaultList faults;
+  CHECK_FALSE(ReadCell("/nonexistent/cell.toml", faults));
+  CHECK(FaultsText(faults) ==
+        "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
+}
+
+}  // namespace
+}  // namespace plumbline

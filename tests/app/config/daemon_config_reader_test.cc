@@ -1,0 +1,481 @@
+#include "app/config/daemon_config_reader.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+#include "tests/app/config/wrong_line.h"
+
+namespace plumbline {
+namespace {
+
+const std::string kCell = R"(schema = 1
+[robot]
+name = "two joints"
+convention = "dh"
+gravity_m_s2 = [0, 0, -9.8]
+base_xyz_mm = [1000.0, 0.0, 0.0]
+[[robot.joint]]
+a_mm = 500
+alpha_deg = 0
+d_mm = 0
+min_deg = -90
+max_deg = 90
+[[robot.joint]]
+type = "prismatic"
+a_mm = 0
+alpha_deg = 0
+d_mm = 0
+[tool]
+model = "rigid"
+tcp_mm = [0, 0, 100]
+[payload]
+cog_mm = [0, 0, 50]
+)";
+
+const std::string kProfile = R"(schema = 1
+name = "test"
+source = "this test"
+port = 1502
+unit_id = 7
+[[read]]
+table = "holding"
+first = 0
+count = 20
+[[joints]]
+table = "holding"
+address = [0, 1]
+type = "int16"
+unit = "mrad"
+[payload_mass]
+table = "holding"
+address = [4]
+type = "int16"
+unit = "g"
+[push]
+first = 300
+slots = 1
+stride = 8
+pose_place = 1
+sequence_place = 7
+type = "int16"
+position_step_mm = 0.1
+angle_step_mrad = 1.0
+convention = "rotation_vector"
+)";
+
+const std::string kGood = R"(
+cell = "cell.toml"
+state_directory = "state"
+[robot]
+profile = "profile.toml"
+transport = "tcp"
+host = "10.0.0.2"
+port = 503
+unit_id = 9
+device = "/dev/ttyS0"
+baud = 9600
+parity = "N"
+stop_bits = 2
+timeout_ms = 50
+stale_after_ms = 80
+[payload]
+source = "fixed"
+mass_kg = 5.0
+cog_mm = [1.0, 2.0, 3.0]
+[[payload.tool]]
+number = 3
+mass_kg = 1.5
+cog_mm = [0.0, 0.0, 4.0]
+[[payload.tool]]
+number = 4
+mass_kg = 2.5
+[plc]
+listen = "127.0.0.1"
+port = 1503
+unit_id = 2
+word_order = "CDAB"
+orientation = "a_b_c"
+max_clients = 8
+allow = ["10.0.0.9", "::1"]
+[plc.rtu]
+device = "/dev/ttyS1"
+baud = 38400
+parity = "O"
+stop_bits = 1
+[correction]
+max_translation_mm = 20.0
+max_rotation_deg = 1.0
+min_singular_value = 0.05
+deflection_sd = 0.2
+[push]
+enabled = true
+point_ids = [7]
+max_step_mm = 2.0
+min_period_ms = 200
+[cycle]
+period_ms = 20
+[[frame]]
+name = "fixture"
+xyz_mm = [0.0, 2000.0, 0.0]
+rpy_deg = [0.0, 0.0, 90.0]
+[[point]]
+id = 7
+name = "bracket"
+frame = "fixture"
+xyz_mm = [100.0, 0.0, 0.0]
+rpy_deg = [0.0, 0.0, 0.0]
+tool_point_mm = [0.0, 0.0, 10.0]
+near_deg = [45.0, 250.0]
+orientation = "free"
+payload_kg = 12.0
+[[point]]
+id = 8
+frame = "base"
+xyz_mm = [1.0, 0.0, 0.0]
+)";
+
+using FileMap = std::map<std::string, std::string>;
+
+std::optional<DaemonConfig> ReadWith(const FileMap& files, const std::string& text,
+                                     FaultList& faults) {
+  const FileSource source = [&files](const std::string& path) -> Result<std::string> {
+    const auto found = files.find(path);
+    if (found == files.end()) return Error{"No such file or directory"};
+    return found->second;
+  };
+  return DaemonConfigFromText(text, "cell/plumbline.toml", source, "/share", faults);
+}
+
+const FileMap kFiles = {{"cell/cell.toml", kCell}, {"cell/profile.toml", kProfile}};
+
+bool Reads(const std::string& text, FaultList& faults) {
+  return ReadWith(kFiles, text, faults).has_value();
+}
+
+TEST_CASE("Every value of a configuration arrives in SI") {
+  FaultList faults;
+  const auto config = ReadWith(kFiles, kGood, faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(config);
+  CHECK(Texts(faults, Fault::Severity::kFault).empty());
+  CHECK(config->file == "cell/plumbline.toml");
+  CHECK(config->cell_file == "cell/cell.toml");
+  CHECK(config->cell.robot.name == "two joints");
+  CHECK(config->state_directory == "cell/state");
+
+  const RobotLinkConfig& robot = config->robot;
+  CHECK(robot.profile.name == "test");
+  CHECK(robot.transport == RobotLinkConfig::Transport::kTcp);
+  CHECK(robot.host == "10.0.0.2");
+  CHECK(robot.port == 503);
+  CHECK(robot.unit_id == 9);
+  CHECK(robot.serial.device == "/dev/ttyS0");
+  CHECK(robot.serial.baud == 9600);
+  CHECK(robot.serial.parity == 'N');
+  CHECK(robot.serial.stop_bits == 2);
+  CHECK(robot.timeout_s == Approx(0.05));
+  CHECK(robot.stale_after_s == Approx(0.08));
+
+  CHECK(config->payload.source == PayloadConfig::Source::kFixed);
+  CHECK(config->payload.mass_kg == 5.0);
+  CHECK(config->payload.cog_F->isApprox(Vec3(0.001, 0.002, 0.003)));
+  REQUIRE(config->payload.table.size() == 2);
+  CHECK(config->payload.table[0].number == 3);
+  CHECK(config->payload.table[0].mass_kg == 1.5);
+  CHECK(config->payload.table[0].cog_F->z() == Approx(0.004));
+  CHECK_FALSE(config->payload.table[1].cog_F);
+
+  const PlcConfig& plc = config->plc;
+  CHECK(plc.listen == "127.0.0.1");
+  CHECK(plc.port == 1503);
+  CHECK(plc.unit_id == 2);
+  CHECK(plc.little_word_first);
+  CHECK(plc.orientation == OrientationConvention::kAbc);
+  CHECK(plc.max_clients == 8);
+  CHECK(plc.allow == std::vector<std::string>{"10.0.0.9", "::1"});
+  REQUIRE(plc.rtu);
+  CHECK(plc.rtu->device == "/dev/ttyS1");
+  CHECK(plc.rtu->baud == 38400);
+  CHECK(plc.rtu->parity == 'O');
+
+  CHECK(config->correction.max_translation_m == Approx(0.02));
+  CHECK(config->correction.max_rotation_rad == Approx(kRadPerDeg));
+  CHECK(config->correction.min_singular_value == 0.05);
+  CHECK(config->correction.deflection_sd == 0.2);
+  CHECK(config->push.enabled);
+  CHECK(config->push.point_ids == std::vector<int>{7});
+  CHECK(config->push.max_step_m == Approx(0.002));
+  CHECK(config->push.min_period_s == Approx(0.2));
+  CHECK(config->cycle_period_s == Approx(0.02));
+
+  REQUIRE(config->points.size() == 2);
+  const AssemblyPoint& point = config->points[0];
+  CHECK(point.id == 7);
+  CHECK(point.name == "bracket");
+  CHECK(point.X_WP.p.isApprox(Vec3(0, 2.1, 0)));
+  CHECK(point.X_WP.R.isApprox(RotationFromRollPitchYaw(Vec3(0, 0, 90 * kRadPerDeg))));
+  CHECK(point.p_TP.z() == Approx(0.01));
+  CHECK(point.orientation_free);
+  CHECK((*point.near_q)[0] == Approx(45 * kRadPerDeg));
+  CHECK((*point.near_q)[1] == Approx(0.25));
+  CHECK(point.payload_kg == 12.0);
+  CHECK(config->points[1].X_WP.p.isApprox(Vec3(1.001, 0, 0)));
+  CHECK_FALSE(config->points[1].orientation_free);
+}
+
+TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
+  const std::vector<WrongLine> cases = {
+      {"cell = \"cell.toml\"", "", "@1 cell: missing; expected a text in quotes"},
+      {"state_directory = \"state\"", "state_directory = \"\"", "state_directory: \"\" is empty"},
+      {"state_directory = \"state\"", "statedirectory = \"state\"",
+       "statedirectory: unknown key; did you mean \"state_directory\"?"},
+      // robot
+      {"profile = \"profile.toml\"", "profile = \"no.toml\"",
+       "robot.profile: \"no.toml\" cannot be read (cell/no.toml: No such file or directory; "
+       "/share/no.toml: No such file or directory)"},
+      {"profile = \"profile.toml\"", "", "@4 robot.profile: missing; expected a text in quotes"},
+      {"transport = \"tcp\"", "transport = \"udp\"",
+       "robot.transport: \"udp\" is not one of \"tcp\", \"rtu\", \"replay\""},
+      {"host = \"10.0.0.2\"", "", "@4 robot.host: missing; expected a text in quotes"},
+      {"host = \"10.0.0.2\"", "host = \"10.0.0.256\"",
+       "robot.host: \"10.0.0.256\" is not a host name or address"},
+      {"host = \"10.0.0.2\"", "host = \"robot 1\"",
+       "robot.host: \"robot 1\" is not a host name or address"},
+      {"port = 503", "port = 0", "robot.port: 0 is outside 1..65535"},
+      {"port = 503", "port = 70000", "robot.port: 70000 is outside 1..65535"},
+      {"port = 503", "port = \"503\"", "robot.port: \"503\" is not an integer"},
+      {"unit_id = 9", "unit_id = 256", "robot.unit_id: 256 is outside 0..255"},
+      {"device = \"/dev/ttyS0\"", "device = \"COM1\"",
+       "robot.device: \"COM1\" is not an absolute path such as /dev/ttyUSB0"},
+      {"baud = 9600", "baud = 9700",
+       "robot.baud: 9700 is not a usual rate (9600, 19200, 38400, 57600, 115200, ...)"},
+      {"parity = \"N\"", "parity = \"none\"",
+       "robot.parity: \"none\" is not one of \"N\", \"E\", \"O\""},
+      {"stop_bits = 2", "stop_bits = 3", "robot.stop_bits: 3 is outside 1..2"},
+      {"timeout_ms = 50", "timeout_ms = 1", "robot.timeout_ms: 1 is outside 5..10000"},
+      {"stale_after_ms = 80", "stale_after_ms = 15",
+       "robot.stale_after_ms: 15 is below the cycle of 20 ms, so that input is always stale"},
+      {"stale_after_ms = 80", "stale_after_s = 0.08",
+       "robot.stale_after_s: unknown key; did you mean \"stale_after_ms\"?"},
+      // payload
+      {"source = \"fixed\"", "source = \"scale\"",
+       "payload.source: \"scale\" is not one of \"robot\", \"table\", \"fixed\""},
+      {"source = \"fixed\"", "source = \"table\"",
+       "payload.source: \"table\" needs a tool number, which the profile test does not read"},
+      {"mass_kg = 5.0", "", "@16 payload.mass_kg: missing; expected a number, 0..5000"},
+      {"mass_kg = 5.0", "mass_kg = -5.0", "payload.mass_kg: -5 is outside 0..5000"},
+      {"cog_mm = [1.0, 2.0, 3.0]", "cog_mm = [1.0, 2.0]",
+       "payload.cog_mm: [1, 2] is not a list of 3 numbers"},
+      {"number = 4", "number = 3", "payload.tool[2].number: 3 is the number of two tools"},
+      {"number = 4", "number = -1", "payload.tool[2].number: -1 is outside 0..65535"},
+      {"mass_kg = 2.5", "", "@24 payload.tool[2].mass_kg: missing; expected a number, 0..5000"},
+      // plc
+      {"listen = \"127.0.0.1\"", "listen = \"localhost\"",
+       "plc.listen: \"localhost\" is not an address such as 192.168.0.10, or 0.0.0.0 for every "
+       "network"},
+      {"port = 1503", "port = -1", "plc.port: -1 is outside 0..65535"},
+      {"unit_id = 2", "unit_id = 0", "plc.unit_id: 0 is outside 1..247"},
+      {"word_order = \"CDAB\"", "word_order = \"DCBA\"",
+       "plc.word_order: \"DCBA\" is not one of \"ABCD\", \"CDAB\""},
+      {"orientation = \"a_b_c\"", "orientation = \"abc\"",
+       "plc.orientation: \"abc\" is not one of \"rotation_vector\", \"roll_pitch_yaw\", \"a_b_c\""},
+      {"max_clients = 8", "max_clients = 0", "plc.max_clients: 0 is outside 1..256"},
+      {"allow = [\"10.0.0.9\", \"::1\"]", "allow = [\"10.0.0\"]",
+       "plc.allow: [\"10.0.0\"] has \"10.0.0\", which is not an address"},
+      {"device = \"/dev/ttyS1\"", "", "@35 plc.rtu.device: missing; expected a text in quotes"},
+      {"baud = 38400", "baud = 100", "plc.rtu.baud: 100 is outside 1200..921600"},
+      {"parity = \"O\"", "parity = 1", "plc.rtu.parity: 1 is not one of \"N\", \"E\", \"O\""},
+      {"stop_bits = 1", "stop_bits = 0", "plc.rtu.stop_bits: 0 is outside 1..2"},
+      // correction, push, cycle
+      {"max_translation_mm = 20.0", "max_translation_mm = 0",
+       "correction.max_translation_mm: 0 is outside 0.01..1000"},
+      {"max_rotation_deg = 1.0", "max_rotation_deg = 180",
+       "correction.max_rotation_deg: 180 is outside 0.001..90"},
+      {"min_singular_value = 0.05", "min_singular_value = 2",
+       "correction.min_singular_value: 2 is outside 0..1"},
+      {"deflection_sd = 0.2", "deflection_sd = 10", "correction.deflection_sd: 10 is outside 0..1"},
+      {"enabled = true", "enabled = \"yes\"", "push.enabled: \"yes\" is not true or false"},
+      {"point_ids = [7]", "",
+       "@45 push.point_ids: missing; expected the ids of the points to push"},
+      {"point_ids = [7]", "point_ids = [9]", "push.point_ids: [9] names 9, which is no [[point]]"},
+      {"point_ids = [7]", "point_ids = [7, 8]",
+       "push.point_ids: [7, 8] has 2 ids; the profile test has 1 slots"},
+      {"point_ids = [7]", "point_ids = [0]", "push.point_ids[1]: 0 is outside 1..65535"},
+      {"max_step_mm = 2.0", "max_step_mm = 200", "push.max_step_mm: 200 is outside 0.001..100"},
+      {"min_period_ms = 200", "min_period_ms = 1", "push.min_period_ms: 1 is outside 10..60000"},
+      {"period_ms = 20", "period_ms = 0", "cycle.period_ms: 0 is outside 1..1000"},
+      {"period_ms = 20", "periode_ms = 20",
+       "cycle.periode_ms: unknown key; did you mean \"period_ms\"?"},
+      // frames, points
+      {"xyz_mm = [0.0, 2000.0, 0.0]", "",
+       "@52 frame[1].xyz_mm: missing; expected 3 numbers, -100000..100000"},
+      {"xyz_mm = [0.0, 2000.0, 0.0]", "xyz_mm = [0.0, 2000.0, nan]",
+       "frame[1].xyz_mm[3]: nan is not a finite number"},
+      {"rpy_deg = [0.0, 0.0, 90.0]", "rpy_deg = [0.0, 0.0, 900.0]",
+       "frame[1].rpy_deg[3]: 900 is outside -360..360"},
+      {"id = 8", "id = 7", "point[2].id: 7 is the id of two points"},
+      {"id = 8", "id = 70000", "point[2].id: 70000 is outside 1..65535"},
+      {"id = 8", "", "@66 point[2].id: missing; expected an integer, 1..65535"},
+      {"frame = \"base\"", "frame = \"fixtur\"",
+       "point[2].frame: \"fixtur\" is not a frame; known are base, fixture, measurement"},
+      {"xyz_mm = [1.0, 0.0, 0.0]", "",
+       "@66 point[2].xyz_mm: missing; expected 3 numbers, -100000..100000"},
+      {"tool_point_mm = [0.0, 0.0, 10.0]", "tool_point_mm = [0.0, 0.0, 10000.0]",
+       "point[1].tool_point_mm[3]: 10000 is outside -5000..5000"},
+      {"near_deg = [45.0, 250.0]", "near_deg = [45.0]",
+       "point[1].near_deg: [45] has 1 values; the cell has 2 joints"},
+      {"near_deg = [45.0, 250.0]", "near_deg = [91.0, 250.0]",
+       "point[1].near_deg: [91, 250] has joint 1 outside its limits -90..90"},
+      {"orientation = \"free\"", "orientation = \"any\"",
+       "point[1].orientation: \"any\" is not one of \"fixed\", \"free\""},
+      {"payload_kg = 12.0", "payload_kg = -12.0", "point[1].payload_kg: -12 is outside 0..5000"},
+  };
+  ExpectOneFaultEach(kGood, "cell/plumbline.toml", cases, Reads);
+}
+
+TEST_CASE("A frame may not take the name of another or of a built-in one") {
+  for (const char* name : {"base", "measurement", "fixture"}) {
+    int line = 0;
+    const std::string text = WithLine(kGood, "rpy_deg = [0.0, 0.0, 90.0]",
+                                      "rpy_deg = [0.0, 0.0, 90.0]\n[[frame]]\nname = \"" +
+                                          std::string(name) + "\"\nxyz_mm = [0, 0, 0]",
+                                      line);
+    FaultList faults;
+    CHECK_FALSE(Reads(text, faults));
+    CHECK(Texts(faults, Fault::Severity::kFault) ==
+          std::vector<std::string>{
+              fmt::format("cell/plumbline.toml:{} frame[2].name: \"{}\" is the name of two frames "
+                          "(\"measurement\" and \"base\" are built in)",
+                          line + 2, name)});
+  }
+}
+
+TEST_CASE("The faults of all three files come in one list") {
+  FileMap files = kFiles;
+  files["cell/cell.toml"].replace(kCell.find("a_mm = 500"), 10, "a_mm = nan");
+  files["cell/profile.toml"].replace(kProfile.find("mrad"), 4, "foot");
+  int line = 0;
+  FaultList faults;
+  CHECK_FALSE(ReadWith(files, WithLine(kGood, "port = 503", "port = 0", line), faults));
+  const auto texts = Texts(faults, Fault::Severity::kFault);
+  REQUIRE(texts.size() >= 3);
+  CHECK(texts[0] == "cell/plumbline.toml:8 robot.port: 0 is outside 1..65535");
+  CHECK(texts[1] == "cell/cell.toml:8 robot.joint[1].a_mm: nan is not a finite number");
+  CHECK(texts[2].rfind("cell/profile.toml:14 ", 0) == 0);
+}
+
+TEST_CASE("A file named without a folder is found beside the configuration, then in the share") {
+  FileMap files;
+  files["cell/cells/arm.toml"] = kCell;
+  files["/share/profiles/test.toml"] = kProfile;
+  FaultList faults;
+  const auto config = ReadWith(
+      files, "cell = \"arm\"\n[robot]\nprofile = \"test\"\nhost = \"robot-1.local\"\n", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(config);
+  CHECK(config->cell_file == "cell/cells/arm.toml");
+  CHECK(config->robot.port == 1502);  // the profile's
+  CHECK(config->robot.unit_id == 7);
+  CHECK(config->state_directory == "/var/lib/plumbline");
+  CHECK(Texts(faults, Fault::Severity::kWarning) ==
+        std::vector<std::string>{
+            "cell/plumbline.toml:1 point: warning: missing; no assembly point is corrected"});
+}
+
+TEST_CASE("Transports need what belongs to them") {
+  auto fault = [](const std::string& robot) {
+    FaultList faults;
+    ReadWith(kFiles, "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\n" + robot, faults);
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    return texts.empty() ? "" : texts[0];
+  };
+  CHECK(fault("transport = \"rtu\"\n") ==
+        "cell/plumbline.toml:2 robot.device: missing; expected a text in quotes");
+  CHECK(fault("transport = \"rtu\"\ndevice = \"/dev/ttyS0\"\n").empty());
+  CHECK(fault("transport = \"replay\"\n") ==
+        "cell/plumbline.toml:2 robot.replay_file: missing; expected a text in quotes");
+  CHECK(fault("transport = \"replay\"\nreplay_file = \"none.csv\"\n") ==
+        "cell/plumbline.toml:5 robot.replay_file: \"none.csv\" cannot be read (cell/none.csv: No "
+        "such file or directory; /share/none.csv: No such file or directory)");
+}
+
+TEST_CASE("The profile must carry what is asked of it") {
+  auto fault = [](const std::string& profile, const std::string& rest) {
+    FileMap files = kFiles;
+    files["cell/profile.toml"] = profile;
+    FaultList faults;
+    ReadWith(files,
+             "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\nhost = \"r\"\n" + rest,
+             faults);
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    return texts.empty() ? "" : texts[0];
+  };
+  const std::string bare = kProfile.substr(0, kProfile.find("[payload_mass]"));
+  std::string one_joint = kProfile;
+  one_joint.replace(one_joint.find("[0, 1]"), 6, "[0]");
+  CHECK(fault(one_joint, "") ==
+        "cell/plumbline.toml:3 robot.profile: \"profile.toml\" has 1 joints; the cell has 2");
+  CHECK(fault(bare, "").empty());  // said as a warning only
+  CHECK(fault(bare, "[payload]\nsource = \"robot\"\n") ==
+        "cell/plumbline.toml:6 payload.source: \"robot\" cannot be used: the profile test reads no "
+        "payload mass; use \"table\" or \"fixed\"");
+  CHECK(fault(bare,
+              "[push]\nenabled = true\npoint_ids = [1]\n[[point]]\nid = 1\nxyz_mm = [0, 0, "
+              "0]\n") ==
+        "cell/plumbline.toml:6 push.enabled: true needs a [push] in the profile test");
+}
+
+TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the defaults") {
+  const auto text = ReadTextFile("config/plumbline.toml");
+  REQUIRE(text);
+  FaultList faults;
+  const auto shipped =
+      DaemonConfigFromText(*text, "config/plumbline.toml", ReadTextFile, "/nonexistent", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(shipped);
+  const DaemonConfig defaults;
+
+  // Uncomment `# key = value` in the tables whose defaults do not depend on the other files.
+  std::string open;
+  std::string_view rest = *text;
+  while (!rest.empty()) {
+    const std::size_t end = rest.find('\n');
+    std::string line(rest.substr(0, end));
+    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+    const bool assignment = line.rfind("# ", 0) == 0 && line.find(" = ") != std::string::npos &&
+                            line.find_first_of(" ", 2) == line.find(" = ");
+    const bool table = line.rfind("# [", 0) == 0;
+    const bool skip = line.find("unit_id") != std::string::npos ||
+                      line.find("replay_file") != std::string::npos ||
+                      line.find("near_deg") != std::string::npos;
+    if ((assignment || table) && !skip) line.erase(0, 2);
+    open += line + "\n";
+  }
+  FaultList open_faults;
+  const auto config = DaemonConfigFromText(open, "config/plumbline.toml", ReadTextFile,
+                                           "/nonexistent", open_faults);
+  CAPTURE(FaultsText(open_faults), open);
+  REQUIRE(config);
+  CHECK(config->robot.timeout_s == Approx(defaults.robot.timeout_s));
+  CHECK(config->robot.stale_after_s == Approx(defaults.robot.stale_after_s));
+  CHECK(config->robot.serial.baud == defaults.robot.serial.baud);
+  CHECK(config->robot.serial.parity == defaults.robot.serial.parity);
+  CHECK(config->plc.port == defaults.plc.port);
+  CHECK(config->plc.max_clients == defaults.plc.max_clients);
+  CHECK(config->plc.little_word_first == defaults.plc.little_word_first);
+  CHECK(config->plc.orientation == defaults.plc.orientation);
+  CHECK(config->correction.max_translation_m == Approx(defaults.correction.max_translation_m));
+  CHECK(config->correction.max_rotation_rad == Approx(defaults.correction.max_rotation_rad));
+  CHECK(config->correction.min_singular_value == defaults.correction.min_singular_value);
+  CHECK(config->correction.deflection_sd == defaults.correction.deflection_sd);
+  CHECK(config->push.enabled == defaults.push.enabled);
+  CHECK(config->push.max_step_m == Approx(defaults.push.max_step_m));
+  CHECK(config->push.min_period_s == Approx(defaults.push.min_period_s));
+  CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
+  CHECK(config->state_directory == defaults.state_directory);
+}
+
+}  // namespace
+}  // namespace plumbline

@@ -1,0 +1,161 @@
+#include "app/config/effect_reader.h"
+
+#include <catch2/catch.hpp>
+
+#include "app/config/effect_table.h"
+#include "tests/app/config/wrong_line.h"
+
+namespace plumbline {
+namespace {
+
+// The example of the file formats.
+const std::string kGood = R"toml(
+[[effect]]
+id = "joint_compliance"
+scope = ["q2", "q3"]
+parameters = [ { name = "q2", value = 5.1e-7, sd = 2e-9, unit = "rad/(N m)" }, { name = "q3", value = 6.0e-7 } ]
+covariance = [[4e-18, 1e-19], [1e-19, 9e-18]]
+from = { file = "measured.csv", rows = 96, date = "2026-11-21" }
+)toml";
+
+std::vector<WrittenEffect> ReadEffects(const std::string& text, FaultList& faults) {
+  TomlDocument document(text, "cell.toml", faults);
+  std::vector<WrittenEffect> effects;
+  for (const TomlTable& table : document.Root().Tables("effect")) {
+    effects.push_back(EffectFromToml(table, 6));
+  }
+  document.ReportUnknownKeys();
+  faults.SortByLine();
+  return effects;
+}
+
+TEST_CASE("A written effect arrives with its parameters, covariance and origin") {
+  FaultList faults;
+  const auto effects = ReadEffects(kGood, faults);
+  CHECK(FaultsText(faults).empty());
+  REQUIRE(effects.size() == 1);
+  const WrittenEffect& effect = effects[0];
+  CHECK(effect.id == "joint_compliance");
+  CHECK(effect.scope == std::vector<std::string>{"q2", "q3"});
+  REQUIRE(effect.parameters.size() == 2);
+  CHECK(effect.parameters[0].name == "q2");
+  CHECK(effect.parameters[0].value == 5.1e-7);
+  CHECK(effect.parameters[0].sd == 2e-9);
+  CHECK(effect.parameters[1].unit == "rad/(N m)");
+  CHECK_FALSE(effect.parameters[1].sd);
+  REQUIRE(effect.covariance.rows() == 2);
+  CHECK(effect.covariance(0, 1) == 1e-19);
+  CHECK(effect.from_file == "measured.csv");
+  CHECK(effect.from_rows == 96);
+  CHECK(effect.from_date == "2026-11-21");
+}
+
+TEST_CASE("Each field of an effect wrong in turn gives its one message") {
+  const char* parameters =
+      "parameters = [ { name = \"q2\", value = 5.1e-7, sd = 2e-9, unit = \"rad/(N m)\" }, { name = "
+      "\"q3\", value = 6.0e-7 } ]";
+  const char* covariance = "covariance = [[4e-18, 1e-19], [1e-19, 9e-18]]";
+  const std::vector<WrongLine> cases = {
+      {"id = \"joint_compliance\"", "", "@2 effect[1].id: missing; expected a text in quotes"},
+      {"scope = [\"q2\", \"q3\"]", "scope = [\"q2\", \"q7\"]",
+       "effect[1].scope: [\"q2\", \"q7\"] names \"q7\", which is not one of q1..q6"},
+      {"scope = [\"q2\", \"q3\"]", "scope = [\"q02\"]",
+       "effect[1].scope: [\"q02\"] names \"q02\", which is not one of q1..q6"},
+      {"scope = [\"q2\", \"q3\"]", "scopes = [\"q2\"]",
+       "effect[1].scopes: unknown key; did you mean \"scope\"?"},
+      {parameters, "parameters = [ { name = \"q2\", value = inf }, { name = \"q3\", value = 1 } ]",
+       "effect[1].parameters[1].value: inf is not a finite number"},
+      {parameters, "parameters = [ { name = \"q2\" }, { name = \"q3\", value = 1 } ]",
+       "effect[1].parameters[1].value: missing; expected a number, -1000000000000..1000000000000"},
+      {parameters, "parameters = [ { name = \"a2\", value = 1 }, { name = \"q3\", value = 1 } ]",
+       "effect[1].parameters[1].name: \"a2\" is no parameter of joint_compliance; it has q# (# a "
+       "joint, 1..6)"},
+      {parameters, "parameters = [ { name = \"q2\", value = 1 }, { name = \"q2\", value = 1 } ]",
+       "effect[1].parameters[2].name: \"q2\" is given twice"},
+      {parameters,
+       "parameters = [ { name = \"q2\", value = 1, unit = \"rad\" }, { name = \"q3\", value = 1 } "
+       "]",
+       "effect[1].parameters[1].unit: \"rad\" is not the unit of q#, \"rad/(N m)\""},
+      {parameters,
+       "parameters = [ { name = \"q2\", value = 1, sd = -1 }, { name = \"q3\", value = 1 } ]",
+       "effect[1].parameters[1].sd: -1 is outside 0..1000000000000"},
+      {covariance, "covariance = [[4e-18, 1e-19]]",
+       "effect[1].covariance: [[4e-18, 1e-19]] is not a list of 2 lists of 2 numbers"},
+      {covariance, "covariance = [[4e-18, 1e-19], [2e-19, 9e-18]]",
+       "effect[1].covariance: [[4e-18, 1e-19], [2e-19, 9e-18]] is not symmetric: row 2 column 1"},
+      {covariance, "covariance = [[4e-18, 9e-18], [9e-18, 9e-18]]",
+       "effect[1].covariance: [[4e-18, 9e-18], [9e-18, 9e-18]] is not positive semidefinite"},
+      {covariance, "covariance = [[-4e-18, 0], [0, 9e-18]]",
+       "effect[1].covariance: [[-4e-18, 0], [0, 9e-18]] has a negative variance in row 1"},
+      {covariance, "covariance = [[0, 1e-19], [1e-19, 9e-18]]",
+       "effect[1].covariance: [[0, 1e-19], [1e-19, 9e-18]] is not positive semidefinite"},
+      {"from = { file = \"measured.csv\", rows = 96, date = \"2026-11-21\" }",
+       "from = { file = \"measured.csv\", rows = -1, date = \"2026-11-21\" }",
+       "effect[1].from.rows: -1 is outside 0..1000000000"},
+  };
+  ExpectOneFaultEach(kGood, "cell.toml", cases, [](const std::string& text, FaultList& faults) {
+    ReadEffects(text, faults);
+    return !faults.HasFaults();
+  });
+}
+
+TEST_CASE("An id that the table does not have is refused with those that it has") {
+  FaultList faults;
+  ReadEffects("[[effect]]\nid = \"creep\"\nparameters = []\n", faults);
+  REQUIRE(faults.All().size() == 1);
+  const std::string text = FaultText(faults.All()[0]);
+  CHECK(text.rfind("cell.toml:2 effect[1].id: \"creep\" is not an effect; known are base_frame, ",
+                   0) == 0);
+  CHECK(text.find(", empirical") != std::string::npos);
+}
+
+TEST_CASE("Parameters that are words, and numbered harmonics") {
+  FaultList faults;
+  const auto effects = ReadEffects(R"(
+[[effect]]
+id = "backlash"
+scope = ["q1"]
+parameters = [ { name = "q1", value = 1e-4 }, { name = "by", value = "move" } ]
+covariance = [[1e-12]]
+[[effect]]
+id = "gear_periodic"
+parameters = [ { name = "q3_amplitude", value = 1 }, { name = "q3_2_phase", value = 1, unit = "rad" } ]
+[[effect]]
+id = "empirical"
+drivers = ["t_s"]
+nodes = [[0, 1, 2, 3], [1, 2, 3, 4]]
+parameters = [ { name = "anything", value = 1, unit = "mm" } ]
+)",
+                                   faults);
+  CHECK(FaultsText(faults).empty());
+  REQUIRE(effects.size() == 3);
+  CHECK(effects[0].parameters[1].word == "move");
+  CHECK(effects[0].covariance.rows() == 1);
+  CHECK(effects[1].parameters[1].unit == "rad");
+  CHECK(effects[2].drivers == std::vector<std::string>{"t_s"});
+  CHECK(effects[2].nodes(1, 3) == 4.0);
+
+  FaultList wrong;
+  ReadEffects(
+      "[[effect]]\nid = \"backlash\"\nparameters = [ { name = \"by\", value = \"time\" } ]\n",
+      wrong);
+  CHECK(FaultsText(wrong) ==
+        "cell.toml:3 effect[1].parameters[1].value: \"time\" is not one of \"load\", \"move\"\n");
+}
+
+TEST_CASE("Names of the effect table match as written") {
+  const EffectEntry& geometry = *FindEffect("link_geometry");
+  CHECK(FindParameter(geometry, "alpha6", 6) != nullptr);
+  CHECK(FindParameter(geometry, "alpha7", 6) == nullptr);
+  CHECK(FindParameter(geometry, "alpha0", 6) == nullptr);
+  CHECK(FindParameter(geometry, "alpha", 6) == nullptr);
+  CHECK(FindParameter(geometry, "a12", 12)->unit == "mm");
+  CHECK(FindParameter(geometry, "a99999999999999999999", 12) == nullptr);
+  CHECK(FindEffect("joint") == nullptr);
+  CHECK(JointFromScope("q12", 12) == 12);
+  CHECK_FALSE(JointFromScope("q1x", 12));
+  CHECK_FALSE(JointFromScope("", 12));
+}
+
+}  // namespace
+}  // namespace plumbline

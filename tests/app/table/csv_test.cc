@@ -1,0 +1,188 @@
+#include "app/table/csv.h"
+
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+/// A turning and a sliding joint.
+std::vector<Joint> TwoJoints() {
+  std::vector<Joint> joints(2);
+  joints[1].type = JointType::kPrismatic;
+  return joints;
+}
+
+std::optional<MeasuredTable> Read(const std::string& text, FaultList& faults) {
+  return TableFromCsv(text, "measured.csv", TwoJoints(), faults);
+}
+
+TEST_CASE("Every column arrives in SI, in any order") {
+  FaultList faults;
+  const auto table = Read(
+      "z_mm,session,q2_mm,q1_deg,t_s,qd1_deg_s,qd2_mm_s,qdd1_deg_s2,qdd2_mm_s2,tau1_Nm,tau2_N,"
+      "payload_kg,temp_C,x_mm,y_mm,qw,qx,qy,qz,range_mm\n"
+      "3,a,250,90,12.5,180,1000,360,2000,7,8,20,23.5,1,2,0,0,0.6,0.8,1500\n",
+      faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(table);
+  CHECK(faults.All().empty());
+  CHECK(table->recorded ==
+        RecordedColumns{true, true, true, true, true, true, true, true, true, true});
+  REQUIRE(table->rows.size() == 1);
+  const MeasuredRow& row = table->rows[0];
+  CHECK(row.line == 2);
+  CHECK(row.session == "a");
+  CHECK(row.t_s == 12.5);
+  CHECK(row.q[0] == Approx(90 * kRadPerDeg));
+  CHECK(row.q[1] == Approx(0.25));
+  CHECK(row.qd[0] == Approx(180 * kRadPerDeg));
+  CHECK(row.qd[1] == Approx(1));
+  CHECK(row.qdd[0] == Approx(360 * kRadPerDeg));
+  CHECK(row.qdd[1] == Approx(2));
+  CHECK(row.tau[0] == 7.0);
+  CHECK(row.tau[1] == 8.0);
+  CHECK(row.payload_kg == 20.0);
+  CHECK(row.temp_C == 23.5);
+  CHECK(row.p_WT.isApprox(Vec3(0.001, 0.002, 0.003)));
+  CHECK(row.range_m == Approx(1.5));
+  CHECK(row.q_WT.w() == 0.0);
+  CHECK(row.q_WT.y() == Approx(0.6));
+  CHECK(row.q_WT.z() == Approx(0.8));
+}
+
+TEST_CASE("A missing column is not recorded; joints alone are enough") {
+  FaultList faults;
+  const auto table = Read("q1_deg,q2_mm\n1,2\n3,4\n", faults);
+  REQUIRE(table);
+  CHECK(table->recorded == RecordedColumns{});
+  CHECK(table->rows.size() == 2);
+  CHECK(table->rows[1].qd.size() == 0);
+}
+
+TEST_CASE("A byte-order mark, CRLF and a missing last line end are accepted") {
+  FaultList faults;
+  const auto table = Read("\xEF\xBB\xBFq1_deg , q2_mm,temp_C\r\n1,2,3\r\n 4 ,5,6", faults);
+  REQUIRE(table);
+  CHECK(faults.All().empty());
+  REQUIRE(table->rows.size() == 2);
+  CHECK(table->rows[1].line == 3);
+  CHECK(table->rows[1].temp_C == 6.0);
+}
+
+TEST_CASE("Each fault of a header has its message, and all are told") {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"", "measured.csv:1: has no header row\n"},
+      {"\r\n1,2\n", "measured.csv:1: has no header row\n"},
+      {"q1_deg;q2_mm\n",
+       "measured.csv:1: is separated by ';': separate columns by ',' with decimal points\n"},
+      {"q1_deg\n", "measured.csv:1 q2_mm: missing column\n"},
+      {"x_mm,y_mm,z_mm\n",
+       "measured.csv:1 q1_deg: missing column\nmeasured.csv:1 q2_mm: missing column\n"},
+      {"q1_deg,q2_deg\n",
+       "measured.csv:1 q2_deg: does not fit the cell: it has 2 joints, revolute ones in deg and "
+       "Nm, prismatic ones in mm and N\nmeasured.csv:1 q2_mm: missing column\n"},
+      {"q1_deg,q2_mm,q3_deg\n",
+       "measured.csv:1 q3_deg: does not fit the cell: it has 2 joints, revolute ones in deg and "
+       "Nm, prismatic ones in mm and N\n"},
+      {"q1_deg,q2_mm,q1_deg\n", "measured.csv:1 q1_deg: stands twice\n"},
+      {"q1_deg,q2_mm,note,note\n",
+       "measured.csv:1 note: warning: unknown column, not used\nmeasured.csv:1 note: stands "
+       "twice\nmeasured.csv:1 note: warning: unknown column, not used\n"},
+      {"q1_deg,q2_mm,x_mm,z_mm\n", "measured.csv:1 y_mm: missing column\n"},
+      {"q1_deg,q2_mm,qd2_mm_s\n", "measured.csv:1 qd1_deg_s: missing column\n"},
+      {"q1_deg,q2_mm,qw,qx,qz\n", "measured.csv:1 qy: missing column\n"}};
+  for (const auto& [header, expected] : cases) {
+    FaultList faults;
+    CAPTURE(header);
+    CHECK_FALSE(Read(header, faults));
+    CHECK(FaultsText(faults) == expected);
+  }
+}
+
+TEST_CASE("Unknown columns are said and not used") {
+  FaultList faults;
+  const auto table = Read("q1_deg,operator,q2_mm,\n1,Jo,2,x\n", faults);
+  REQUIRE(table);
+  CHECK(FaultsText(faults) ==
+        "measured.csv:1 operator: warning: unknown column, not used\n"
+        "measured.csv:1: warning: a column without name is not used\n");
+  CHECK(table->rows.size() == 1);
+}
+
+TEST_CASE("Each row that cannot be read is named by line and reason, and the others stay") {
+  const std::string header = "q1_deg,q2_mm,range_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n";
+  const std::string last = "4,5,6,1,0,0,0\n";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"1,2,3,1,0,0", ": warning: has 6 fields, the header 7; row not used\n"},
+      {"1,2,3,1,0,0,0,9", ": warning: has 8 fields, the header 7; row not used\n"},
+      {"", ": warning: the line is empty; row not used\n"},
+      {"1,,3,1,0,0,0", " q2_mm: warning: is empty; row not used\n"},
+      {"abc,2,3,1,0,0,0", " q1_deg: warning: \"abc\" is not a number; row not used\n"},
+      {"1.0.0,2,3,1,0,0,0", " q1_deg: warning: \"1.0.0\" is not a number; row not used\n"},
+      {"1 2,2,3,1,0,0,0", " q1_deg: warning: \"1 2\" is not a number; row not used\n"},
+      {"nan,2,3,1,0,0,0", " q1_deg: warning: \"nan\" is not a finite number; row not used\n"},
+      {"1,-inf,3,1,0,0,0", " q2_mm: warning: \"-inf\" is not a finite number; row not used\n"},
+      {"1,1e999,3,1,0,0,0", " q2_mm: warning: \"1e999\" is out of range; row not used\n"},
+      {"1,1e13,3,1,0,0,0", " q2_mm: warning: \"1e13\" is out of range; row not used\n"},
+      {"1,2,-3,1,0,0,0", " range_mm: warning: \"-3\" is negative; row not used\n"},
+      {"1,2,3,0.5,0,0,0", " qw: warning: the quaternion has length 0.5, not 1; row not used\n"},
+      {"\x01\xFF,2,3,1,0,0,0", " q1_deg: warning: \"??\" is not a number; row not used\n"}};
+  for (const auto& [row, expected] : cases) {
+    FaultList faults;
+    const auto table = Read(header + row + "\n" + last, faults);
+    CAPTURE(row);
+    REQUIRE(table);
+    CHECK(FaultsText(faults) == "measured.csv:3" + expected);
+    CHECK(table->unreadable_lines == std::vector<int>{3});
+    REQUIRE(table->rows.size() == 2);
+    CHECK(table->rows[1].line == 4);
+  }
+}
+
+TEST_CASE("12,000 rows of 8 columns are read whole") {
+  std::string text = "t_s,q1_deg,q2_mm,payload_kg,temp_C,x_mm,y_mm,z_mm\n";
+  for (int i = 0; i < 12000; ++i) {
+    text += fmt::format("{},{:.5f},{:.5f},40,23.5,{:.5f},2,3\n", i, 0.01 * i, -0.5 * i, 1.5 * i);
+  }
+  FaultList faults;
+  const auto table = Read(text, faults);
+  REQUIRE(table);
+  REQUIRE(table->rows.size() == 12000);
+  CHECK(table->rows[11999].p_WT.x() == Approx(17.9985));
+}
+
+TEST_CASE("Every measured table reads whole", "[measured]") {
+  const char* given = std::getenv("PLUMBLINE_MEASURED");
+  const std::filesystem::path measured = given != nullptr ? given : "../shared/measured";
+  if (!std::filesystem::is_directory(measured)) {
+    WARN("SKIPPED: no folder " << measured.string() << "; set PLUMBLINE_MEASURED");
+    std::cout << "SKIPPED: no measured tables\n";
+    return;
+  }
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(measured)) {
+    for (const char* name : {"measured.csv", "test_poses.csv"}) {
+      const auto file = entry.path() / name;
+      if (!std::filesystem::exists(file)) continue;
+      const bool seven = entry.path().filename() == "real-iiwa7";
+      FaultList faults;
+      const auto table = ReadTable(file.string(), std::vector<Joint>(seven ? 7 : 6), faults);
+      CAPTURE(FaultsText(faults));
+      REQUIRE(table);
+      CHECK(faults.All().empty());
+      CHECK(table->rows.size() > 10);
+      ++count;
+    }
+  }
+  CHECK(count > 0);
+}
+
+}  // namespace
+}  // namespace plumbline

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "drivers/plc/codec.h"
+#include "drivers/modbus/word_order.h"
+
+using namespace plumbline;
+
+namespace {
+
+Snapshot SomeSnapshot() {
+  Snapshot snapshot;
+  snapshot.robot.q = JointVector::LinSpaced(6, -1, 1.5);
+  snapshot.status = 0x0205;
+  snapshot.points.resize(2);
+  snapshot.points[1].valid = true;
+  snapshot.points[1].code = CorrectionCode::kOk;
+  snapshot.points[1].sequence = 777;
+  snapshot.points[1].correction.X_BP_command = {RotationFromRollPitchYaw({0.1, 0.2, 0.3}),
+                                                Vec3(1.2345678, -0.4, 0.05)};
+  snapshot.result.sequence = 4711;
+  snapshot.result.valid = true;
+  snapshot.result.unix_ms = 1790000000123;
+  snapshot.result.correction = snapshot.points[1].correction;
+  snapshot.result.correction.X_BP_command.p.y() = -5.0;
+  return snapshot;
+}
+
+double Read(const std::vector<std::uint16_t>& image, const char* name, bool little = false) {
+  for (const MapField& field : plc_map::Fields()) {
+    if (std::string_view(field.name) == name) {
+      return ValueOfField(field.type, image, field.address, little);
+    }
+  }
+  FAIL("no field " << name);
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("no two entries of the map overlap, and each lies in its window") {
+  const auto check = [](auto fields, int first, int last) {
+    int next = first;
+    std::set<std::string_view> names;
+    for (const auto& field : fields) {
+      CAPTURE(field.name);
+      CHECK(field.address >= next);
+      next = field.address + RegisterCount(field.type);
+      CHECK(next <= last + 1);
+      CHECK(names.insert(field.name).second);
+    }
+  };
+  check(plc_map::Fields(), 0, plc_map::kInputs + plc_map::kInputsSize - 1);
+  check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
+  check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
+}
+
+TEST_CASE("a snapshot becomes the registers that the map promises, in both word orders") {
+  for (const bool little : {false, true}) {
+    PlcEncoder encoder({little, OrientationConvention::kRollPitchYaw}, {11, 12});
+    const auto& image = encoder.Encode(SomeSnapshot(), {});
+    CHECK(image[0] == 0x504C);
+    CHECK(image[2] == (little ? 1 : 0));
+    // 1.0f is 0x3F800000.
+    CHECK(image[4] == (little ? 0x0000 : 0x3F80));
+    CHECK(image[5] == (little ? 0x3F80 : 0x0000));
+    CHECK(image[6] == (little ? 0x0304 : 0x0102));
+    CHECK(image[11] == 0x0205);
+    CHECK(image[100] == 4711);
+    CHECK(image[101] == 4711);
+    CHECK(image[139] == 4711);
+    CHECK(Read(image, "result_x", little) == Approx(1234.5678).epsilon(1e-7));
+    CHECK(Read(image, "result_time", little) == 1790000000123);
+    CHECK(Read(image, "q1", little) == Approx(-57.29578).epsilon(1e-6));
+    CHECK(image[2020] == 12);
+    CHECK((image[2021] & plc_map::kValid) != 0);
+    CHECK(image[2039] == 777);
+    CHECK((image[2001] & plc_map::kValid) == 0);
+    const auto block = std::span(image).subspan(2020, 20);
+    CHECK(ValueOfField(FieldType::kFloat, block, 3, little) == Approx(1234.5678).epsilon(1e-7));
+    CHECK(ValueOfField(FieldType::kFloat, block, 9, little) == Approx(0.1 * 180 / M_PI));
+    CHECK(ValueOfField(FieldType::kFloat, block, 13, little) == Approx(0.3 * 180 / M_PI));
+  }
+}
+
+TEST_CASE("a position beyond int16 saturates there and says so; the fine registers hold it") {
+  PlcEncoder encoder({}, {1, 2});
+  const auto& image = encoder.Encode(SomeSnapshot(), {});
+  CHECK((image[202] & plc_map::kFitsInt16) == 0);
+  CHECK(static_cast<std::int16_t>(image[205]) == -32768);
+  CHECK(Read(image, "scaled_y_fine") == -5000000);
+  CHECK(static_cast<std::int16_t>(image[204]) == 12346);
+}
+
+TEST_CASE("the result's check sum is the Modbus CRC of its registers") {
+  PlcEncoder encoder({}, {1, 2});
+  Snapshot snapshot = SomeSnapshot();
+  const auto image = encoder.Encode(snapshot, {});
+  CHECK(image[138] == CrcOfRegisters(std::span(image).subspan(100, 38)));
+  snapshot.result.correction.X_BP_command.p.x() += 1e-6;
+  CHECK(encoder.Encode(snapshot, {})[138] != image[138]);
+  // Published check value: CRC-16/MODBUS of "123456789" is 0x4B37; an even number of bytes here.
+  const std::uint16_t registers[] = {0x3132, 0x3334, 0x3536, 0x3738};
+  CHECK(CrcOfRegisters(registers) == 0x37DD);
+}
+
+TEST_CASE("no float that is not finite ever leaves") {
+  PlcEncoder encoder({}, {1, 2});
+  const auto before = encoder.Encode(SomeSnapshot(), {});
+  Snapshot broken = SomeSnapshot();
+  const double nan = std::nan("");
+  broken.result.correction.X_BP_command.p.setConstant(nan);
+  broken.points[1].correction.X_BP_command.p.setConstant(std::numeric_limits<double>::infinity());
+  broken.points[1].correction.uncertainty_m = 1e300;
+  broken.robot.q.setConstant(nan);
+  broken.data_age_s = nan;
+  const auto after = encoder.Encode(broken, {});
+  CHECK(Read(after, "result_x") == Read(before, "result_x"));
+  for (const MapField& field : plc_map::Fields()) {
+    if (field.type == FieldType::kFloat) {
+      CHECK(std::isfinite(ValueOfField(FieldType::kFloat, after, field.address, false)));
+    }
+  }
+}
+
+TEST_CASE("the command window is decoded") {
+  for (const bool little : {false, true}) {
+    const PlcConvention convention{little, OrientationConvention::kAbc};
+    std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+    const auto put = [&](int address, float value) {
+      const auto pair = modbus::RegistersFromFloat(
+          value, little ? modbus::WordOrder::kCdab : modbus::WordOrder::kAbcd);
+      window[static_cast<std::size_t>(address - 1000)] = pair[0];
+      window[static_cast<std::size_t>(address - 999)] = pair[1];
+    };
+    window[0] = 2;
+    window[1] = 12;
+    put(1002, 1000);
+    put(1004, -500);
+    put(1006, 250);
+    put(1008, 90);  // A: about z
+    put(1014, 42.5F);
+    window[30] = 5;
+    window[31] = 1;
+    window[39] = 99;
+    PlcCommand command = PlcCommandFromRegisters(window, convention);
+    CHECK(command.code == PlcCommandCode::kCorrectPose);
+    CHECK(command.sequence == 99);
+    CHECK(command.heartbeat == 5);
+    CHECK(command.manual);
+    REQUIRE(command.pose_valid);
+    CHECK((command.X_BP.p - Vec3(1, -0.5, 0.25)).norm() < 1e-9);
+    CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-6);
+    CHECK(command.payload_kg == Approx(42.5));
+    put(1004, std::numeric_limits<float>::quiet_NaN());
+    CHECK_FALSE(PlcCommandFromRegisters(window, convention).pose_valid);
+    window[0] = 3;
+    window[20] = static_cast<std::uint16_t>(-1234);
+    window[25] = 1571;
+    command = PlcCommandFromRegisters(window, convention);
+    REQUIRE(command.pose_valid);
+    CHECK(command.X_BP.p.x() == Approx(-0.1234));
+    CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-3);
+  }
+}

@@ -1,0 +1,203 @@
+#include <fcntl.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "drivers/robot/registry.h"
+#include "tests/drivers/robot/fake_controller.h"
+#include "tests/drivers/robot/small_profile.h"
+#include "tests/drivers/robot/test_time.h"
+
+namespace plumbline {
+namespace {
+
+/// CRC-16/MODBUS, low byte first [Modbus over serial line, 6.2.2].
+Bytes WithCrc(Bytes frame) {
+  unsigned crc = 0xFFFF;
+  for (const std::uint8_t byte : frame) {
+    crc ^= byte;
+    for (int i = 0; i < 8; ++i) crc = (crc & 1) != 0 ? crc >> 1 ^ 0xA001 : crc >> 1;
+  }
+  frame.push_back(static_cast<std::uint8_t>(crc & 0xFF));
+  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+  return frame;
+}
+
+/// A controller at the other end of a pseudo-terminal. It answers FC03 of four registers, the
+/// first with `word`; `spoil` may change the frame, or empty it for silence.
+class SerialController {
+ public:
+  explicit SerialController(const std::string& path) {
+    master_ = posix_openpt(O_RDWR | O_NOCTTY);
+    grantpt(master_);
+    unlockpt(master_);
+    char name[128];
+    ptsname_r(master_, name, sizeof(name));
+    slave_ = open(name, O_RDWR | O_NOCTTY);  // so that closing the client hangs nothing up
+    termios raw{};
+    tcgetattr(slave_, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(slave_, TCSANOW, &raw);
+    std::filesystem::remove(path);
+    std::filesystem::create_symlink(name, path);
+    thread_ = std::thread([this] { Run(); });
+  }
+  ~SerialController() {
+    stop_ = true;
+    thread_.join();
+    close(slave_);
+    close(master_);
+  }
+  SerialController(const SerialController&) = delete;
+  SerialController& operator=(const SerialController&) = delete;
+
+  void Spoil(std::function<void(Bytes&)> spoil) {
+    const std::lock_guard lock(mutex_);
+    spoil_ = std::move(spoil);
+  }
+  std::atomic<int> word{0};
+
+ private:
+  void Run() {
+    Bytes request;
+    while (!stop_) {
+      pollfd waiting{master_, POLLIN, 0};
+      if (poll(&waiting, 1, 5) <= 0) continue;
+      std::array<std::uint8_t, 64> buffer{};
+      const auto count = read(master_, buffer.data(), buffer.size());
+      if (count <= 0) continue;
+      request.insert(request.end(), buffer.begin(), buffer.begin() + count);
+      if (request.size() < 8) continue;
+      const int value = word;
+      Bytes answer = WithCrc({request[0], 3, 8, static_cast<std::uint8_t>(value >> 8),
+                              static_cast<std::uint8_t>(value & 0xFF), 0, 0, 0, 0, 0, 0});
+      request.clear();
+      {
+        const std::lock_guard lock(mutex_);
+        if (spoil_) spoil_(answer);
+      }
+      if (!answer.empty() && write(master_, answer.data(), answer.size()) < 0) return;
+    }
+  }
+
+  int master_ = -1;
+  int slave_ = -1;
+  std::atomic<bool> stop_{false};
+  std::mutex mutex_;
+  std::function<void(Bytes&)> spoil_;
+  std::thread thread_;
+};
+
+struct Folder {
+  Folder() {
+    std::string pattern = std::filesystem::temp_directory_path() / "plumbline-rtu-XXXXXX";
+    if (mkdtemp(pattern.data()) != nullptr) path = pattern;
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::string path;
+};
+
+std::unique_ptr<RobotDevice> RobotOn(const std::string& device) {
+  RobotConnection connection;
+  connection.serial = {device, 115200, 'E', 1};
+  connection.unit_id = 17;
+  connection.timeout_s = 0.05;
+  connection.profile = SmallProfile();
+  connection.clock = TestTime;
+  auto robot = MakeRobot("rtu", connection);
+  REQUIRE(robot.ok());
+  return std::move(robot).value();
+}
+
+}  // namespace
+
+TEST_CASE("a controller on a serial line is read, and each fault of the line is survived") {
+  struct Row {
+    const char* what;
+    std::function<void(Bytes&)> spoil;
+    LinkResult result;
+  };
+  const Row rows[] = {
+      {"silence", [](Bytes& answer) { answer.clear(); }, LinkResult::kTimeout},
+      {"half a frame", [](Bytes& answer) { answer.resize(5); }, LinkResult::kTimeout},
+      {"wrong checksum", [](Bytes& answer) { answer.back() ^= 1; }, LinkResult::kProtocol},
+      {"another slave's answer",
+       [](Bytes& answer) {
+         answer.resize(answer.size() - 2);
+         answer[0] = 18;
+         answer = WithCrc(answer);
+       },
+       LinkResult::kProtocol},
+      {"exception 02", [](Bytes& answer) { answer = WithCrc({17, 0x83, 2}); },
+       LinkResult::kException},
+  };
+  const Folder folder;
+  for (const Row& row : rows) {
+    INFO(row.what);
+    SerialController controller(folder.path + "/tty");
+    const auto robot = RobotOn(folder.path + "/tty");
+    controller.word = 100;
+    RobotState state;
+    REQUIRE(robot->Read(state) == LinkResult::kOk);
+    CHECK(state.q[0] == Approx(0.1));
+    controller.Spoil(row.spoil);
+    CHECK(robot->Read(state) == row.result);
+    controller.Spoil({});
+    controller.word = 300;
+    Advance(0.11);
+    CHECK(robot->Read(state) == LinkResult::kOk);
+    CHECK(state.q[0] == Approx(0.3));
+  }
+}
+
+TEST_CASE("bytes that lie on the line before a request are not its answer") {
+  const Folder folder;
+  SerialController controller(folder.path + "/tty");
+  const auto robot = RobotOn(folder.path + "/tty");
+  RobotState state;
+  controller.word = 100;
+  controller.Spoil([](Bytes& answer) {
+    const Bytes twice = answer;
+    answer.insert(answer.end(), twice.begin(), twice.end());
+  });
+  REQUIRE(robot->Read(state) == LinkResult::kOk);
+  controller.Spoil({});
+  controller.word = 300;
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));  // let the second copy arrive
+  CHECK(robot->Read(state) == LinkResult::kOk);
+  CHECK(state.q[0] == Approx(0.3));
+}
+
+TEST_CASE("a line that is unplugged is tried again with growing waits, and found again") {
+  const Folder folder;
+  const std::string device = folder.path + "/tty";
+  const auto robot = RobotOn(device);
+  RobotState state;
+  {
+    SerialController controller(device);
+    REQUIRE(robot->Read(state) == LinkResult::kOk);
+  }
+  CHECK(robot->Read(state) == LinkResult::kLost);
+  int attempts = 0;
+  for (int i = 0; i < 100; ++i) {
+    Advance(0.01);
+    if (robot->Read(state) != LinkResult::kWaiting) ++attempts;
+  }
+  CHECK(attempts <= 4);
+  CHECK(attempts >= 2);
+  SerialController plugged_in_again(device);
+  plugged_in_again.word = 7;
+  Advance(5);
+  CHECK(robot->Read(state) == LinkResult::kOk);
+  CHECK(state.q[0] == Approx(0.007));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,153 @@
+#include "firmware-like/correction/correct.h"
+
+#include <catch2/catch.hpp>
+
+#include "firmware-like/geometry/rotation.h"
+#include "firmware-like/kinematics/inverse.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+namespace {
+
+AssemblyPoint PointAt(const CellModel& cell, const JointVector& q, const Vec3& p_TP = Vec3::Zero()) {
+  const Pose X_BT = LoadedArm(cell).UnloadedTip(q);
+  AssemblyPoint point;
+  point.id = 1;
+  point.p_TP = p_TP;
+  point.X_WP = cell.robot.X_WB * Pose{X_BT.R, X_BT * p_TP};
+  return point;
+}
+
+Correction Solve(const CellModel& cell, const AssemblyPoint& point, const JointVector& seed,
+                 const CorrectionLimits& limits = {}, double payload_kg = 60) {
+  Correction correction;
+  Corrector(cell, limits)
+      .Correct(point, {payload_kg, *cell.payload_cog_F}, std::nullopt, seed, BranchSearch::kBrief,
+               correction);
+  return correction;
+}
+
+/// The controller's way: rigid inverse kinematics of the commanded pose, then the loaded arm
+/// settles where it settles.
+Pose Landed(const CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
+            const JointVector& seed, double payload_kg = 60) {
+  const LoadedArm arm(cell);
+  JointVector q = seed;
+  const auto rigid = [&](const JointVector& trial, Posture& posture) {
+    arm.chain().Evaluate(trial, posture);
+    const Pose X_BT = posture.X_BF() * arm.X_FT();
+    return Pose{X_BT.R, X_BT * p_TP};
+  };
+  REQUIRE(SolvePose(arm.chain(), {X_BP_command}, rigid, 60, q).converged);
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(q, {payload_kg, *cell.payload_cog_F}, state));
+  return {state.X_BT.R, state.X_BT * p_TP};
+}
+
+}  // namespace
+
+TEST_CASE("the corrected command makes the loaded tool point land within 1 um and 1 urad") {
+  std::mt19937 random(20);
+  const CellModel cell = test::HeavyArm();
+  int corrected = 0;
+  double largest_m = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const JointVector q = test::RandomPosture(cell, random);
+    const Vec3 p_TP(0.1, -0.4, 0.05);
+    const AssemblyPoint point = PointAt(cell, q, p_TP);
+    const Correction correction = Solve(cell, point, q);
+    if (correction.code == CorrectionCode::kSingular) continue;
+    REQUIRE(correction.code == CorrectionCode::kOk);
+    ++corrected;
+    const Pose wanted = cell.robot.X_WB.Inverse() * point.X_WP;
+    const Pose landed = Landed(cell, correction.X_BP_command, p_TP, q);
+    CHECK((landed.p - wanted.p).norm() < 1e-6);
+    CHECK(VectorFromRotation(landed.R * wanted.R.transpose()).norm() < 1e-6);
+    CHECK((correction.translation_B - (correction.X_BP_command.p - wanted.p)).norm() < 1e-12);
+    largest_m = std::max(largest_m, correction.translation_B.norm());
+  }
+  CHECK(corrected > 250);
+  CHECK(largest_m > 5e-3);  // the test would be empty with a stiff arm
+}
+
+TEST_CASE("landing tells where an uncorrected command ends") {
+  std::mt19937 random(21);
+  const CellModel cell = test::HeavyArm();
+  const JointVector q = test::RandomPosture(cell, random);
+  const AssemblyPoint point = PointAt(cell, q);
+  const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
+  Correction landing;
+  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, q,
+                              BranchSearch::kNone, landing);
+  REQUIRE(landing.code == CorrectionCode::kOk);
+  const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);
+  CHECK((landing.X_BP_command.p - landed.p).norm() < 1e-9);
+}
+
+TEST_CASE("every refusal has its own code") {
+  const CellModel cell = test::HeavyArm();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const AssemblyPoint good = PointAt(cell, q);
+  REQUIRE(Solve(cell, good, q).code == CorrectionCode::kOk);
+
+  SECTION("out of reach") {
+    AssemblyPoint point = good;
+    point.X_WP.p.x() += 10;
+    CHECK(Solve(cell, point, q).code == CorrectionCode::kUnreachable);
+    point.X_WP.p = Vec3(4.2, 0, 0.5);  // inside the bound of the reach, outside the real one
+    CHECK(Solve(cell, point, q).code == CorrectionCode::kUnreachable);
+  }
+  SECTION("joint limit") {
+    CellModel narrow = cell;
+    for (int i : {0, 1, 2, 4}) {  // no branch is left
+      narrow.robot.joints[static_cast<std::size_t>(i)].min = q[i] + 0.1;
+      narrow.robot.joints[static_cast<std::size_t>(i)].max = q[i] + 0.2;
+    }
+    CHECK(Solve(narrow, good, q).code == CorrectionCode::kJointLimit);
+  }
+  SECTION("singular posture") {
+    JointVector straight = q;
+    straight[4] = 0.005;
+    CHECK(Solve(cell, PointAt(cell, straight), straight).code == CorrectionCode::kSingular);
+  }
+  SECTION("correction too large") {
+    CorrectionLimits limits;
+    limits.max_translation_m = 1e-3;
+    CHECK(Solve(cell, good, q, limits).code == CorrectionCode::kTooLarge);
+    limits = {};
+    limits.max_rotation_rad = 1e-4;
+    CHECK(Solve(cell, good, q, limits).code == CorrectionCode::kTooLarge);
+  }
+  SECTION("link masses not declared") {
+    CellModel unknown = cell;
+    unknown.robot.joints[2].link_mass_kg.reset();
+    CHECK(Solve(unknown, good, q).code == CorrectionCode::kTorquesUnknown);
+  }
+}
+
+TEST_CASE("with a free orientation the position alone is met") {
+  const CellModel cell = test::HeavyArm();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  AssemblyPoint point = PointAt(cell, q);
+  point.orientation_free = true;
+  const Correction correction = Solve(cell, point, q);
+  REQUIRE(correction.code == CorrectionCode::kOk);
+  const Pose landed = Landed(cell, correction.X_BP_command, Vec3::Zero(), correction.q);
+  CHECK((landed.p - (cell.robot.X_WB.Inverse() * point.X_WP).p).norm() < 1e-6);
+}
+
+TEST_CASE("the uncertainty grows with the deflection and its share") {
+  const CellModel cell = test::HeavyArm();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const AssemblyPoint point = PointAt(cell, q);
+  CorrectionLimits doubled;
+  doubled.deflection_sd = 0.2;
+  const double light = Solve(cell, point, q, {}, 10).uncertainty_m;
+  const double heavy = Solve(cell, point, q, {}, 80).uncertainty_m;
+  CHECK(heavy > light);
+  CHECK(Solve(cell, point, q, doubled, 80).uncertainty_m == Approx(2 * heavy));
+}

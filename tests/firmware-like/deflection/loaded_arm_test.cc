@@ -1,0 +1,116 @@
+#include "firmware-like/deflection/loaded_arm.h"
+
+#include <catch2/catch.hpp>
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+TEST_CASE("a rigid cell's loaded tip is where forward kinematics puts it") {
+  CellModel cell = test::HeavyArm();
+  cell.tool.rigid = true;
+  cell.tool.segments.clear();
+  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  const LoadedArm arm(cell);
+  std::mt19937 random(10);
+  const JointVector q = test::RandomPosture(cell, random);
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(q, {50, Vec3(0, 0, 1)}, state));
+  CHECK((state.X_BT.p - arm.UnloadedTip(q).p).norm() == 0);
+}
+
+TEST_CASE("the sagged posture is a fixed point, and the way back is exact") {
+  const CellModel cell = test::HeavyArm();
+  const LoadedArm arm(cell);
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 50; ++trial) {
+    const JointVector q = test::RandomPosture(cell, random);
+    const Payload payload{80, *cell.payload_cog_F};
+    LoadedState commanded, actual;
+    REQUIRE(arm.AtCommanded(q, payload, commanded));
+    arm.AtActual(q + commanded.sag, payload, actual);
+    CHECK((actual.X_BT.p - commanded.X_BT.p).norm() < 1e-10);
+    CHECK((q + actual.sag - (q + commanded.sag)).norm() < 1e-11);
+  }
+}
+
+TEST_CASE("a horizontal arm sags by compliance times torque, done by hand") {
+  CellModel cell;
+  Joint joint = test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-5);
+  cell.robot.joints = {joint};
+  cell.robot.g_W = Vec3(0, -10, 0);  // the arm turns about z; gravity pulls along -y
+  cell.tool.tcp_F = Vec3::Zero();
+  const LoadedArm arm(cell);
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {20, Vec3::Zero()}, state));
+  // tau = -(10 kg * 0.5 m + 20 kg * 1 m) * 10 m/s^2 cos(s) = -250 N m cos(s)
+  const double sag = -250e-5;
+  CHECK(state.tau[0] == Approx(-250 * std::cos(sag)).epsilon(1e-9));
+  CHECK(state.X_BT.p.y() == Approx(std::sin(sag * std::cos(sag))).epsilon(1e-7));
+}
+
+TEST_CASE("the tool bends as the closed form says") {
+  CellModel cell = test::HeavyArm();
+  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  const LoadedArm arm(cell);
+  std::mt19937 random(12);
+  const double L = 1.0, m = 60;
+  const Section& section = cell.tool.segments[0].section;
+  const Material& material = cell.tool.segments[0].material;
+  const double EI = material.youngs_modulus_Pa * section.ix_m4;
+  for (int trial = 0; trial < 20; ++trial) {
+    const JointVector q = test::RandomPosture(cell, random);
+    LoadedState state;
+    REQUIRE(arm.AtCommanded(q, {m, *cell.payload_cog_F}, state));
+    const Vec3 g_F =
+        (cell.robot.X_WB.R * state.posture.X_BF().R).transpose() * cell.robot.g_W;
+    const Vec3 F = m * g_F, M = (*cell.payload_cog_F - Vec3(0, 0, L)).cross(F);
+    const Vec3 w = material.density_kg_m3 * section.area_m2 * g_F;
+    CHECK(state.bend_F.x() == Approx(F.x() * L * L * L / (3 * EI) + M.y() * L * L / (2 * EI) +
+                                     w.x() * L * L * L * L / (8 * EI)));
+    CHECK(state.bend_F.y() == Approx(F.y() * L * L * L / (3 * EI) - M.x() * L * L / (2 * EI) +
+                                     w.y() * L * L * L * L / (8 * EI)));
+    CHECK(state.bend_F.z() == 0);
+    // Slopes of a cantilever: d' = F L^2/2EI + M L/EI + w L^3/6EI.
+    CHECK(state.slope_F.y() == Approx(F.x() * L * L / (2 * EI) + M.y() * L / EI +
+                                      w.x() * L * L * L / (6 * EI)));
+    CHECK(state.slope_F.x() == Approx(-F.y() * L * L / (2 * EI) + M.x() * L / EI -
+                                      w.y() * L * L * L / (6 * EI)));
+  }
+}
+
+TEST_CASE("the 95 % radius holds 95 % of normal errors of any shape") {
+  std::mt19937 random(13);
+  std::normal_distribution<double> normal;
+  for (const Vec3& sigma : {Vec3(1, 1, 1), Vec3(1, 0.5, 0.1), Vec3(1, 0, 0), Vec3(1, 1, 0)}) {
+    const Mat3 covariance = sigma.cwiseAbs2().asDiagonal();
+    const double radius = RadiusHolding95Percent(covariance);
+    int inside = 0;
+    constexpr int kDraws = 200000;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const Vec3 error(sigma.x() * normal(random), sigma.y() * normal(random),
+                       sigma.z() * normal(random));
+      inside += error.norm() <= radius ? 1 : 0;
+    }
+    CAPTURE(sigma.transpose());
+    CHECK(inside / double{kDraws} == Approx(0.95).margin(0.006));
+  }
+}
+
+TEST_CASE("outside the domain, or without one outside the joint limits, is extrapolated") {
+  CellModel cell = test::HeavyArm();
+  JointVector q = JointVector::Zero(6);
+  CHECK_FALSE(OutsideDomain(cell, q, 60, 22));
+  q[4] = cell.robot.joints[4].max + 0.01;
+  CHECK(OutsideDomain(cell, q, 60, 22));
+  Domain domain;
+  domain.q.assign(6, Interval{-1, 1});
+  domain.payload_kg = Interval{0, 80};
+  cell.domain = domain;
+  q.setZero();
+  CHECK_FALSE(OutsideDomain(cell, q, 80, 500));
+  CHECK(OutsideDomain(cell, q, 80.5, std::nullopt));
+  q[2] = 1.01;
+  CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+}

@@ -1,0 +1,39 @@
+#include <catch2/catch.hpp>
+#include <numbers>
+#include <random>
+
+#include "firmware-like/geometry/rotation.h"
+
+using namespace plumbline;
+
+TEST_CASE("rotation vector and matrix are inverse of each other, also near 0 and near pi") {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const double angle : {0.0, 1e-12, 1e-7, 9e-5, 1.1e-4, 0.5, 3.0, std::numbers::pi - 1e-7}) {
+    const Vec3 axis = Vec3(normal(random), normal(random), normal(random)).normalized();
+    const Vec3 v = angle * axis;
+    const Mat3 R = RotationFromVector(v);
+    CAPTURE(angle);
+    CHECK((R - Eigen::AngleAxisd(angle, axis).toRotationMatrix()).norm() < 1e-14);
+    CHECK((VectorFromRotation(R) - v).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("the three conventions name the same rotation") {
+  const Mat3 R = (Eigen::AngleAxisd(0.7, Vec3::UnitZ()) * Eigen::AngleAxisd(-0.4, Vec3::UnitY()) *
+                  Eigen::AngleAxisd(1.2, Vec3::UnitX()))
+                     .toRotationMatrix();
+  const Vec3 rpy = AnglesFromRotation(R, OrientationConvention::kRollPitchYaw);
+  CHECK((rpy - Vec3(1.2, -0.4, 0.7)).norm() < 1e-14);
+  const Vec3 abc = AnglesFromRotation(R, OrientationConvention::kAbc);
+  CHECK((abc - Vec3(0.7, -0.4, 1.2)).norm() < 1e-14);
+  for (const auto convention : {OrientationConvention::kRotationVector,
+                                OrientationConvention::kRollPitchYaw, OrientationConvention::kAbc}) {
+    CHECK((RotationFromAngles(AnglesFromRotation(R, convention), convention) - R).norm() < 1e-13);
+  }
+}
+
+TEST_CASE("at the pole of roll-pitch-yaw the rotation survives") {
+  const Mat3 R = RotationFromRollPitchYaw({0.3, std::numbers::pi / 2, 1.1});
+  CHECK((RotationFromRollPitchYaw(RollPitchYawFromRotation(R)) - R).norm() < 1e-9);
+}

@@ -1,0 +1,107 @@
+#include "firmware-like/kinematics/chain.h"
+
+#include <catch2/catch.hpp>
+
+#include "firmware-like/geometry/rotation.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+using test::kDegree;
+
+namespace {
+
+/// The same product of elementary transforms, written out with Eigen's own types.
+Eigen::Isometry3d FlangeByTransforms(const Robot& robot, const JointVector& q) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < robot.size(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const bool turns = joint.type == JointType::kRevolute;
+    const double theta = joint.theta_offset_rad + (turns ? joint.sign * q[i] : 0);
+    const double d = joint.d_m + (turns ? 0 : joint.sign * q[i]);
+    const Eigen::AngleAxisd Rz(theta, Vec3::UnitZ()), Rx(joint.alpha_rad, Vec3::UnitX());
+    const Eigen::Translation3d Tz(0, 0, d), Tx(joint.a_m, 0, 0);
+    if (robot.convention == DhConvention::kDistal) {
+      X = X * Rz * Tz * Tx * Rx;
+    } else {
+      X = X * Rx * Tx * Rz * Tz;
+    }
+  }
+  return X;
+}
+
+Robot MixedArm(DhConvention convention) {
+  Robot robot;
+  robot.convention = convention;
+  for (int i = 0; i < 7; ++i) {
+    Joint joint;
+    joint.a_m = 0.1 * i - 0.2;
+    joint.alpha_rad = 0.7 * i - 1.5;
+    joint.d_m = 0.3 - 0.05 * i;
+    joint.theta_offset_rad = 0.2 * i;
+    joint.sign = i % 2 == 0 ? 1 : -1;
+    if (i == 2 || i == 5) joint.type = JointType::kPrismatic;
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+}  // namespace
+
+TEST_CASE("flange pose equals the product of elementary transforms") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
+    const Robot robot = MixedArm(convention);
+    const Chain chain(robot);
+    for (int trial = 0; trial < 50; ++trial) {
+      JointVector q(robot.size());
+      for (double& value : q) value = uniform(random);
+      Posture posture;
+      chain.Evaluate(q, posture);
+      const Eigen::Isometry3d expected = FlangeByTransforms(robot, q);
+      CHECK((posture.X_BF().p - expected.translation()).norm() < 1e-12);
+      CHECK((posture.X_BF().R - expected.linear()).norm() < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("the Jacobian equals finite differences of the pose") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  constexpr double kStep = 1e-6;
+  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
+    const Robot robot = MixedArm(convention);
+    const Chain chain(robot);
+    const Vec3 p_FQ(0.1, -0.2, 0.5);
+    JointVector q(robot.size());
+    for (double& value : q) value = uniform(random);
+    Posture posture;
+    chain.Evaluate(q, posture);
+    Jacobian jacobian;
+    chain.JacobianAt(posture, posture.X_BF() * p_FQ, jacobian);
+    for (int i = 0; i < robot.size(); ++i) {
+      JointVector ahead = q, behind = q;
+      ahead[i] += kStep;
+      behind[i] -= kStep;
+      Posture after, before;
+      chain.Evaluate(ahead, after);
+      chain.Evaluate(behind, before);
+      const Vec3 velocity = (after.X_BF() * p_FQ - before.X_BF() * p_FQ) / (2 * kStep);
+      const Vec3 turning =
+          VectorFromRotation(after.X_BF().R * before.X_BF().R.transpose()) / (2 * kStep);
+      CHECK((jacobian.col(i).head<3>() - velocity).norm() < 1e-8);
+      CHECK((jacobian.col(i).tail<3>() - turning).norm() < 1e-8);
+    }
+  }
+}
+
+TEST_CASE("the reach bounds every flange position") {
+  std::mt19937 random(4);
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  for (int trial = 0; trial < 1000; ++trial) {
+    Posture posture;
+    chain.Evaluate(test::RandomPosture(cell, random), posture);
+    CHECK(posture.X_BF().p.norm() <= chain.Reach());
+  }
+}

@@ -1,0 +1,132 @@
+#include "firmware-like/kinematics/inverse.h"
+
+#include <Eigen/SVD>
+
+#include <catch2/catch.hpp>
+
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+namespace {
+
+auto FlangeOf(const Chain& chain) {
+  return [&chain](const JointVector& q, Posture& posture) {
+    chain.Evaluate(q, posture);
+    return posture.X_BF();
+  };
+}
+
+}  // namespace
+
+TEST_CASE("a pose is found again from a seed nearby, on the same branch") {
+  std::mt19937 random(5);
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  for (int trial = 0; trial < 200; ++trial) {
+    const JointVector truth = test::RandomPosture(cell, random);
+    Posture posture;
+    chain.Evaluate(truth, posture);
+    JointVector seed = truth;
+    for (double& value : seed) value += std::uniform_real_distribution(-0.05, 0.05)(random);
+    JointVector q;
+    InverseOutcome outcome;
+    const BranchOutcome found = SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain),
+                                                         4, seed, q, outcome);
+    REQUIRE(found == BranchOutcome::kFound);
+    CHECK((q - truth).cwiseAbs().maxCoeff() < 1e-6);
+  }
+}
+
+TEST_CASE("from a seed far away a pose within limits is found") {
+  std::mt19937 random(6);
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  int found = 0;
+  constexpr int kTrials = 200;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Posture posture;
+    chain.Evaluate(test::RandomPosture(cell, random), posture);
+    JointVector q;
+    InverseOutcome outcome;
+    if (SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 64,
+                                 test::RandomPosture(cell, random), q,
+                                 outcome) != BranchOutcome::kFound) {
+      continue;
+    }
+    ++found;
+    CHECK(chain.WithinLimits(q));
+    Posture reached;
+    chain.Evaluate(q, reached);
+    CHECK((reached.X_BF().p - posture.X_BF().p).norm() < 1e-8);
+  }
+  CHECK(found == kTrials);
+}
+
+TEST_CASE("with two branches inside the limits the nearer one is taken") {
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  JointVector one(6);
+  one << 0.2, 0.3, -0.4, 0.5, 0.8, -0.3;
+  JointVector other = one;  // the same pose with the wrist turned over
+  other[3] += std::numbers::pi;
+  other[4] = -other[4];
+  other[5] += std::numbers::pi;
+  Posture posture;
+  chain.Evaluate(one, posture);
+  for (const JointVector& seed : {one, other}) {
+    JointVector q;
+    InverseOutcome outcome;
+    REQUIRE(SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 16, seed, q,
+                                     outcome) == BranchOutcome::kFound);
+    CHECK((q - seed).cwiseAbs().maxCoeff() < 1e-6);
+  }
+}
+
+TEST_CASE("a redundant arm and an arm with a linear axis are solved too") {
+  std::mt19937 random(7);
+  CellModel cell = test::HeavyArm();
+  Joint rail;
+  rail.type = JointType::kPrismatic;
+  rail.alpha_rad = 0.5 * std::numbers::pi;
+  rail.min = -2;
+  rail.max = 2;
+  cell.robot.joints.insert(cell.robot.joints.begin(), rail);
+  const Chain chain(cell.robot);
+  for (int trial = 0; trial < 50; ++trial) {
+    const JointVector truth = test::RandomPosture(cell, random);
+    Posture posture;
+    chain.Evaluate(truth, posture);
+    JointVector q = truth + 0.1 * JointVector::Random(7);
+    const InverseOutcome outcome =
+        SolvePose(chain, {posture.X_BF()}, FlangeOf(chain), 60, q);
+    CHECK(outcome.converged);
+  }
+}
+
+TEST_CASE("out of reach nothing is found, and it ends") {
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  Pose far;
+  far.p = Vec3(20, 0, 0);
+  JointVector q;
+  InverseOutcome outcome;
+  CHECK(SolvePoseOnNearestBranch(chain, {far}, FlangeOf(chain), 16, JointVector::Zero(6), q,
+                                 outcome) == BranchOutcome::kNone);
+}
+
+TEST_CASE("the singular value bound lies between sigma_min / sqrt(6) and sigma_min") {
+  std::mt19937 random(8);
+  const CellModel cell = test::HeavyArm();
+  const Chain chain(cell.robot);
+  for (int trial = 0; trial < 100; ++trial) {
+    Posture posture;
+    chain.Evaluate(test::RandomPosture(cell, random), posture);
+    Jacobian jacobian;
+    chain.JacobianAt(posture, posture.X_BF().p, jacobian);
+    const double sigma = Eigen::MatrixXd(jacobian).bdcSvd().singularValues()[5];
+    const double bound = SmallestSingularValue(jacobian, 6);
+    CHECK(bound <= sigma * (1 + 1e-6));
+    CHECK(bound >= sigma / std::sqrt(6.0) * (1 - 1e-6));
+  }
+}

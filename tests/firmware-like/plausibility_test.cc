@@ -1,0 +1,124 @@
+#include "firmware-like/plausibility.h"
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "firmware-like/geometry/rotation.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+namespace {
+
+struct Stream {
+  CellModel cell = test::HeavyArm();
+  LoadedArm arm{cell};
+  PlausibilityFilter filter{PlausibilityLimits{}};
+  RobotState state;
+  double now_s = 100;
+
+  Stream() {
+    state.q = JointVector::Zero(6);
+    state.q[4] = 0.5;
+  }
+
+  InputFault Next() {
+    now_s += 0.01;
+    state.timestamp_s = now_s;
+    ++state.sequence;
+    return filter.Judge(arm, state, now_s);
+  }
+  InputFault Trusted() {
+    Next();
+    Next();
+    return Next();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("trust needs three good readings in a row") {
+  Stream stream;
+  CHECK(stream.filter.Judge(stream.arm, stream.state, 100) == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kOk);
+}
+
+TEST_CASE("nonsense is refused, and trust comes back by itself") {
+  struct Case {
+    const char* name;
+    InputFault fault;
+    std::function<void(RobotState&)> spoil;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Case cases[] = {
+      {"a joint is not a number", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = nan; }},
+      {"a joint is infinite", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = 1 / 0.0; }},
+      {"a joint outside its limits", InputFault::kJointLimit, [](RobotState& s) { s.q[4] = 2.3; }},
+      {"a joint jumps", InputFault::kJump, [](RobotState& s) { s.q[0] += 0.3; }},
+      {"a joint is missing", InputFault::kJointCount,
+       [](RobotState& s) { s.q = JointVector::Zero(5); }},
+      {"the tool pose is not a number", InputFault::kNotFinite,
+       [&](RobotState& s) {
+         s.X_BT = Pose();
+         s.X_BT->p.x() = nan;
+       }},
+      {"the tool pose is 10 m away", InputFault::kTcpMismatch,
+       [](RobotState& s) {
+         s.X_BT = Pose();
+         s.X_BT->p.x() = 10;
+       }},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Stream stream;
+    REQUIRE(stream.Trusted() == InputFault::kOk);
+    const RobotState good = stream.state;
+    c.spoil(stream.state);
+    CHECK(stream.Next() == c.fault);
+    const auto sequence = stream.state.sequence;
+    stream.state = good;
+    stream.state.sequence = sequence;
+    CHECK(stream.Next() != InputFault::kOk);
+    stream.Trusted();
+    CHECK(stream.Next() == InputFault::kOk);
+  }
+}
+
+TEST_CASE("a reading grows stale, and fresh ones have to earn trust anew") {
+  Stream stream;
+  REQUIRE(stream.Trusted() == InputFault::kOk);
+  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
+  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
+  stream.now_s += 5;
+  CHECK(stream.Next() == InputFault::kStale);
+  CHECK(stream.Next() == InputFault::kStale);
+  CHECK(stream.Next() == InputFault::kOk);
+}
+
+TEST_CASE("the reported tool pose is compared with forward kinematics as the profile declares it") {
+  Stream stream;
+  Posture posture;
+  stream.arm.chain().Evaluate(stream.state.q, posture);
+  const Pose X_BF = posture.X_BF();
+  SECTION("nothing reported: not checked") {
+    CHECK(stream.Trusted() == InputFault::kOk);
+    CHECK_FALSE(stream.filter.decoding_checked());
+  }
+  SECTION("the cell's tool") { stream.state.X_BT = X_BF * stream.arm.X_FT(); }
+  SECTION("the flange") {
+    stream.state.X_BT = X_BF;
+    stream.state.tcp_is_flange = true;
+  }
+  SECTION("an offset of its own") {
+    stream.state.X_FT = Pose{RotationFromVector({0.1, 0.2, 0.3}), Vec3(0.3, 0, 0.2)};
+    stream.state.X_BT = X_BF * *stream.state.X_FT;
+  }
+  if (stream.state.X_BT) {
+    CHECK(stream.Trusted() == InputFault::kOk);
+    CHECK(stream.filter.decoding_checked());
+    stream.state.X_BT->p.z() = -stream.state.X_BT->p.z();  // a sign decoded the wrong way
+    CHECK(stream.Next() == InputFault::kTcpMismatch);
+  }
+}

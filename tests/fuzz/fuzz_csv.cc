@@ -1,0 +1,29 @@
+// Any bytes as a table: rows, faults and warnings that add up, never a crash.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "app/table/csv.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  std::vector<plumbline::Joint> joints(1 + data[0] % 3);
+  if (joints.size() == 2) joints[1].type = plumbline::JointType::kPrismatic;
+  std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  plumbline::FaultList faults;
+  const auto table = plumbline::TableFromCsv(text, "measured.csv", joints, faults);
+  if (table.has_value() == faults.HasFaults()) std::abort();
+  if (!table) return 0;
+  // Nothing is dropped silently: every line but the header is a row or has its warning.
+  const auto ends = std::count(text.begin(), text.end(), '\n');
+  const auto lines = ends + (text.back() == '\n' ? 0 : 1);
+  const auto told = table->rows.size() + table->unreadable_lines.size();
+  if (static_cast<std::size_t>(lines) != told + 1) std::abort();
+  for (const plumbline::MeasuredRow& row : table->rows) {
+    if (!row.q.allFinite() || !row.p_WT.allFinite() || !std::isfinite(row.t_s)) std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,65 @@
+// Any bytes as cell, configuration or robot profile: faults, never a crash or a hang.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "app/config/cell_reader.h"
+#include "app/config/daemon_config_reader.h"
+#include "app/config/robot_profile_reader.h"
+
+namespace {
+
+constexpr std::string_view kCell = R"(schema = 1
+[robot]
+name = "arm"
+convention = "mdh"
+[[robot.joint]]
+a_mm = 500
+alpha_deg = 0
+d_mm = 0
+[tool]
+model = "rigid"
+tcp_mm = [0, 0, 100]
+)";
+
+constexpr std::string_view kProfile = R"(schema = 1
+name = "test"
+source = "fuzz"
+[[read]]
+table = "holding"
+first = 0
+count = 20
+[[joints]]
+table = "holding"
+address = [0]
+type = "int16"
+unit = "mrad"
+)";
+
+plumbline::Result<std::string> File(const std::string& path) {
+  return std::string(path.find("profile") != std::string::npos ? kProfile : kCell);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  plumbline::FaultList faults;
+  bool read = false;
+  switch (data[0] % 3) {
+    case 0:
+      read = plumbline::CellFromText(text, "cell.toml", faults).has_value();
+      break;
+    case 1:
+      read = plumbline::DaemonConfigFromText(text, "plumbline.toml", File, "/", faults).has_value();
+      break;
+    default:
+      read = plumbline::RobotProfileFromText(text, "profile.toml", faults).has_value();
+  }
+  // Either a value or a fault that says why not, never both or neither.
+  if (read == faults.HasFaults()) std::abort();
+  return plumbline::FaultsText(faults).empty() && !read ? 1 : 0;
+}

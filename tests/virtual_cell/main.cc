@@ -1,0 +1,148 @@
+// plumbline-virtual-cell: a robot controller with a loaded arm in a physical world.
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <exception>
+#include <fstream>
+#include <sstream>
+
+#include "tests/virtual_cell/virtual_cell.h"
+
+namespace {
+
+using namespace virtual_cell;  // NOLINT: a program of its own
+
+volatile std::sig_atomic_t g_stop = 0;
+
+double WallSeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// "0:22,600:35" -> knots of a curve; "25" -> one knot.
+std::vector<std::pair<double, double>> TemperatureFromText(const std::string& text) {
+  std::vector<std::pair<double, double>> curve;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::size_t colon = part.find(':');
+    const bool timed = colon != std::string::npos;
+    curve.emplace_back(timed ? std::stod(part.substr(0, colon)) : 0.0,
+                       std::stod(timed ? part.substr(colon + 1) : part));
+  }
+  return curve;
+}
+
+/// A console line and when it is obeyed: "@5 fault stall 2" after five seconds.
+struct TimedLine {
+  double at_s;
+  std::string line;
+};
+TimedLine TimedLineFromText(const std::string& text) {
+  if (text.empty() || text[0] != '@') return {0, "fault " + text};
+  const std::size_t space = text.find(' ');
+  return {std::stod(text.substr(1, space - 1)), "fault " + text.substr(space + 1)};
+}
+
+/// Reads what stdin has and obeys its complete lines. @return false at its end.
+bool ObeyConsole(VirtualCell& cell, std::string& unread) {
+  char buffer[512];
+  const ssize_t got = ::read(STDIN_FILENO, buffer, sizeof buffer);
+  if (got <= 0) return false;
+  unread.append(buffer, static_cast<std::size_t>(got));
+  for (std::size_t end; (end = unread.find('\n')) != std::string::npos;) {
+    fmt::print("{}\n", cell.Obey(unread.substr(0, end)));
+    unread.erase(0, end + 1);
+  }
+  std::fflush(stdout);
+  return true;
+}
+
+bool ConsoleReady() {
+  fd_set readable;
+  FD_ZERO(&readable);
+  FD_SET(STDIN_FILENO, &readable);
+  timeval now{0, 0};
+  return ::select(STDIN_FILENO + 1, &readable, nullptr, nullptr, &now) == 1;
+}
+
+void Run(VirtualCell& cell, std::vector<TimedLine> later) {
+  fmt::print("listening on 127.0.0.1:{}\ntracker on 127.0.0.1:{}\n", cell.robot_port(),
+             cell.tracker_port());
+  std::fflush(stdout);
+  const double start = WallSeconds();
+  bool console = true;
+  std::string unread;
+  while (g_stop == 0 && !cell.QuitAsked()) {
+    cell.Step(WallSeconds(), 0.004, console ? STDIN_FILENO : -1);
+    if (console && ConsoleReady()) console = ObeyConsole(cell, unread);
+    std::erase_if(later, [&](const TimedLine& timed) {
+      const bool due = WallSeconds() - start >= timed.at_s;
+      if (due) cell.Obey(timed.line);
+      return due;
+    });
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A robot controller with a loaded arm in a physical world, over Modbus TCP");
+  app.footer("Effects, --effect NAME:key=value,..\n" + EffectCatalogue());
+  VirtualCellOptions options;
+  std::string cell_file, program = "builtin", profile = "ur", temperature, rows_file;
+  std::vector<std::string> effect_texts, fault_texts, reflectors;
+  app.add_option("--cell", cell_file, "cell file of the world")->required();
+  app.add_option("--program", program, "program file, or builtin");
+  app.add_option("--hold-at", options.hold_at, "stay at this point, then obey commands");
+  app.add_flag("--idle", options.idle, "no program: only obey commands");
+  app.add_option("--profile", profile)->check(CLI::IsMember({"ur", "generic"}));
+  app.add_option("--address", options.address, "address to listen on");
+  app.add_option("--port", options.port, "robot's Modbus port, 0: the kernel's choice");
+  app.add_option("--tracker-port", options.tracker_port, "tracker's Modbus port");
+  app.add_option("--tracker-noise-mm", options.tracker_noise_mm)->check(CLI::NonNegativeNumber);
+  app.add_option("--reflector", reflectors, "x,y,z of a reflector in the tip frame [mm]");
+  app.add_option("--effect", effect_texts, "an effect of the world, see below");
+  app.add_option("--fault", fault_texts, "a fault of the link, '@SECONDS fault..' for later");
+  app.add_option("--temperature", temperature, "C, or a curve 0:22,600:35 (s:C)");
+  app.add_option("--real-joints", rows_file, "CSV of joint rows to play");
+  app.add_option("--row-rate", options.row_rate_hz, "rows a second")->check(CLI::PositiveNumber);
+  app.add_option("--time-scale", options.time_scale)->check(CLI::PositiveNumber);
+  app.add_option("--max-speed", options.limits.speed, "of a joint [rad/s]")
+      ->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    CellDescription cell = ReadCellFile(cell_file);
+    std::vector<Effect> effects;
+    for (const std::string& text : effect_texts) effects.push_back(EffectFromText(text));
+    std::vector<TimedLine> later;
+    for (const std::string& text : fault_texts) later.push_back(TimedLineFromText(text));
+    for (const std::string& text : reflectors) {
+      Vec3 p_mm;
+      char comma = 0;
+      std::istringstream(text) >> p_mm.x() >> comma >> p_mm.y() >> comma >> p_mm.z();
+      options.reflectors_T.push_back(p_mm * 1e-3);
+    }
+    options.profile = profile == "ur" ? Profile::kUr : Profile::kGeneric;
+    options.temperature = TemperatureFromText(temperature);
+    if (!rows_file.empty()) options.replay = ReadJointRows(rows_file, cell.size());
+    MotionProgram motion =
+        program == "builtin" ? BuiltinProgram(cell) : ReadProgramFile(program);
+    if (motion.home.size() != cell.size()) {
+      throw std::runtime_error(fmt::format("{}: home_deg has {} joints, the cell has {}", program,
+                                           motion.home.size(), cell.size()));
+    }
+    std::signal(SIGTERM, [](int) { g_stop = 1; });
+    std::signal(SIGINT, [](int) { g_stop = 1; });
+    std::signal(SIGPIPE, SIG_IGN);
+    VirtualCell virtual_cell(World(std::move(cell), Effects(std::move(effects))),
+                             std::move(motion), options);
+    Run(virtual_cell, std::move(later));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plumbline-virtual-cell: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

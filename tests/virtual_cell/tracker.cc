@@ -1,0 +1,31 @@
+#include "tests/virtual_cell/tracker.h"
+
+#include <algorithm>
+
+namespace virtual_cell {
+
+Tracker::Tracker(double noise_mm, std::vector<Vec3> reflectors_T, unsigned seed)
+    : noise_mm_(noise_mm), reflectors_T_(std::move(reflectors_T)), random_(seed) {
+  reflectors_T_.resize(4, Vec3::Zero());
+}
+
+void Tracker::SetPoint(int at, const Vec3& p_W) {
+  for (int k = 0; k < 3; ++k) {
+    bank_.SetFloat(at + 2 * k, p_W[k] * 1e3 + noise_mm_ * normal_(random_));
+  }
+}
+
+void Tracker::Measure(const Truth& truth, const Circumstances& now, bool at_rest) {
+  SetPoint(0, truth.X_WT.translation());
+  const Vec3 rotation = VectorFromRotation(truth.X_WT.linear());
+  for (int k = 0; k < 3; ++k) bank_.SetFloat(6 + 2 * k, rotation[k]);
+  bank_.SetWord(12, ++counter_);
+  bank_.SetWord(13, at_rest ? 1 : 0);
+  bank_.SetFloat(14, now.time_s);
+  for (int i = 0; i < 4; ++i) {
+    SetPoint(16 + 6 * i, truth.X_WT * reflectors_T_[static_cast<std::size_t>(i)]);
+  }
+  bank_.SetFloat(40, now.payload_kg);
+}
+
+}  // namespace virtual_cell

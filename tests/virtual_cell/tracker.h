@@ -1,0 +1,34 @@
+// The instrument that sees the truth: a laser tracker on reflectors at the tool tip.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "tests/virtual_cell/register_bank.h"
+#include "tests/virtual_cell/world.h"
+
+namespace virtual_cell {
+
+/// Registers: 0-5 tip in W [mm], 6-11 rotation vector of the tip in W [rad], 12 counter,
+/// 13 at rest (1), 14-15 time [s], 16-39 four reflectors in W [mm], 40-41 payload truly
+/// carried [kg]; all numbers float32 ABCD.
+class Tracker {
+ public:
+  Tracker(double noise_mm, std::vector<Vec3> reflectors_T, unsigned seed = 1);
+
+  /// One measurement: noise of one standard deviation an axis, anew for each point.
+  void Measure(const Truth& truth, const Circumstances& now, bool at_rest);
+  RegisterBank& bank() { return bank_; }
+
+ private:
+  void SetPoint(int at, const Vec3& p_W);
+
+  double noise_mm_;
+  std::vector<Vec3> reflectors_T_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  RegisterBank bank_{64};
+  int counter_ = 0;
+};
+
+}  // namespace virtual_cell
