@@ -183,6 +183,8 @@ void Machine::Execute(const MachineInput& input) {
   CommandResult& result = snapshot_.result;
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
   if (!robot_trusted) result.valid = false;  // the values stay
+  if (command.acknowledge && !acknowledged_) result.valid = false;
+  acknowledged_ = command.acknowledge;
   // What stands in the registers when the daemon starts is not a command.
   if (first_command_) {
     first_command_ = false;

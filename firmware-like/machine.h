@@ -74,6 +74,7 @@ class Machine {
   std::uint16_t last_heartbeat_ = 0;
   std::optional<double> heartbeat_seen_s_;
   bool first_command_ = true;
+  bool acknowledged_ = false;  ///< the level of the acknowledging coil
   Snapshot snapshot_;
 };
 

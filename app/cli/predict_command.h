@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "app/table/csv.h"
+#include "firmware-like/result.h"
 
 namespace plumbline {
 

@@ -25,10 +25,9 @@ struct Unit {
 };
 using Units = std::initializer_list<Choice<Unit>>;
 
-const Units kJointUnits = {{"deg", {kRadPerDeg}}, {"rad", {1}},     {"mrad", {1e-3}},
-                               {"urad", {1e-6}},      {"mm", {1e-3}},   {"m", {1}}};
-const Units kAngleUnits = {
-    {"deg", {kRadPerDeg}}, {"rad", {1}}, {"mrad", {1e-3}}, {"urad", {1e-6}}};
+const Units kJointUnits = {{"deg", {kRadPerDeg}}, {"rad", {1}},   {"mrad", {1e-3}},
+                           {"urad", {1e-6}},      {"mm", {1e-3}}, {"m", {1}}};
+const Units kAngleUnits = {{"deg", {kRadPerDeg}}, {"rad", {1}}, {"mrad", {1e-3}}, {"urad", {1e-6}}};
 const Units kLengthUnits = {{"mm", {1e-3}}, {"m", {1}}};
 const Units kMassUnits = {{"kg", {1}}, {"g", {1e-3}}};
 const Units kTemperatureUnits = {{"C", {1}}, {"K", {1, -273.15}}};
@@ -104,9 +103,9 @@ class ProfileReader {
 
   void CheckIsRead(const TomlTable& table, std::string_view key, const RegisterValue& value) const {
     if (IsRead(blocks_, value)) return;
-    table.AddFault(key, fmt::format("has register {}, which no [[read]] of that table holds{}",
-                                    value.address,
-                                    WordsOf(value.type) == 2 ? " with the one after it" : ""));
+    table.AddFault(
+        key, fmt::format("has register {}, which no [[read]] of that table holds{}", value.address,
+                         WordsOf(value.type) == 2 ? " with the one after it" : ""));
   }
 
  private:
@@ -150,12 +149,11 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
   if (tables.empty()) root.AddMissing("joints", "[[joints]] with the registers of the joints");
   for (const TomlTable& table : tables) {
     const std::vector<RegisterValue> values = reader.Values(table, -1, kJointUnits);
-    const JointWrap wrap =
-        table
-            .OneOf<JointWrap>("wrap", {{"none", JointWrap::kNone},
-                                       {"pi", JointWrap::kPi},
-                                       {"revolutions", JointWrap::kRevolutions}})
-            .value_or(JointWrap::kNone);
+    const JointWrap wrap = table
+                               .OneOf<JointWrap>("wrap", {{"none", JointWrap::kNone},
+                                                          {"pi", JointWrap::kPi},
+                                                          {"revolutions", JointWrap::kRevolutions}})
+                               .value_or(JointWrap::kNone);
     std::vector<RegisterValue> turns(values.size());
     if (wrap == JointWrap::kRevolutions && !values.empty()) {
       RegisterValue turn;
@@ -170,8 +168,8 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
     }
   }
   if (joints.size() > kMaxJoints) {
-    root.AddFault("joints", fmt::format("has {} joints; at most {} are possible", joints.size(),
-                                        kMaxJoints));
+    root.AddFault("joints",
+                  fmt::format("has {} joints; at most {} are possible", joints.size(), kMaxJoints));
   }
 }
 
@@ -243,15 +241,14 @@ std::optional<PushProfile> ReadPush(const TomlTable& table) {
   push.order = ReadOrder(table).value_or(push.order);
   push.position_step_m =
       table.RequiredNumber("position_step_mm", {1e-6, 1000, kMetrePerMm}).value_or(1e-4);
-  push.angle_step_rad =
-      table.RequiredNumber("angle_step_mrad", {1e-6, 1000, 1e-3}).value_or(1e-3);
-  push.orientation = table
-                         .RequiredOneOf<OrientationConvention>(
-                             "convention",
-                             {{"rotation_vector", OrientationConvention::kRotationVector},
-                              {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
-                              {"abc", OrientationConvention::kAbc}})
-                         .value_or(push.orientation);
+  push.angle_step_rad = table.RequiredNumber("angle_step_mrad", {1e-6, 1000, 1e-3}).value_or(1e-3);
+  push.orientation =
+      table
+          .RequiredOneOf<OrientationConvention>(
+              "convention", {{"rotation_vector", OrientationConvention::kRotationVector},
+                             {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
+                             {"abc", OrientationConvention::kAbc}})
+          .value_or(push.orientation);
   if (!IsSound(push)) {
     table.AddFault("", fmt::format("pose ({} registers), id and sequence do not lie beside each "
                                    "other in a slot of {}, or the slots end beyond 65535",

@@ -25,7 +25,7 @@ struct RtuSlaveOptions {
   /// Silence after which an incomplete frame is given up; USB adapters deliver a frame in pieces.
   double patience_s = 0.02;
   /// Called in the slave's thread when the line is lost (with the reason) and restored (empty).
-  std::function<void(const std::string& lost_because)> on_change;
+  std::function<void(const std::string& lost_because)> on_change{};
 };
 
 struct RtuSlaveCounters {

@@ -43,8 +43,8 @@ struct TcpServerOptions {
   int listen_fd = -1;                 ///< an open listening socket instead; the server owns it then
   std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
   int max_clients = 32;               ///< raised to the size of `allow` where that is more
-  std::vector<std::string> allow;     ///< client addresses; empty: any
-  std::function<void(const TcpServerEvent&)> on_event;  ///< called in the server's thread
+  std::vector<std::string> allow{};   ///< client addresses; empty: any
+  std::function<void(const TcpServerEvent&)> on_event{};  ///< called in the server's thread
 };
 
 struct TcpServerCounters {

@@ -101,6 +101,7 @@ double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::s
 }
 
 PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
+                                   std::span<const std::uint8_t> coils,
                                    const PlcConvention& convention) {
   const auto at = [&](std::uint16_t address) {
     return static_cast<std::size_t>(address - plc_map::kCommands);
@@ -116,7 +117,8 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
   command.code = static_cast<PlcCommandCode>(window[at(1000)]);
   command.point_id = window[at(1001)];
   command.heartbeat = window[at(1030)];
-  command.manual = (window[at(1031)] & 1) != 0;
+  command.acknowledge = coils[0] != 0;
+  command.manual = (window[at(1031)] & 1) != 0 || coils[1] != 0;
   const double payload_kg = number(1014);
   if (!(payload_kg <= 0)) command.payload_kg = payload_kg;  // NaN is passed on, to be refused
 

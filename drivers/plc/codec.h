@@ -33,9 +33,10 @@ class PlcEncoder {
 double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::size_t offset,
                     bool little_word_first);
 
-/// The command window, kCommandsSize registers, as the PLC wrote it. Numbers that are not finite
-/// mark the pose as not valid.
+/// The command window, kCommandsSize registers and kCoilsSize coils, as the PLC wrote it. Numbers
+/// that are not finite mark the pose as not valid.
 PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
+                                   std::span<const std::uint8_t> coils,
                                    const PlcConvention& convention);
 
 /// Modbus CRC16 of registers, high byte first.

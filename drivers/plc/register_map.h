@@ -65,6 +65,7 @@ struct CommandField {
 namespace plc_map {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
+inline constexpr std::uint16_t kStateSize = 24;    ///< identity and state, from address 0
 inline constexpr std::uint16_t kStatusWord = 11;
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
@@ -73,6 +74,11 @@ inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 500;
+
+/// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
+inline constexpr std::uint16_t kBits = 48;
+/// Coils that clients write: 1000 acknowledge the result (on its rising edge), 1001 operated by hand.
+inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 2;
 
 /// Bits of a validity register.
 inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be used

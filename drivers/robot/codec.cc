@@ -146,7 +146,8 @@ Result<RobotCodec> RobotCodec::Create(const RobotProfile& profile) {
   if (profile.sequence) codec.sequence_ = codec.Compile(*profile.sequence);
   if (profile.mode.value) codec.mode_value_ = codec.Compile(*profile.mode.value);
   for (const ModeSignal::Bit& bit : profile.mode.bits) {
-    codec.mode_bits_.push_back({codec.IndexOf(bit.table, bit.address), bit.bit, bit.when, bit.mode});
+    codec.mode_bits_.push_back(
+        {codec.IndexOf(bit.table, bit.address), bit.bit, bit.when, bit.mode});
   }
   codec.meanings_ = profile.mode.meanings;
   return codec;

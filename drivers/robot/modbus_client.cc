@@ -63,9 +63,8 @@ Result<ModbusClient> ModbusClient::Rtu(const SerialLine& line, int unit_id, doub
                                        Clock clock) {
   if (line.baud <= 0) return Error{fmt::format("{}: {} baud", line.device, line.baud)};
   const double frame_s = kLongestFrame_bits / line.baud;
-  return Create(
-      modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.stop_bits), line.device,
-      true, unit_id, timeout_s + frame_s, clock);
+  return Create(modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.stop_bits),
+                line.device, true, unit_id, timeout_s + frame_s, clock);
 }
 
 LinkResult ModbusClient::Connect() {
@@ -74,7 +73,7 @@ LinkResult ModbusClient::Connect() {
   errno = 0;
   if (modbus_connect(context_.get()) != 0) {
     if (errno == 0) errno = EHOSTUNREACH;  // the name was not resolved
-    return Fail("connecting", -1, 0);
+    return Fail(0, 0, 0);
   }
   connected_ = true;
   ++connections_;
@@ -87,8 +86,7 @@ bool ModbusClient::ReadyForRequest() {
     return true;
   }
   char byte = 0;
-  const auto waiting =
-      recv(modbus_get_socket(context_.get()), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+  const auto waiting = recv(modbus_get_socket(context_.get()), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
   if (waiting < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
   errno = waiting == 0 ? ECONNRESET : EMBBADDATA;
   return false;
@@ -110,8 +108,7 @@ LinkResult ModbusClient::Read(const RegisterBlock& block, std::span<std::uint16_
     std::copy_n(bits.begin(), block.count, words.begin());
   }
   if (count == block.count) return LinkResult::kOk;
-  return Fail(fmt::format("reading FC{:02}", static_cast<int>(block.table)), block.first,
-              block.count);
+  return Fail(static_cast<int>(block.table), block.first, block.count);
 }
 
 LinkResult ModbusClient::Write(int first, std::span<const std::uint16_t> words) {
@@ -120,24 +117,24 @@ LinkResult ModbusClient::Write(int first, std::span<const std::uint16_t> words) 
       modbus_write_registers(context_.get(), first, count, words.data()) == count) {
     return LinkResult::kOk;
   }
-  return Fail("writing FC16", first, count);
+  return Fail(16, first, count);
 }
 
 LinkResult ModbusClient::WriteOne(int address, std::uint16_t word) {
   if (ReadyForRequest() && modbus_write_register(context_.get(), address, word) == 1) {
     return LinkResult::kOk;
   }
-  return Fail("writing FC06", address, 1);
+  return Fail(6, address, 1);
 }
 
-LinkResult ModbusClient::Fail(std::string_view action, int first, int count) {
+LinkResult ModbusClient::Fail(int function, int first, int count) {
   const int error = errno;
   const auto room = problem_.size();
   const auto written =
-      first < 0 ? fmt::format_to_n(problem_.begin(), room, "{}: {}: {}", peer_, action,
-                                   modbus_strerror(error))
-                : fmt::format_to_n(problem_.begin(), room, "{}: {} of {} from {}: {}", peer_,
-                                   action, count, first, modbus_strerror(error));
+      function == 0 ? fmt::format_to_n(problem_.begin(), room, "{}: connecting: {}", peer_,
+                                       modbus_strerror(error))
+                    : fmt::format_to_n(problem_.begin(), room, "{}: FC{:02}, {} from {}: {}", peer_,
+                                       function, count, first, modbus_strerror(error));
   problem_size_ = std::min(written.size, room);
   const LinkResult result = ResultFromErrno(error);
   if (result == LinkResult::kException) return result;

@@ -74,7 +74,7 @@ class ModbusClient {
   ModbusClient(_modbus* context, std::string peer, bool serial, Clock clock);
   static Result<ModbusClient> Create(_modbus* context, std::string peer, bool serial, int unit_id,
                                      double timeout_s, Clock clock);
-  LinkResult Fail(std::string_view action, int first, int count);
+  LinkResult Fail(int function, int first, int count);  ///< function 0: connecting
   /// Nothing lies unread from before (RTU: it is thrown away); else errno says what is wrong.
   bool ReadyForRequest();
 

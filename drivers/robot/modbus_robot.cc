@@ -36,8 +36,8 @@ Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& pro
   Result<RobotCodec> codec = RobotCodec::Create(profile);
   if (!codec) return Error{codec.error()};
   if (limits.enabled && !profile.push) {
-    return Error{fmt::format("push is enabled, and robot profile \"{}\" has no place for it",
-                             profile.name)};
+    return Error{
+        fmt::format("push is enabled, and robot profile \"{}\" has no place for it", profile.name)};
   }
   if (profile.push && !IsSound(*profile.push)) {
     return Error{fmt::format("robot profile \"{}\": the push slots do not fit", profile.name)};
@@ -112,11 +112,11 @@ LinkResult ModbusRobot::Push(std::span<const PushPoint> points) {
   if (order.action == PushOrder::Action::kNothing) return LinkResult::kOk;
   const LinkResult result = Withdraw(order.point);
   if (result != LinkResult::kOk || order.action == PushOrder::Action::kWithdraw) return result;
-  return Refuse(LinkResult::kPushRefused,
-                fmt::format("point {} in slot {} moved by {:.3f} mm at once, more than {:.3f} mm: "
-                            "withdrawn until it stays",
-                            order.point.id, order.point.slot, 1e3 * order.step_m,
-                            1e3 * limits_.max_step_m));
+  return Refuse(
+      LinkResult::kPushRefused,
+      fmt::format("point {} in slot {} moved by {:.3f} mm at once, more than {:.3f} mm: "
+                  "withdrawn until it stays",
+                  order.point.id, order.point.slot, 1e3 * order.step_m, 1e3 * limits_.max_step_m));
 }
 
 LinkResult ModbusRobot::Withdraw(const PushPoint& point) {
@@ -135,9 +135,8 @@ LinkResult ModbusRobot::WritePoint(const PushPoint& point) {
     if (result != LinkResult::kPushMismatch) return result;
   }
   if (const LinkResult withdrawn = Withdraw(point); withdrawn != LinkResult::kOk) return withdrawn;
-  const std::string_view reason = fit == PushFit::kFits
-                                      ? "the registers do not hold what was written"
-                                      : FitText(fit);
+  const std::string_view reason =
+      fit == PushFit::kFits ? "the registers do not hold what was written" : FitText(fit);
   return Refuse(result, fmt::format("point {} in slot {} from register {}: {}", point.id,
                                     point.slot, FirstOf(point.slot), reason));
 }

@@ -18,8 +18,8 @@ namespace plumbline {
 class ModbusRobot : public RobotDevice {
  public:
   static Result<std::unique_ptr<RobotDevice>> Create(const RobotProfile& profile,
-                                                     ModbusClient client,
-                                                     const PushLimits& limits, Clock clock);
+                                                     ModbusClient client, const PushLimits& limits,
+                                                     Clock clock);
 
   LinkResult Read(RobotState& state) override;
   LinkResult Push(std::span<const PushPoint> points) override;
@@ -41,8 +41,8 @@ class ModbusRobot : public RobotDevice {
   ModbusClient client_;
   Clock clock_;
   std::vector<std::uint16_t> words_;
-  double timestamp_s_ = 0;      ///< of the last reading that was new
-  std::uint64_t sequence_ = 0;  ///< counts them
+  double timestamp_s_ = 0;                ///< of the last reading that was new
+  std::uint64_t sequence_ = 0;            ///< counts them
   std::optional<std::uint32_t> refresh_;  ///< the controller's counter in it
 
   bool can_push_ = false;

@@ -74,8 +74,8 @@ PushFit RegistersFromPush(const PushProfile& profile, const PushPoint& point,
   }
   words[static_cast<std::size_t>(profile.sequence_place)] = sequence;
   for (int i = 0; i < 6; ++i) {
-    const double number = i < 3 ? point.X_BT.p[i] / profile.position_step_m
-                                : angles[i - 3] / profile.angle_step_rad;
+    const double number =
+        i < 3 ? point.X_BT.p[i] / profile.position_step_m : angles[i - 3] / profile.angle_step_rad;
     const auto place = static_cast<std::size_t>(profile.pose_place + i * WordsOf(profile.type));
     if (!Put(number, profile.type, profile.order, place, words)) return PushFit::kOutOfRange;
   }

@@ -11,9 +11,9 @@ namespace plumbline {
 /// A corrected point on its way to the controller: where to command the tool point so that the
 /// loaded one lands on the assembly point.
 struct PushPoint {
-  int slot = 0;  ///< of the profile's slots, from 0
-  int id = 0;    ///< 0..65535
-  Pose X_BT;     ///< what to command, in the robot's base
+  int slot = 0;        ///< of the profile's slots, from 0
+  int id = 0;          ///< 0..65535
+  Pose X_BT;           ///< what to command, in the robot's base
   bool valid = false;  ///< false withdraws the slot
 };
 

@@ -22,7 +22,8 @@ void PushGate::Judge(const PushPoint& point, Slot& slot) const {
 PushOrder PushGate::OrderFor(const PushPoint& point, const Slot& slot, double now_s) const {
   using Action = PushOrder::Action;
   if (!point.valid) return {slot.holds_point ? Action::kWithdraw : Action::kNothing, point, 0};
-  if (!slot.steady) return {slot.holds_point ? Action::kHold : Action::kNothing, point, slot.step_m};
+  if (!slot.steady)
+    return {slot.holds_point ? Action::kHold : Action::kNothing, point, slot.step_m};
   if (slot.ever_written && now_s - slot.written_s < limits_.min_period_s) return {};
   return {Action::kWrite, point, 0};
 }

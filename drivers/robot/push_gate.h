@@ -11,8 +11,8 @@ namespace plumbline {
 
 struct PushLimits {
   bool enabled = false;
-  double max_step_m = 0.005;   ///< largest change of a slot's position between two requests
-  double min_period_s = 0.1;   ///< between two writes of the same slot
+  double max_step_m = 0.005;  ///< largest change of a slot's position between two requests
+  double min_period_s = 0.1;  ///< between two writes of the same slot
 };
 
 /// What to do with one slot.
@@ -47,10 +47,10 @@ class PushGate {
 
  private:
   struct Slot {
-    bool asked = false;      ///< a valid point was asked for in the last request
+    bool asked = false;  ///< a valid point was asked for in the last request
     Vec3 asked_p = Vec3::Zero();
     int asked_id = 0;
-    double step_m = 0;       ///< of the last request against the one before
+    double step_m = 0;  ///< of the last request against the one before
     bool steady = false;
     bool holds_point = true;  ///< unknown counts as holding one
     double written_s = 0;

@@ -20,9 +20,9 @@ Device OverModbus(Result<ModbusClient> client, const RobotConnection& connection
 }
 
 Device MakeTcp(const RobotConnection& connection) {
-  return OverModbus(ModbusClient::Tcp(connection.tcp, connection.unit_id, connection.timeout_s,
-                                      connection.clock),
-                    connection);
+  return OverModbus(
+      ModbusClient::Tcp(connection.tcp, connection.unit_id, connection.timeout_s, connection.clock),
+      connection);
 }
 
 Device MakeRtu(const RobotConnection& connection) {

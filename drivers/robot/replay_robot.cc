@@ -17,8 +17,8 @@ Result<std::unique_ptr<RobotDevice>> ReplayRobot::Create(ReplayRows replay, Cloc
   for (std::size_t i = 0; i < replay.rows.size(); ++i) {
     const auto found = replay.rows[i].q.size();
     if (found != joints || found == 0) {
-      return Error{fmt::format("replay: row {} has {} joints, the first has {}", i + 1, found,
-                               joints)};
+      return Error{
+          fmt::format("replay: row {} has {} joints, the first has {}", i + 1, found, joints)};
     }
   }
   return std::unique_ptr<RobotDevice>(new ReplayRobot(std::move(replay), clock));

@@ -32,11 +32,11 @@ struct ShortText {
 /// How the link stands. `changes` counts its transitions, so that a logger that remembers it
 /// says each transition once.
 struct RobotLinkStatus {
-  bool connected = false;        ///< the last reading succeeded
+  bool connected = false;  ///< the last reading succeeded
   LinkResult result = LinkResult::kWaiting;
-  ShortText problem;             ///< of the last reading that failed
-  std::uint64_t changes = 0;     ///< from or to connected
-  double since_s = 0;            ///< MonotonicSeconds() of the last change, or of Start()
+  ShortText problem;          ///< of the last reading that failed
+  std::uint64_t changes = 0;  ///< from or to connected
+  double since_s = 0;         ///< MonotonicSeconds() of the last change, or of Start()
   std::uint64_t readings = 0;
   std::uint64_t failures = 0;
   std::uint64_t reconnects = 0;  ///< changes to connected after the first

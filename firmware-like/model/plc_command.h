@@ -25,6 +25,7 @@ struct PlcCommand {
   bool pose_valid = false;  ///< every number of the pose is finite
   Pose X_BP;                ///< of kCorrectPose*, kPredictLanding: tool point in B
   std::optional<double> payload_kg;  ///< to be used instead of what the robot carries
+  bool acknowledge = false;          ///< its rising edge frees the result, as kAcknowledge does
   std::uint16_t heartbeat = 0;       ///< any change says that the PLC lives
   bool manual = false;               ///< the PLC says: operated by hand
 };

@@ -90,7 +90,7 @@ TEST_CASE("stale input withdraws validity; the values stay") {
   CHECK((snapshot.status & status::kReady) == 0);
   CHECK_FALSE(snapshot.points[0].valid);
   CHECK(snapshot.points[0].code == CorrectionCode::kNoRobot);
-  CHECK(snapshot.points[0].correction.X_BP_command.p == before);
+  CHECK((snapshot.points[0].correction.X_BP_command.p - before).norm() < 1e-8);
   CHECK(cell.Running().points[0].valid);
 }
 
@@ -190,12 +190,12 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
     CHECK(asked.point_id == 0);
   }
   SECTION("refusals") {
+    std::uint16_t sequence = 100;
     const auto refused = [&](auto change) {
       cell.input.command = {};
       cell.input.command.code = PlcCommandCode::kCorrectPoint;
       cell.input.command.point_id = 9;
       change(cell.input.command);
-      static std::uint16_t sequence = 100;
       cell.input.command.sequence = ++sequence;
       const CommandResult result = cell.Next().result;
       CHECK_FALSE(result.valid);

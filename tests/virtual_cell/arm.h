@@ -12,8 +12,8 @@
 namespace virtual_cell {
 
 struct Arm {
-  std::vector<Screw> screws;        ///< of each joint at q = 0, in B
-  std::vector<Motion> zero_poses;   ///< of the frame after each joint at q = 0, in B
+  std::vector<Screw> screws;       ///< of each joint at q = 0, in B
+  std::vector<Motion> zero_poses;  ///< of the frame after each joint at q = 0, in B
 };
 
 /// Lengths a and d are multiplied by `growth` (thermal growth; 1 at reference temperature).

@@ -74,8 +74,7 @@ void ReadTool(const TomlFields& tool, CellDescription& cell) {
   }
   const std::vector<TomlFields> segments = tool.Tables("segment");
   for (const TomlFields& segment : segments) {
-    cell.rod.push_back(
-        ReadSegment(segment, segment.Has("youngs_modulus_GPa") ? segment : tool));
+    cell.rod.push_back(ReadSegment(segment, segment.Has("youngs_modulus_GPa") ? segment : tool));
   }
   if (segments.empty()) cell.rod.push_back(ReadSegment(tool, tool));
   for (const RodSegment& segment : cell.rod) cell.tip_F.z() += segment.length_m;
@@ -120,8 +119,7 @@ CellDescription ReadCellFile(const std::string& path) {
     cell.payload_cog_F = file.Table("payload").Vector("cog_mm", cell.tip_F * 1e3) * 1e-3;
   }
   if (file.Has("measurement")) {
-    cell.reference_temperature_C =
-        file.Table("measurement").Number("reference_temperature_C", 22);
+    cell.reference_temperature_C = file.Table("measurement").Number("reference_temperature_C", 22);
   }
   return cell;
 }

@@ -40,11 +40,11 @@ struct CellDescription {
   std::vector<JointDescription> joints;
 
   bool rigid_tool = true;
-  bool sheared_tool = false;       ///< "timoshenko"
-  double shear_factor = 5.0 / 6;   ///< of the section, used where sheared
-  std::vector<RodSegment> rod;     ///< empty for a rigid tool
-  Vec3 tip_F = Vec3::Zero();       ///< nominal tip in the flange frame
-  double mount_mass_kg = 0;        ///< a rigid bracket on the flange, centre at mid length
+  bool sheared_tool = false;      ///< "timoshenko"
+  double shear_factor = 5.0 / 6;  ///< of the section, used where sheared
+  std::vector<RodSegment> rod;    ///< empty for a rigid tool
+  Vec3 tip_F = Vec3::Zero();      ///< nominal tip in the flange frame
+  double mount_mass_kg = 0;       ///< a rigid bracket on the flange, centre at mid length
   Vec3 payload_cog_F = Vec3::Zero();
   double reference_temperature_C = 22;
 

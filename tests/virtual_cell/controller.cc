@@ -72,8 +72,7 @@ void ProgramRunner::Start(const ProgramStep& step, Controller& controller) {
       controller.MoveToJoints(step.joints);
       break;
     case ProgramStep::Kind::kMove:
-      if (controller.MoveToPose(program_.Find(step.point)->TipInBase()) ==
-          MoveAnswer::kAccepted) {
+      if (controller.MoveToPose(program_.Find(step.point)->TipInBase()) == MoveAnswer::kAccepted) {
         reached_ = step.point;
       }
       break;

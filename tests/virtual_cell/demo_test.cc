@@ -7,7 +7,9 @@
 namespace virtual_cell {
 namespace {
 
-CellDescription DemoCell() { return ReadCellFile("tests/virtual_cell/demo/cockpit-cell.toml"); }
+CellDescription DemoCell() {
+  return ReadCellFile("tests/virtual_cell/demo/cockpit-cell.toml");
+}
 MotionProgram DemoProgram() {
   return ReadProgramFile("tests/virtual_cell/demo/cockpit-program.toml");
 }
@@ -52,10 +54,9 @@ TEST_CASE("the controller reaches every point of the demo, elbow up, away from i
   for (const ProgramStep& step : program.steps) {
     if (step.kind != ProgramStep::Kind::kMove) continue;
     CAPTURE(step.point);
-    REQUIRE(controller.MoveToPose(program.Find(step.point)->TipInBase()) ==
-            MoveAnswer::kAccepted);
+    REQUIRE(controller.MoveToPose(program.Find(step.point)->TipInBase()) == MoveAnswer::kAccepted);
     controller.Advance(1e3);
-    WARN("q [deg] " << (controller.q() * DegFromRad(1)).transpose());
+    INFO("q [deg] " << (controller.q() * DegFromRad(1)).transpose());
     const Posture posture = PostureAt(ArmFromDescription(cell), controller.q());
     const double elbow = posture.links[1].translation().z();
     const double shoulder = posture.links[0].translation().z();
@@ -80,15 +81,14 @@ TEST_CASE("the loaded tip sags by millimetres, the world beyond the linear model
     CAPTURE(point.name);
     REQUIRE(controller.MoveToPose(point.TipInBase()) == MoveAnswer::kAccepted);
     controller.Advance(1e3);
-    const Truth truth = world.Settle({.q = controller.q(), .last_move = {}, .payload_kg = 60});
+    const Truth truth = world.Settle({.q = controller.q(), .payload_kg = 60});
     REQUIRE(truth.converged);
     const Vec3 sag_mm =
         1e3 * (truth.X_WT.translation() - controller.NominalTipPose().translation());
-    const Vec3 beyond_mm =
-        1e3 * (truth.X_WT.translation() - LinearTip(cell, controller.q(), 60));
-    const Vec3 tilt = VectorFromRotation(truth.X_WT.linear() *
-                                         controller.NominalTipPose().linear().transpose());
-    WARN(point.name << ": sag [mm] " << sag_mm.transpose() << ", beyond the linear model [mm] "
+    const Vec3 beyond_mm = 1e3 * (truth.X_WT.translation() - LinearTip(cell, controller.q(), 60));
+    const Vec3 tilt =
+        VectorFromRotation(truth.X_WT.linear() * controller.NominalTipPose().linear().transpose());
+    INFO(point.name << ": sag [mm] " << sag_mm.transpose() << ", beyond the linear model [mm] "
                     << beyond_mm.norm() << " (" << beyond_mm.transpose() << "), tilt [mrad] "
                     << 1e3 * tilt.transpose() << ", tau [N m] " << truth.torque.transpose());
     CHECK(sag_mm.z() < -3);

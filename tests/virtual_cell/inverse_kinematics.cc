@@ -12,8 +12,12 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 constexpr double kTolerance = 1e-9;
 
 /// Finite limits for drawing starts: an unlimited joint counts as one turn to each side.
-double Low(const JointDescription& joint) { return std::max(joint.min, -3.1); }
-double High(const JointDescription& joint) { return std::min(joint.max, 3.1); }
+double Low(const JointDescription& joint) {
+  return std::max(joint.min, -3.1);
+}
+double High(const JointDescription& joint) {
+  return std::min(joint.max, 3.1);
+}
 
 Joints Clamped(const CellDescription& cell, Joints q) {
   for (int i = 0; i < cell.size(); ++i) {

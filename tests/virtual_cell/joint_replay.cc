@@ -26,8 +26,7 @@ std::vector<ReplayRow> ReadJointRows(const std::string& path, int joints) {
   if (!std::getline(file, line)) throw std::runtime_error(path + ": cannot be read or is empty");
   const std::vector<std::string> header = Cells(line);
   const auto column = [&header](const std::string& name) {
-    return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) -
-                                    header.begin());
+    return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
   };
   std::vector<std::size_t> joint_columns;
   for (int i = 1; i <= joints; ++i) {

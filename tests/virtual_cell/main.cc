@@ -18,8 +18,7 @@ using namespace virtual_cell;  // NOLINT: a program of its own
 volatile std::sig_atomic_t g_stop = 0;
 
 double WallSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 /// "0:22,600:35" -> knots of a curve; "25" -> one knot.
@@ -128,8 +127,7 @@ int main(int argc, char** argv) {
     options.profile = profile == "ur" ? Profile::kUr : Profile::kGeneric;
     options.temperature = TemperatureFromText(temperature);
     if (!rows_file.empty()) options.replay = ReadJointRows(rows_file, cell.size());
-    MotionProgram motion =
-        program == "builtin" ? BuiltinProgram(cell) : ReadProgramFile(program);
+    MotionProgram motion = program == "builtin" ? BuiltinProgram(cell) : ReadProgramFile(program);
     if (motion.home.size() != cell.size()) {
       throw std::runtime_error(fmt::format("{}: home_deg has {} joints, the cell has {}", program,
                                            motion.home.size(), cell.size()));
@@ -137,8 +135,8 @@ int main(int argc, char** argv) {
     std::signal(SIGTERM, [](int) { g_stop = 1; });
     std::signal(SIGINT, [](int) { g_stop = 1; });
     std::signal(SIGPIPE, SIG_IGN);
-    VirtualCell virtual_cell(World(std::move(cell), Effects(std::move(effects))),
-                             std::move(motion), options);
+    VirtualCell virtual_cell(World(std::move(cell), Effects(std::move(effects))), std::move(motion),
+                             options);
     Run(virtual_cell, std::move(later));
   } catch (const std::exception& error) {
     fmt::print(stderr, "plumbline-virtual-cell: {}\n", error.what());

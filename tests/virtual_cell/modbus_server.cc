@@ -39,8 +39,8 @@ Range WrittenBy(const std::vector<std::uint8_t>& query) {
 
 }  // namespace
 
-ModbusServer::ModbusServer(const std::string& address, int port, RegisterBank& bank,
-                           int first_open, int last_open)
+ModbusServer::ModbusServer(const std::string& address, int port, RegisterBank& bank, int first_open,
+                           int last_open)
     : bits_(16), first_open_(first_open), last_open_(last_open) {
   mapping_.nb_registers = mapping_.nb_input_registers = bank.size();
   mapping_.tab_registers = mapping_.tab_input_registers = bank.data();

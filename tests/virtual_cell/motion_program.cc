@@ -107,9 +107,9 @@ MotionProgram BuiltinProgram(const CellDescription& cell) {
     return step;
   };
   using Kind = ProgramStep::Kind;
-  program.steps = {simple(Kind::kHome),      beside(-0.2),  simple(Kind::kAttach),
-                   beside(0.1),              simple(Kind::kWait, 2), beside(0.2),
-                   simple(Kind::kWait, 2),   beside(-0.1),  simple(Kind::kRelease)};
+  program.steps = {simple(Kind::kHome),    beside(-0.2), simple(Kind::kAttach),  beside(0.1),
+                   simple(Kind::kWait, 2), beside(0.2),  simple(Kind::kWait, 2), beside(-0.1),
+                   simple(Kind::kRelease)};
   return program;
 }
 

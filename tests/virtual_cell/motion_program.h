@@ -22,9 +22,9 @@ struct TaughtPoint {
 struct ProgramStep {
   enum class Kind { kHome, kMove, kJoints, kAttach, kRelease, kWait };
   Kind kind = Kind::kHome;
-  std::string point;      ///< of kMove
-  Joints joints;          ///< of kJoints [rad]
-  double wait_s = 0;      ///< of kWait
+  std::string point;  ///< of kMove
+  Joints joints;      ///< of kJoints [rad]
+  double wait_s = 0;  ///< of kWait
 };
 
 struct MotionProgram {

@@ -53,7 +53,11 @@ Motion MotionFromXyzVector(const Vec3& xyz_m, const Vec3& rotation_vector_rad) {
   return X;
 }
 
-double RadFromDeg(double deg) { return deg * std::numbers::pi / 180; }
-double DegFromRad(double rad) { return rad * 180 / std::numbers::pi; }
+double RadFromDeg(double deg) {
+  return deg * std::numbers::pi / 180;
+}
+double DegFromRad(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
 
 }  // namespace virtual_cell

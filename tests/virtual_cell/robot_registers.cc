@@ -75,10 +75,18 @@ double Signed(const RegisterBank& bank, int at) {
 
 RegisterLayout LayoutOf(Profile profile) {
   if (profile == Profile::kUr) {
-    return {.size = 800, .first_open = 128, .last_open = 255, .command = 170, .pushed = 200,
+    return {.size = 800,
+            .first_open = 128,
+            .last_open = 255,
+            .command = 170,
+            .pushed = 200,
             .pushed_slots = 6};
   }
-  return {.size = 400, .first_open = 200, .last_open = 399, .command = 200, .pushed = 300,
+  return {.size = 400,
+          .first_open = 200,
+          .last_open = 399,
+          .command = 200,
+          .pushed = 300,
           .pushed_slots = 12};
 }
 
@@ -90,8 +98,7 @@ void WriteState(Profile profile, const ReportedState& state, RegisterBank& bank)
   }
 }
 
-CommandFault CommandBlock::Obey(int code, Controller& controller,
-                                const RegisterBank& bank) const {
+CommandFault CommandBlock::Obey(int code, Controller& controller, const RegisterBank& bank) const {
   MoveAnswer answer = MoveAnswer::kAccepted;
   const int base = layout_.command;
   if (code == kAttach) {

@@ -22,15 +22,15 @@ struct ReportedState {
   int tool_number = 0;
   double temperature_C = 22;
   bool moving = false;
-  int sequence = 0;                  ///< counts the controller's cycles
+  int sequence = 0;  ///< counts the controller's cycles
 };
 
 /// Addresses that differ between the profiles.
 struct RegisterLayout {
-  int size;          ///< registers served, from 0
+  int size;                   ///< registers served, from 0
   int first_open, last_open;  ///< the range clients may write
-  int command;       ///< first register of the command block
-  int pushed;        ///< first register of the slots of pushed points
+  int command;                ///< first register of the command block
+  int pushed;                 ///< first register of the slots of pushed points
   int pushed_slots;
 };
 RegisterLayout LayoutOf(Profile profile);
@@ -39,13 +39,13 @@ void WriteState(Profile profile, const ReportedState& state, RegisterBank& bank)
 
 /// Offsets in the command block. The client writes the sequence last.
 enum CommandOffset : int {
-  kTarget = 0,      ///< six float32: x, y, z [mm], rotation vector [rad], tip in base frame
+  kTarget = 0,  ///< six float32: x, y, z [mm], rotation vector [rad], tip in base frame
   kCode = 12,
   kParameter = 13,  ///< of kMoveToPushed: the point's id
   kSequence = 14,
-  kEcho = 15,       ///< sequence of the command last taken
+  kEcho = 15,  ///< sequence of the command last taken
   kBusy = 16,
-  kDone = 17,       ///< 1 when that command ended well
+  kDone = 17,  ///< 1 when that command ended well
   kFault = 18,
 };
 enum CommandCode : int { kMove = 1, kAttach = 2, kRelease = 3, kMoveToPushed = 4, kGoHome = 5 };
@@ -58,7 +58,8 @@ enum CommandFault : int {
   kFaultProgramRuns = 5,
 };
 
-/// Offsets in one slot of a pushed point: id, x, y, z [0.1 mm], rotation vector [mrad], sequence (0: not valid).
+/// Offsets in one slot of a pushed point: id, x, y, z [0.1 mm], rotation vector [mrad], sequence
+/// (0: not valid).
 inline constexpr int kSlotSize = 8;
 
 /// Watches the command block and makes the controller obey.

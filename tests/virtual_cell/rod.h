@@ -15,9 +15,9 @@ namespace virtual_cell {
 
 /// What the rod carries: everything a dead load, on the deformed shape.
 struct RodLoad {
-  Vec3 gravity = Vec3::Zero();      ///< in the root frame [m/s^2]; times weight_kg_m along the rod
-  Vec3 tip_force = Vec3::Zero();    ///< in the root frame [N]
-  Vec3 tip_offset = Vec3::Zero();   ///< where it acts, in the *tip* frame [m]
+  Vec3 gravity = Vec3::Zero();     ///< in the root frame [m/s^2]; times weight_kg_m along the rod
+  Vec3 tip_force = Vec3::Zero();   ///< in the root frame [N]
+  Vec3 tip_offset = Vec3::Zero();  ///< where it acts, in the *tip* frame [m]
 };
 
 struct RodOptions {
@@ -27,9 +27,9 @@ struct RodOptions {
 };
 
 struct RodShape {
-  Motion tip = Motion::Identity();    ///< tip frame in the root frame
-  Vec3 root_force = Vec3::Zero();     ///< what the rod exerts on its root [N]
-  Vec3 root_moment = Vec3::Zero();    ///< about the root [N m]
+  Motion tip = Motion::Identity();  ///< tip frame in the root frame
+  Vec3 root_force = Vec3::Zero();   ///< what the rod exerts on its root [N]
+  Vec3 root_moment = Vec3::Zero();  ///< about the root [N m]
   bool converged = false;
 };
 

@@ -9,7 +9,13 @@ namespace virtual_cell {
 namespace {
 
 RodSegment UnitRod(double EI = 1) {
-  return {.length_m = 1, .area_m2 = 1, .EI_x = EI, .EI_y = EI, .GJ = EI, .GA = 1e9, .EA = 1e9,
+  return {.length_m = 1,
+          .area_m2 = 1,
+          .EI_x = EI,
+          .EI_y = EI,
+          .GJ = EI,
+          .GA = 1e9,
+          .EA = 1e9,
           .weight_kg_m = 0};
 }
 
@@ -53,8 +59,7 @@ TEST_CASE("a tip force bends the rod as the elastica says") {
     CHECK(shape.tip.translation().z() ==
           Approx(std::sqrt(2 * std::sin(ElasticaSlope(load)) / load)).epsilon(1e-6));
     CHECK(shape.tip.translation().y() == Approx(0).margin(1e-12));
-    CHECK(VectorFromRotation(shape.tip.linear()).y() ==
-          Approx(ElasticaSlope(load)).epsilon(1e-6));
+    CHECK(VectorFromRotation(shape.tip.linear()).y() == Approx(ElasticaSlope(load)).epsilon(1e-6));
   }
 }
 
@@ -73,13 +78,11 @@ TEST_CASE("small loads give the linear cantilever") {
     CHECK(shape.root_moment.y() == Approx(1e-2 / 2).epsilon(1e-6));
   }
   SECTION("offset load, F L^3 / 3EI + F c L^2 / 2EI") {
-    const RodShape shape =
-        SolveRod({rod}, {.tip_force = {1e-2, 0, 0}, .tip_offset = {0, 0, 0.1}});
+    const RodShape shape = SolveRod({rod}, {.tip_force = {1e-2, 0, 0}, .tip_offset = {0, 0, 0.1}});
     CHECK(shape.tip.translation().x() == Approx(1e-2 / 3000 + 1e-3 / 2000).epsilon(1e-6));
   }
   SECTION("a load beside the axis twists, F c L / GJ") {
-    const RodShape shape =
-        SolveRod({rod}, {.tip_force = {1e-2, 0, 0}, .tip_offset = {0, 0.1, 0}});
+    const RodShape shape = SolveRod({rod}, {.tip_force = {1e-2, 0, 0}, .tip_offset = {0, 0.1, 0}});
     CHECK(VectorFromRotation(shape.tip.linear()).z() == Approx(-1e-3 / 1000).epsilon(1e-6));
   }
   SECTION("two segments, by superposition with the inner one's slope") {
@@ -96,8 +99,7 @@ TEST_CASE("small loads give the linear cantilever") {
   SECTION("shear adds F L / kGA") {
     RodSegment soft = rod;
     soft.GA = 100;
-    const RodShape shape =
-        SolveRod({soft}, {.tip_force = {1e-2, 0, 0}}, {.shear_factor = 0.5});
+    const RodShape shape = SolveRod({soft}, {.tip_force = {1e-2, 0, 0}}, {.shear_factor = 0.5});
     CHECK(shape.tip.translation().x() == Approx(1e-2 / 3000 + 1e-2 / 50).epsilon(1e-4));
   }
 }
@@ -115,8 +117,8 @@ TEST_CASE("a heavy rod with an eccentric load: force balance, step size, turning
   CHECK((fine.tip.translation() - shape.tip.translation()).norm() < 1e-7);
 
   const Mat3 turn = RotationFromVector({0, 0, 0.7});
-  const RodShape turned = SolveRod(
-      {heavy}, {turn * load.gravity, turn * load.tip_force, turn * load.tip_offset});
+  const RodShape turned =
+      SolveRod({heavy}, {turn * load.gravity, turn * load.tip_force, turn * load.tip_offset});
   CHECK((turned.tip.translation() - turn * shape.tip.translation()).norm() < 1e-9);
   CHECK((turned.root_moment - turn * shape.root_moment).norm() < 1e-9);
 }

@@ -14,18 +14,18 @@ namespace virtual_cell {
 
 struct VirtualCellOptions {
   std::string address = "127.0.0.1";
-  int port = 0;          ///< 0: the kernel's choice
+  int port = 0;  ///< 0: the kernel's choice
   int tracker_port = 0;
   Profile profile = Profile::kUr;
-  bool idle = false;     ///< no program: the controller obeys commands
-  std::string hold_at;   ///< point at which the program stays
+  bool idle = false;         ///< no program: the controller obeys commands
+  std::string hold_at = {};  ///< point at which the program stays
   double time_scale = 1;
   double tracker_noise_mm = 0;
-  std::vector<Vec3> reflectors_T;  ///< at most four
-  std::vector<std::pair<double, double>> temperature;  ///< (time [s], T [C]), times rising
-  std::vector<ReplayRow> replay;   ///< rows instead of a program
+  std::vector<Vec3> reflectors_T = {};                      ///< at most four
+  std::vector<std::pair<double, double>> temperature = {};  ///< (time [s], T [C]), times rising
+  std::vector<ReplayRow> replay = {};                       ///< rows instead of a program
   double row_rate_hz = 10;
-  MotionLimits limits;
+  MotionLimits limits = {};
 };
 
 class VirtualCell {
@@ -64,8 +64,8 @@ class VirtualCell {
   LinkFaults faults_;
   bool replaying_;
   std::optional<double> started_s_;
-  double wall_s_ = 0;   ///< since the start
-  double time_s_ = 0;   ///< of the world
+  double wall_s_ = 0;  ///< since the start
+  double time_s_ = 0;  ///< of the world
   std::optional<double> told_temperature_C_;
   Circumstances last_;  ///< what truth_ belongs to
   Truth truth_;

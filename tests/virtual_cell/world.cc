@@ -5,7 +5,9 @@
 namespace virtual_cell {
 namespace {
 
-double SignOf(double value) { return value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0; }
+double SignOf(double value) {
+  return value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0;
+}
 
 }  // namespace
 
@@ -24,10 +26,9 @@ double World::TipMass(double payload_kg) const {
 }
 
 RodShape World::Tool(const Circumstances& now, const Vec3& g_F, const Vec3& guess) const {
-  const Vec3 cog_F =
-      cell_.payload_cog_F + 1e-3 * Vec3(effects_.Value("payload_cog", "x"),
-                                        effects_.Value("payload_cog", "y"),
-                                        effects_.Value("payload_cog", "z"));
+  const Vec3 cog_F = cell_.payload_cog_F + 1e-3 * Vec3(effects_.Value("payload_cog", "x"),
+                                                       effects_.Value("payload_cog", "y"),
+                                                       effects_.Value("payload_cog", "z"));
   const Vec3 force = TipMass(now.payload_kg) * g_F;
   RodShape shape;
   if (cell_.rigid_tool) {
@@ -54,9 +55,9 @@ RodShape World::Tool(const Circumstances& now, const Vec3& g_F, const Vec3& gues
   Motion turned = Motion::Identity();
   turned.linear() = RotationFromVector(bend);
   shape.tip = turned * shape.tip;
-  shape.tip.translation() += 1e-3 * Vec3(effects_.Value("tool_frame", "x"),
-                                         effects_.Value("tool_frame", "y"),
-                                         effects_.Value("tool_frame", "z"));
+  shape.tip.translation() +=
+      1e-3 * Vec3(effects_.Value("tool_frame", "x"), effects_.Value("tool_frame", "y"),
+                  effects_.Value("tool_frame", "z"));
   return shape;
 }
 
@@ -73,8 +74,8 @@ std::vector<Load> World::Loads(const Posture& posture, const Vec3& g_B, const Ro
   const Vec3 mount = cell_.mount_mass_kg * g_B;
   loads.push_back({last, mount, (X_BF * Vec3(cell_.tip_F / 2)).cross(mount)});
   const Vec3 root_force = X_BF.linear() * tool.root_force;
-  loads.push_back({last, root_force,
-                   X_BF.linear() * tool.root_moment + X_BF.translation().cross(root_force)});
+  loads.push_back(
+      {last, root_force, X_BF.linear() * tool.root_moment + X_BF.translation().cross(root_force)});
   return loads;
 }
 
@@ -162,8 +163,7 @@ Truth World::Settle(const Circumstances& now) const {
   return truth;
 }
 
-double GravityEnergyStraightTool(const CellDescription& cell, const Joints& q,
-                                 double payload_kg) {
+double GravityEnergyStraightTool(const CellDescription& cell, const Joints& q, double payload_kg) {
   const Posture posture = PostureAt(ArmFromDescription(cell), q);
   const Vec3 g_B = cell.X_WB.linear().transpose() * cell.gravity_W;
   double energy = 0;

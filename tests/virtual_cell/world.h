@@ -14,8 +14,8 @@ namespace virtual_cell {
 
 /// What acts on the world at one moment.
 struct Circumstances {
-  Joints q;                 ///< the controller's joint angles [rad], [m]
-  Joints last_move;         ///< last move of each joint [rad]; empty: none known
+  Joints q = {};          ///< the controller's joint angles [rad], [m]
+  Joints last_move = {};  ///< last move of each joint [rad]; empty: none known
   double payload_kg = 0;
   double temperature_C = 22;
   double time_s = 0;

@@ -11,6 +11,8 @@ using namespace plumbline;
 
 namespace {
 
+constexpr std::array<std::uint8_t, 2> kNoCoils = {0, 0};
+
 Snapshot SomeSnapshot() {
   Snapshot snapshot;
   snapshot.robot.q = JointVector::LinSpaced(6, -1, 1.5);
@@ -146,7 +148,7 @@ TEST_CASE("the command window is decoded") {
     window[30] = 5;
     window[31] = 1;
     window[39] = 99;
-    PlcCommand command = PlcCommandFromRegisters(window, convention);
+    PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, convention);
     CHECK(command.code == PlcCommandCode::kCorrectPose);
     CHECK(command.sequence == 99);
     CHECK(command.heartbeat == 5);
@@ -156,11 +158,11 @@ TEST_CASE("the command window is decoded") {
     CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-6);
     CHECK(command.payload_kg == Approx(42.5));
     put(1004, std::numeric_limits<float>::quiet_NaN());
-    CHECK_FALSE(PlcCommandFromRegisters(window, convention).pose_valid);
+    CHECK_FALSE(PlcCommandFromRegisters(window, kNoCoils, convention).pose_valid);
     window[0] = 3;
     window[20] = static_cast<std::uint16_t>(-1234);
     window[25] = 1571;
-    command = PlcCommandFromRegisters(window, convention);
+    command = PlcCommandFromRegisters(window, kNoCoils, convention);
     REQUIRE(command.pose_valid);
     CHECK(command.X_BP.p.x() == Approx(-0.1234));
     CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-3);

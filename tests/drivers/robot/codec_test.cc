@@ -137,9 +137,9 @@ TEST_CASE("any joint angle survives the 1 mrad registers within half a milliradi
                           ValueAt(1, RegisterType::kInt16, 1)};
   std::mt19937 random(20260101);
   std::uniform_real_distribution<double> angles(-2 * kPi, 2 * kPi);
-  std::vector<double> chosen = {0,       kPi,        -kPi,          kPi / 2,           -kPi / 2,
-                                -1e-9,   -0.0004999, 2 * kPi - 1e-3, 1e-3 - 2 * kPi,   -0.0005001,
-                                -2 * kPi, 3.1415,    -3.1415,        2 * kPi - 0.0001, 5e-4};
+  std::vector<double> chosen = {0,        kPi,        -kPi,           kPi / 2,          -kPi / 2,
+                                -1e-9,    -0.0004999, 2 * kPi - 1e-3, 1e-3 - 2 * kPi,   -0.0005001,
+                                -2 * kPi, 3.1415,     -3.1415,        2 * kPi - 0.0001, 5e-4};
   for (int i = 0; i < 2000; ++i) chosen.push_back(angles(random));
   double worst = 0;
   for (const double angle : chosen) {
@@ -154,7 +154,8 @@ namespace {
 /// 32 holding registers and everything that a profile may read in them.
 RobotProfile FullProfile() {
   RobotProfile profile = SmallProfile();
-  profile.blocks = {{RegisterTable::kInput, 200, 3}, {RegisterTable::kHolding, 0, 32},
+  profile.blocks = {{RegisterTable::kInput, 200, 3},
+                    {RegisterTable::kHolding, 0, 32},
                     {RegisterTable::kDiscrete, 7, 2}};
   PoseSignal pose;
   for (int i = 0; i < 3; ++i) {
@@ -241,9 +242,9 @@ TEST_CASE("the mode is what the first bit that holds says, else the value") {
     std::uint16_t discrete, word, value;
     RobotMode mode;
   };
-  const Row rows[] = {{1, 8, 7, RobotMode::kEmergencyStop},  {1, 0, 7, RobotMode::kEmergencyStop},
-                      {0, 0xFFF7, 7, RobotMode::kManual},    {0, 8, 7, RobotMode::kRunning},
-                      {0, 8, 0xFFFF, RobotMode::kNotReady},  {0, 8, 3, RobotMode::kUnknown}};
+  const Row rows[] = {{1, 8, 7, RobotMode::kEmergencyStop}, {1, 0, 7, RobotMode::kEmergencyStop},
+                      {0, 0xFFF7, 7, RobotMode::kManual},   {0, 8, 7, RobotMode::kRunning},
+                      {0, 8, 0xFFFF, RobotMode::kNotReady}, {0, 8, 3, RobotMode::kUnknown}};
   for (const Row& row : rows) {
     Image image;
     image.discrete(1) = row.discrete;

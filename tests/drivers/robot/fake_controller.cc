@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -48,8 +49,7 @@ void FakeController::Behave(Behaviour behaviour) {
   behaviour_ = std::move(behaviour);
 }
 
-void FakeController::OnWrite(
-    std::function<void(int, std::array<std::uint16_t, 1024>&)> on_write) {
+void FakeController::OnWrite(std::function<void(int, std::array<std::uint16_t, 1024>&)> on_write) {
   const std::lock_guard lock(mutex_);
   on_write_ = std::move(on_write);
 }
@@ -74,6 +74,8 @@ void FakeController::Run() {
     if (poll(&waiting, 1, 10) <= 0) continue;
     const int fd = accept(listener_, nullptr, nullptr);
     if (fd < 0) continue;
+    const int at_once = 1;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof(at_once));
     ++connections_;
     Serve(fd);
     close(fd);

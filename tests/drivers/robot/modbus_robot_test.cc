@@ -536,9 +536,8 @@ TEST_CASE("a link that breaks while pushing is reported and begun anew") {
   const auto robot = RobotAt(controller.port());
   RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
-  controller.Behave([](Exchange& exchange) {
-    return exchange.request[7] == 16 ? Then::kClose : Then::kAnswer;
-  });
+  controller.Behave(
+      [](Exchange& exchange) { return exchange.request[7] == 16 ? Then::kClose : Then::kAnswer; });
   CHECK(robot->Push(std::array{PointAt(0.3)}) == LinkResult::kLost);
   CHECK(controller.Get(107) == 0);
   controller.Behave({});

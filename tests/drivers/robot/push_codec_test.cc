@@ -34,9 +34,9 @@ TEST_CASE("a corrected point becomes the words of its slot") {
   point.X_BT.R = RotationFromVector({0.1, -0.2, 3.0});
   std::array<std::uint16_t, 8> words{};
   REQUIRE(RegistersFromPush(slots, point, 77, words) == PushFit::kFits);
-  const std::array<std::uint16_t, 8> expected = {
-      5, 5123, static_cast<std::uint16_t>(-3000), 12000, 100, static_cast<std::uint16_t>(-200),
-      3000, 77};
+  const std::array<std::uint16_t, 8> expected = {5,     5123, static_cast<std::uint16_t>(-3000),
+                                                 12000, 100,  static_cast<std::uint16_t>(-200),
+                                                 3000,  77};
   CHECK(words == expected);
 }
 

@@ -248,8 +248,8 @@ TEST_CASE("a replay shows its rows at their rate and holds the last, or begins a
     double after_s;
     double held, looped;
   };
-  const Row rows[] = {{0, 0, 0},      {0.05, 0, 0},   {0.06, 0.1, 0.1}, {0.1, 0.2, 0.2},
-                      {0.1, 0.2, 0},  {0.1, 0.2, 0.1}, {10, 0.2, 0.2},   {0.1, 0.2, 0}};
+  const Row rows[] = {{0, 0, 0},     {0.05, 0, 0},    {0.06, 0.1, 0.1}, {0.1, 0.2, 0.2},
+                      {0.1, 0.2, 0}, {0.1, 0.2, 0.1}, {10, 0.2, 0.2},   {0.1, 0.2, 0}};
   auto held = MakeRobot("replay", connection);
   connection.replay.loop = true;
   auto looped = MakeRobot("replay", connection);

@@ -136,7 +136,10 @@ TEST_CASE("a controller on a serial line is read, and each fault of the line is 
          answer = WithCrc(answer);
        },
        LinkResult::kProtocol},
-      {"exception 02", [](Bytes& answer) { answer = WithCrc({17, 0x83, 2}); },
+      {"exception 02",
+       [](Bytes& answer) {
+         answer = WithCrc({17, 0x83, 2});
+       },
        LinkResult::kException},
   };
   const Folder folder;

@@ -1,0 +1,133 @@
+#include "app/cli/registers_command.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/exit_codes.h"
+#include "drivers/plc/register_map.h"
+
+namespace plumbline {
+namespace {
+
+template <typename Field>
+std::string Row(const Field& field, int base) {
+  const int address = base + field.address;
+  return fmt::format("| {} | {} | {} | {} | {} | {} |\n", address, 40001 + address,
+                     NameOf(field.type), field.name, field.unit, field.meaning);
+}
+
+constexpr const char* kHead =
+    "| address | 4xxxx | type | name | unit | meaning |\n|---|---|---|---|---|---|\n";
+
+constexpr const char* kIntroduction = R"(# The register map
+
+This page is written by `plumbline registers` from the table that drives the server
+(`drivers/plc/register_map.cc`); a test holds the two together.
+
+Addresses are zero-based, as they travel on the wire; the 4xxxx form is beside them. FC03 and FC04
+read the same image. Every request is answered from one immutable snapshot, so that a block read in
+one request is never torn. 32-bit values take two registers, high word first (ABCD), or low word
+first (CDAB) by `plc.word_order`; check yours with registers 4-7. Unit ids 0, 1, 255 and the
+configured one are answered. Function codes: 1-6, 15, 16, 22, 23, 43/14. Registers between two
+entries of a window read as 0; addresses outside the windows answer exception 02, and so does
+writing anything but the command window.
+
+## A command
+
+1. Write the parameters (1000-1031), then a new number to `command_sequence` (1039), or all of it
+   in one FC16.
+2. Read 100-139 in one FC03 until `result_echo` is your number.
+3. Use the pose only where `result_begin` equals `result_end` and bit 0 of `result_validity` is set;
+   otherwise `result_code` says why there is none.
+4. The result stays as it is until you acknowledge it (command 5, or a rising edge of coil 1000) or
+   give the next command; so a controller that reads register by register gets one result. Repeating
+   a sequence changes nothing. When robot input becomes stale the valid bit clears and values stay.
+
+A configured point needs no command: its block is refreshed every cycle. Its pose is the one to
+*command* for the tool point (the controller's TCP set to the unloaded tool), in the robot's base
+frame, so that the loaded tool lands where the point is.
+)";
+
+constexpr const char* kCodes = R"(
+## Bits and codes
+
+Status word (register 11; discrete inputs 0-15): 0 ready, 1 busy, 2 result valid, 3 robot link,
+4 warning, 5 error, 6 lens calibrated, 7 extrapolating, 8 temperature valid, 9 payload valid,
+10 PLC heartbeat seen, 11 manual, 12 toggle (changes every second).
+
+Alarm word (register 12; discrete inputs 16-31): 0 nothing read from the robot, 1 robot input
+stale, 2 robot input implausible, 3 reported tool pose contradicts the joints, 4 payload unknown,
+5 link masses not declared, 6 a point has no correction, 7 emergency stop reported.
+
+Warning word (register 14; discrete inputs 32-47): 0 decoding not checked against a tool pose,
+1 PLC heartbeat lost, 2 cycle overrun, 3 joint registers cost over 0.1 mm, 4 a link's centre of mass
+is guessed.
+
+Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.
+
+)";
+
+}  // namespace
+
+std::string RegisterMapMarkdown() {
+  std::string page = kIntroduction;
+  page += "\n## Fixed registers (read only)\n\n";
+  page += kHead;
+  for (const MapField& field : plc_map::Fields()) page += Row(field, 0);
+  page += fmt::format(
+      "\n## Block of the first configured point (read only)\n\nThe block of the k-th point (k from "
+      "0) begins at {} + {} k.\n\n",
+      plc_map::kPoints, plc_map::kPointSize);
+  page += kHead;
+  for (const MapField& field : plc_map::PointFields()) page += Row(field, plc_map::kPoints);
+  page += "\n## Command window (read and write)\n\n";
+  page += kHead;
+  for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
+  page += kCodes;
+  page += "Result codes: ";
+  for (int code = 0; code <= static_cast<int>(CorrectionCode::kPending); ++code) {
+    page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,
+                        Describe(static_cast<CorrectionCode>(code)));
+  }
+  page += ".\n\nInput faults: ";
+  for (int fault = 0; fault <= static_cast<int>(InputFault::kTcpMismatch); ++fault) {
+    page += fmt::format("{}{} {}", fault == 0 ? "" : ", ", fault,
+                        Describe(static_cast<InputFault>(fault)));
+  }
+  return page + ".\n";
+}
+
+namespace {
+
+nlohmann::json AsJson() {
+  nlohmann::json map = nlohmann::json::array();
+  const auto add = [&map](const auto& field, int base, const char* window) {
+    map.push_back({{"address", base + field.address},
+                   {"type", NameOf(field.type)},
+                   {"name", field.name},
+                   {"unit", field.unit},
+                   {"meaning", field.meaning},
+                   {"window", window}});
+  };
+  for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
+  for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
+  for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");
+  return map;
+}
+
+}  // namespace
+
+void AddRegistersCommand(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("registers", "The Modbus register map as a document");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "For programs that generate PLC tags");
+  command->footer("Example:\n  plumbline registers > register-map.md");
+  command->callback([json, &exit_code] {
+    std::cout << (*json ? AsJson().dump(1) + "\n" : RegisterMapMarkdown());
+    exit_code = kExitOk;
+  });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,10 @@
+// plumbline status: what a running daemon says of itself, read as a PLC would.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace plumbline {
+
+void AddStatusCommand(CLI::App& app, int& exit_code);
+
+}  // namespace plumbline

@@ -1,0 +1,188 @@
+#include "app/daemon/cyclic_loop.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+
+#include "app/version.h"
+
+namespace plumbline {
+namespace {
+
+void SleepUntil(double monotonic_s) {
+  timespec when{};
+  when.tv_sec = static_cast<time_t>(monotonic_s);
+  when.tv_nsec = static_cast<long>(1e9 * (monotonic_s - static_cast<double>(when.tv_sec)));
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
+  }
+}
+
+std::int64_t UnixMilliseconds() {
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+/// steady_clock counts CLOCK_MONOTONIC here.
+std::chrono::steady_clock::time_point TimePoint(double monotonic_s) {
+  return std::chrono::steady_clock::time_point(
+      std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * monotonic_s)));
+}
+
+std::vector<std::uint16_t> PointIds(const DaemonConfig& config) {
+  std::vector<std::uint16_t> ids;
+  for (const AssemblyPoint& point : config.points) {
+    ids.push_back(static_cast<std::uint16_t>(point.id));
+  }
+  return ids;
+}
+
+void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& bits) {
+  for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
+}
+
+}  // namespace
+
+CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device)
+    : machine(MachineConfigFrom(config)),
+      convention(PlcConventionFrom(config.plc)),
+      encoder(convention, PointIds(config)),
+      readable(ReadableRanges(config.points.size())),
+      link(std::make_unique<RobotLink>(std::move(device))),
+      period_s(config.cycle_period_s) {
+  if (config.push.enabled) {
+    for (const int id : config.push.point_ids) {
+      for (std::size_t k = 0; k < config.points.size(); ++k) {
+        if (config.points[k].id == id) push.push_back({k, id});
+      }
+    }
+  }
+  machine.Prepare();
+}
+
+CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
+                       Latest<modbus::RegisterImage>& images, std::uint16_t boot_count,
+                       const modbus::TcpServer* server)
+    : parts_(std::move(parts)),
+      handler_(handler),
+      images_(images),
+      snapshots_(1, parts_->machine.Cycle({})),
+      server_(server) {
+  environment_.boot_count = boot_count;
+  environment_.firmware = 10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR +
+                          PLUMBLINE_VERSION_PATCH;
+  environment_.cycle_period_s = parts_->period_s;
+}
+
+CyclicLoop::~CyclicLoop() { Stop(); }
+
+void CyclicLoop::Start() {
+  start_s_ = MonotonicSeconds();
+  parts_->link->Start();
+  thread_ = std::thread([this] { Run(); });
+  // Real-time priority where the service manager allows it; the cycle works without.
+  sched_param priority{};
+  priority.sched_priority = 10;
+  pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &priority);
+  pthread_setname_np(thread_.native_handle(), "cycle");
+}
+
+void CyclicLoop::Stop() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+  parts_->link->Stop();
+}
+
+void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts) {
+  parts->link->Start();
+  next_.store(parts.get());
+  while (next_.load() != nullptr && !stop_) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  parts_->link->Stop();
+  parts_ = std::move(parts);
+}
+
+LoopCounters CyclicLoop::counters() const { return {cycles_, overruns_, longest_cycle_s_}; }
+
+void CyclicLoop::Run() {
+  CycleParts* parts = parts_.get();
+  double tick_s = MonotonicSeconds();
+  while (!stop_) {
+    if (CycleParts* next = next_.load()) {
+      parts = next;
+      environment_.cycle_period_s = parts->period_s;
+      next_.store(nullptr);  // from here on the old parts are no longer touched
+    }
+    OneCycle(*parts, tick_s);
+    tick_s += parts->period_s;
+    const double now_s = MonotonicSeconds();
+    if (now_s > tick_s) {
+      overruns_.fetch_add(1);
+      last_overrun_s_ = now_s;
+      tick_s = now_s;
+    }
+    SleepUntil(tick_s);
+  }
+}
+
+void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
+  parts.link->RequestRead();
+  parts.link->WaitForState(TimePoint(tick_s + 0.5 * parts.period_s));
+
+  const double begin_s = MonotonicSeconds();
+  MachineInput input;
+  input.now_s = begin_s;
+  input.unix_ms = UnixMilliseconds();
+  input.robot = parts.link->Latest();
+  input.cycle_overrun = begin_s - last_overrun_s_ < 1.0;
+  {
+    const auto commands = handler_.Commands();
+    input.command =
+        PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
+                                parts.convention);
+  }
+  const Snapshot& snapshot = parts.machine.Cycle(input);
+  Publish(parts, snapshot);
+
+  alarms_.fetch_or(snapshot.alarms);
+  cycles_.fetch_add(1, std::memory_order_relaxed);
+  const double spent_s = MonotonicSeconds() - begin_s;
+  if (spent_s > longest_cycle_s_.load(std::memory_order_relaxed)) longest_cycle_s_ = spent_s;
+}
+
+void CyclicLoop::Publish(CycleParts& parts, const Snapshot& snapshot) {
+  environment_.uptime_s = snapshot.now_s - start_s_;
+  environment_.heartbeat =
+      static_cast<std::uint16_t>(static_cast<std::uint64_t>(10 * environment_.uptime_s));
+  environment_.clients =
+      server_ != nullptr ? static_cast<std::uint16_t>(server_->counters().clients) : 0;
+  environment_.overruns = overruns_;
+  environment_.longest_cycle_s = longest_cycle_s_;
+
+  modbus::RegisterImage& image = images_.Begin();
+  image.readable = parts.readable;
+  image.registers = parts.encoder.Encode(snapshot, environment_);
+  image.bits.resize(plc_map::kBits);
+  SetBits(snapshot.status, 0, image.bits);
+  SetBits(snapshot.alarms, 16, image.bits);
+  SetBits(snapshot.warnings, 32, image.bits);
+  images_.Publish();
+
+  snapshots_.Begin() = snapshot;
+  snapshots_.Publish();
+
+  if (parts.push.empty()) return;
+  std::array<PushPoint, kMaxPushPoints> pushed;
+  const std::size_t count = std::min(parts.push.size(), pushed.size());
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const PointResult& point = snapshot.points[parts.push[slot].point];
+    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id,
+                    point.correction.X_BP_command, point.valid};
+  }
+  parts.link->QueuePush(std::span(pushed).first(count));
+}
+
+}  // namespace plumbline

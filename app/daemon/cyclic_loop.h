@@ -1,0 +1,86 @@
+// The one cyclic thread: read the robot, compute, publish.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "app/daemon/setup.h"
+#include "drivers/latest.h"
+#include "drivers/modbus/image_handler.h"
+#include "drivers/robot/robot_link.h"
+
+namespace plumbline {
+
+/// Everything of one configuration that the cycle uses; replaced as a whole on reload.
+struct CycleParts {
+  CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device);
+
+  Machine machine;
+  PlcConvention convention;
+  PlcEncoder encoder;
+  std::shared_ptr<const modbus::AddressRanges> readable;
+  std::unique_ptr<RobotLink> link;
+  double period_s;
+  struct PushSlot {
+    std::size_t point;  ///< index of the configured point
+    int id;
+  };
+  std::vector<PushSlot> push;  ///< empty: nothing is pushed
+};
+
+/// What the loop tells beside the snapshots.
+struct LoopCounters {
+  std::uint64_t cycles = 0;
+  std::uint32_t overruns = 0;
+  double longest_cycle_s = 0;  ///< computation only, without the wait for the robot
+};
+
+class CyclicLoop {
+ public:
+  /// @param handler  shared by the PLC transports; commands are read from it
+  /// @param images   what it answers from
+  CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
+             Latest<modbus::RegisterImage>& images, std::uint16_t boot_count,
+             const modbus::TcpServer* server);
+  ~CyclicLoop();
+  CyclicLoop(const CyclicLoop&) = delete;
+  CyclicLoop& operator=(const CyclicLoop&) = delete;
+
+  void Start();
+  void Stop();
+
+  /// Hands over a new configuration and waits until the next cycle has taken it.
+  void Replace(std::unique_ptr<CycleParts> parts);
+
+  /// The newest snapshot; one reader.
+  Latest<Snapshot>::Guard ReadSnapshot() const { return snapshots_.Read(); }
+  /// Alarm bits raised in any cycle since the last call.
+  std::uint16_t TakeAlarms() { return alarms_.exchange(0); }
+  LoopCounters counters() const;
+  /// Of the parts in force; only for the thread that calls Replace().
+  const CycleParts& parts() const { return *parts_; }
+
+ private:
+  void Run();
+  void OneCycle(CycleParts& parts, double tick_s);
+  void Publish(CycleParts& parts, const Snapshot& snapshot);
+
+  std::unique_ptr<CycleParts> parts_;        ///< owned by the thread that calls Replace()
+  std::atomic<CycleParts*> next_{nullptr};   ///< waiting to be taken over
+  modbus::ImageHandler& handler_;
+  Latest<modbus::RegisterImage>& images_;
+  Latest<Snapshot> snapshots_;
+  PlcEnvironment environment_;
+  const modbus::TcpServer* server_;
+  double start_s_ = 0;
+  double last_overrun_s_ = -1e9;
+  std::atomic<std::uint16_t> alarms_{0};
+  std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::uint32_t> overruns_{0};
+  std::atomic<double> longest_cycle_s_{0};
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,23 @@
+// plumblined: the daemon.
+#include <CLI/CLI.hpp>
+
+#include "app/daemon/daemon.h"
+#include "app/version.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Plumbline's daemon: corrected assembly points over Modbus", "plumblined");
+  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  std::string config = "/etc/plumbline/plumbline.toml";
+  app.add_option("--config", config, "The configuration")->capture_default_str();
+  app.footer(
+      "SIGHUP reads the configuration again, SIGTERM ends.\n"
+      "`plumbline check FILE` tells the faults of a configuration without a daemon;\n"
+      "`plumbline status` reads a running one.\n\n"
+      "Example:\n  plumblined --config config/plumbline.toml");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return plumbline::RunDaemon(config);
+}

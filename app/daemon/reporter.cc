@@ -1,0 +1,133 @@
+#include "app/daemon/reporter.h"
+
+#include <fmt/format.h>
+
+namespace plumbline {
+namespace {
+
+struct WarningText {
+  std::uint16_t bit;
+  const char* raised;
+  const char* cleared;
+};
+
+constexpr WarningText kWarnings[] = {
+    {warning::kDecodingUnchecked,
+     "the robot profile offers no tool pose: its joints are used without a check against forward "
+     "kinematics",
+     nullptr},
+    {warning::kPlcHeartbeatLost, "PLC heartbeat lost", "PLC heartbeat is back"},
+    {warning::kCycleOverrun, "cycle started late; is the computer overloaded?",
+     "cycle keeps its time again"},
+    {warning::kMassCentresGuessed,
+     "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
+     nullptr},
+};
+
+}  // namespace
+
+Reporter::Reporter(std::vector<PointName> points, Sink sink)
+    : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
+
+void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
+                       const RobotLinkStatus& link) {
+  ObserveLink(link, snapshot.now_s);
+  ObserveInput(snapshot, raised);
+  ObservePoints(snapshot);
+  ObserveWarnings(snapshot);
+}
+
+void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
+  if (link.push_changes != push_changes_) {
+    push_changes_ = link.push_changes;
+    if (link.push_result == LinkResult::kOk) {
+      sink_(LogLevel::kNotice, "push to the controller works again");
+    } else {
+      sink_(LogLevel::kWarning, fmt::format("push to the controller: {}", link.push_problem.view()));
+    }
+  }
+  // Nothing was tried yet: neither connected nor lost.
+  if (link.readings == 0 && link.failures == 0) return;
+  if (connected_ == link.connected) return;
+  if (link.connected) {
+    sink_(LogLevel::kNotice, connected_ ? fmt::format("robot link restored after {:.1f} s",
+                                                      now_s - link_since_s_)
+                                        : "robot link up");
+  } else {
+    sink_(LogLevel::kError, fmt::format("robot link {}: {}", connected_ ? "lost" : "not there yet",
+                                        link.problem.view()));
+  }
+  connected_ = link.connected;
+  link_since_s_ = now_s;
+}
+
+void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
+  InputFault fault = snapshot.input_fault;
+  const bool blip = fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
+                    (raised & (alarm::kRobotStale | alarm::kRobotImplausible |
+                               alarm::kDecodingWrong)) != 0;
+  if (blip) sink_(LogLevel::kWarning, "robot input was not trusted for some cycles");
+  const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
+  if (emergency_stop != emergency_stop_) {
+    emergency_stop_ = emergency_stop;
+    sink_(LogLevel::kWarning, emergency_stop ? "the controller reports an emergency stop"
+                                             : "the emergency stop is released");
+  }
+  if (fault == input_fault_) return;
+  if (fault == InputFault::kOk) {
+    sink_(LogLevel::kNotice,
+          input_fault_ && *input_fault_ != InputFault::kMissing
+              ? fmt::format("robot input trusted again after {:.1f} s",
+                            snapshot.now_s - input_since_s_)
+              : "robot input trusted");
+  } else if (fault != InputFault::kMissing) {
+    const char* remedy =
+        fault == InputFault::kTcpMismatch
+            ? "; check the profile's joint decoding, the cell's kinematics and the tool offset"
+        : fault == InputFault::kJointLimit ? "; check min_deg and max_deg of the cell"
+        : fault == InputFault::kJointCount ? "; check the profile against the cell"
+                                           : "";
+    sink_(LogLevel::kError, fmt::format("robot input not trusted: {}; corrected points withdrawn{}",
+                                        Describe(fault), remedy));
+  }
+  input_fault_ = fault;
+  input_since_s_ = snapshot.now_s;
+}
+
+void Reporter::ObservePoints(const Snapshot& snapshot) {
+  if (snapshot.input_fault != InputFault::kOk) return;  // told once, above
+  for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
+    const PointResult& point = snapshot.points[k];
+    if (point.code == CorrectionCode::kPending || codes_[k] == point.code) continue;
+    codes_[k] = point.code;
+    if (point.valid) {
+      sink_(LogLevel::kInfo,
+            fmt::format("point {} ({}) corrected by {:.2f} mm, 95 % within {:.2f} mm{}",
+                        points_[k].id, points_[k].name,
+                        1e3 * point.correction.translation_B.norm(),
+                        1e3 * point.correction.uncertainty_m,
+                        point.correction.extrapolated ? ", outside the calibrated range" : ""));
+    } else {
+      sink_(LogLevel::kError, fmt::format("point {} ({}) has no correction: {}", points_[k].id,
+                                          points_[k].name, Describe(point.code)));
+    }
+  }
+}
+
+void Reporter::ObserveWarnings(const Snapshot& snapshot) {
+  if (snapshot.input_fault != InputFault::kOk) return;
+  for (const WarningText& text : kWarnings) {
+    const bool now = (snapshot.warnings & text.bit) != 0;
+    if (now == ((warnings_ & text.bit) != 0)) continue;
+    if (now) sink_(LogLevel::kWarning, text.raised);
+    if (!now && text.cleared != nullptr) sink_(LogLevel::kNotice, text.cleared);
+  }
+  if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {
+    sink_(LogLevel::kWarning,
+          fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %)",
+                      1e3 * snapshot.reading_radius_m));
+  }
+  warnings_ = snapshot.warnings;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,47 @@
+// From snapshots to log lines: each transition once, with what it means for the cell.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/daemon/log.h"
+#include "drivers/robot/robot_link.h"
+#include "firmware-like/snapshot.h"
+
+namespace plumbline {
+
+/// Compares what it is shown with what it was shown before. Pure but for the sink.
+class Reporter {
+ public:
+  using Sink = std::function<void(LogLevel, const std::string&)>;
+  struct PointName {
+    int id;
+    std::string name;
+  };
+
+  Reporter(std::vector<PointName> points, Sink sink);
+
+  /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
+  void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);
+
+ private:
+  void ObserveLink(const RobotLinkStatus& link, double now_s);
+  void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
+  void ObservePoints(const Snapshot& snapshot);
+  void ObserveWarnings(const Snapshot& snapshot);
+
+  std::vector<PointName> points_;
+  Sink sink_;
+  std::optional<bool> connected_;
+  double link_since_s_ = 0;
+  std::optional<InputFault> input_fault_;
+  double input_since_s_ = 0;
+  std::uint16_t warnings_ = 0;
+  bool emergency_stop_ = false;
+  std::vector<std::optional<CorrectionCode>> codes_;
+  std::uint64_t push_changes_ = 0;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,78 @@
+// A virtual cell that runs on a thread of its own, for tests with real sockets.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/virtual_cell/register_client.h"
+#include "tests/virtual_cell/virtual_cell.h"
+
+namespace virtual_cell {
+
+inline CellDescription DemoCell() {
+  return ReadCellFile("tests/virtual_cell/demo/cockpit-cell.toml");
+}
+inline MotionProgram DemoProgram() {
+  return ReadProgramFile("tests/virtual_cell/demo/cockpit-program.toml");
+}
+
+class RunningCell {
+ public:
+  explicit RunningCell(const VirtualCellOptions& options, Effects effects = {})
+      : RunningCell(World(DemoCell(), std::move(effects)), DemoProgram(), options) {}
+  RunningCell(World world, MotionProgram program, const VirtualCellOptions& options)
+      : cell_(std::move(world), std::move(program), options), thread_([this] { Run(); }) {}
+  ~RunningCell() {
+    stop_ = true;
+    thread_.join();
+  }
+
+  std::string robot() const { return "127.0.0.1:" + std::to_string(cell_.robot_port()); }
+  std::string tracker() const { return "127.0.0.1:" + std::to_string(cell_.tracker_port()); }
+
+  /// Obeys a console line between two steps and waits for its answer.
+  std::string Tell(const std::string& line) {
+    std::promise<std::string> answer;
+    std::future<std::string> told = answer.get_future();
+    {
+      const std::lock_guard lock(mutex_);
+      lines_.emplace_back(line, std::move(answer));
+    }
+    return told.get();
+  }
+
+ private:
+  void Run() {
+    while (!stop_) {
+      const auto now = std::chrono::steady_clock::now().time_since_epoch();
+      cell_.Step(std::chrono::duration<double>(now).count(), 0.001);
+      const std::lock_guard lock(mutex_);
+      for (auto& [line, answer] : lines_) answer.set_value(cell_.Obey(line));
+      lines_.clear();
+    }
+  }
+
+  VirtualCell cell_;
+  std::atomic<bool> stop_ = false;
+  std::mutex mutex_;
+  std::vector<std::pair<std::string, std::promise<std::string>>> lines_;
+  std::thread thread_;
+};
+
+/// Polls until `holds()`; false after ten seconds.
+template <typename Condition>
+bool Eventually(Condition holds) {
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (std::chrono::steady_clock::now() < give_up) {
+    if (holds()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return false;
+}
+
+}  // namespace virtual_cell
