@@ -213,10 +213,16 @@ void Machine::Execute(const MachineInput& input) {
                        [&](const AssemblyPoint& p) { return p.id == command.point_id; });
       if (known == config_.points.end()) return refuse(CorrectionCode::kUnknownPoint);
       const auto index = static_cast<std::size_t>(known - config_.points.begin());
+      if (!command.payload_kg) {  // what this cycle found for its block
+        const PointResult& block = snapshot_.points[index];
+        result.code = block.code;
+        result.valid = block.valid;
+        if (block.valid) result.correction = block.correction;
+        return;
+      }
       point.X_WP = known->X_WP;
       point.p_TP = known->p_TP;
       point.orientation_free = known->orientation_free;
-      point.payload_kg = known->payload_kg;
       if (known->near_q) seed = *known->near_q;
       if (solutions_[index]) seed = *solutions_[index];
       break;

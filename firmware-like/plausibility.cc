@@ -10,19 +10,25 @@ namespace {
 bool Finite(const Pose& pose) { return pose.R.allFinite() && pose.p.allFinite(); }
 
 /// The reported tool pose agrees with the one that forward kinematics gives.
-bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const PlausibilityLimits& limits) {
-  Posture posture;
+bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector& q_before,
+               const PlausibilityLimits& limits) {
+  Posture posture, before;
   arm.chain().Evaluate(state.q, posture);
-  const auto agrees = [&](const Pose& X_BT) {
-    return (X_BT.p - state.X_BT->p).norm() <= limits.tcp_tolerance_m &&
-           VectorFromRotation(X_BT.R * state.X_BT->R.transpose()).norm() <=
-               limits.tcp_tolerance_rad;
-  };
+  arm.chain().Evaluate(q_before, before);
   const Pose& X_BF = posture.X_BF();
-  if (state.tcp_is_flange) return agrees(X_BF);
-  if (state.X_FT) return agrees(X_BF * *state.X_FT);
+  const auto agrees = [&](const Pose& X_FT) {
+    const Pose X_BT = X_BF * X_FT;
+    const Pose X_BT_before = before.X_BF() * X_FT;
+    const double moved_m = (X_BT.p - X_BT_before.p).norm();
+    const double turned_rad = VectorFromRotation(X_BT.R * X_BT_before.R.transpose()).norm();
+    return (X_BT.p - state.X_BT->p).norm() <= limits.tcp_tolerance_m + 2 * moved_m &&
+           VectorFromRotation(X_BT.R * state.X_BT->R.transpose()).norm() <=
+               limits.tcp_tolerance_rad + 2 * turned_rad;
+  };
+  if (state.tcp_is_flange) return agrees(Pose());
+  if (state.X_FT) return agrees(*state.X_FT);
   // The controller does not tell its tool offset: it is the cell's tool, or none is set.
-  return agrees(X_BF * arm.X_FT()) || agrees(X_BF);
+  return agrees(arm.X_FT()) || agrees(Pose());
 }
 
 }  // namespace
@@ -72,12 +78,13 @@ InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& 
   const double elapsed_s = std::max(0.0, state.timestamp_s - last_timestamp_s_);
   const double allowed = limits_.max_joint_step + limits_.max_joint_speed * elapsed_s;
   const bool jumped = have_last_ && (state.q - last_q_).cwiseAbs().maxCoeff() > allowed;
+  const JointVector q_before = have_last_ ? last_q_ : state.q;
   last_q_ = state.q;
   last_timestamp_s_ = state.timestamp_s;
   have_last_ = true;
   if (jumped) return InputFault::kJump;
   if (state.X_BT) {
-    if (!TcpAgrees(arm, state, limits_)) return InputFault::kTcpMismatch;
+    if (!TcpAgrees(arm, state, q_before, limits_)) return InputFault::kTcpMismatch;
     decoding_checked_ = true;
   }
   return InputFault::kOk;

@@ -252,7 +252,7 @@ std::optional<PushProfile> ReadPush(const TomlTable& table) {
   if (!IsSound(push)) {
     table.AddFault("", fmt::format("pose ({} registers), id and sequence do not lie beside each "
                                    "other in a slot of {}, or the slots end beyond 65535",
-                                   6 * WordsOf(push.type), push.stride));
+                                   PoseWordsOf(push.type), push.stride));
   }
   return push;
 }

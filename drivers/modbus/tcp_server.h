@@ -83,7 +83,7 @@ class TcpServer {
   Client* ChooseEvicted(const IpAddress& newcomer);
   void RefuseForLackOfDescriptors();
   void Serve(Client& client, std::uint32_t events);
-  void Receive(Client& client);
+  bool Receive(Client& client);
   bool AnswerFrames(Client& client);
   void Answer(Client& client, const TcpFrame& frame);
   void Send(Client& client);

@@ -143,15 +143,12 @@ LinkResult ModbusRobot::WritePoint(const PushPoint& point) {
 
 bool ModbusRobot::SamePoint(std::span<const std::uint16_t> a,
                             std::span<const std::uint16_t> b) const {
-  const auto pose = static_cast<std::size_t>(push_.pose_place);
-  const auto count = static_cast<std::size_t>(6 * WordsOf(push_.type));
   if (push_.id_place) {
     const auto id = static_cast<std::size_t>(*push_.id_place);
     if (a[id] != b[id]) return false;
   }
-  return std::equal(a.begin() + static_cast<std::ptrdiff_t>(pose),
-                    a.begin() + static_cast<std::ptrdiff_t>(pose + count),
-                    b.begin() + static_cast<std::ptrdiff_t>(pose));
+  const int pose = push_.pose_place;
+  return std::equal(a.begin() + pose, a.begin() + pose + PoseWordsOf(push_.type), b.begin() + pose);
 }
 
 LinkResult ModbusRobot::WriteSlot(const PushPoint& point, std::span<const std::uint16_t> wanted) {
@@ -172,9 +169,10 @@ LinkResult ModbusRobot::WriteSlot(const PushPoint& point, std::span<const std::u
                                 wanted[static_cast<std::size_t>(*push_.id_place)]);
     }
     if (result == LinkResult::kOk) {
+      const int count = PoseWordsOf(push_.type);
       result = client_.Write(first + push_.pose_place,
                              wanted.subspan(static_cast<std::size_t>(push_.pose_place),
-                                            static_cast<std::size_t>(6 * WordsOf(push_.type))));
+                                            static_cast<std::size_t>(count)));
     }
     if (result == LinkResult::kOk) result = client_.Read(slot, found);
     if (result != LinkResult::kOk) return result;

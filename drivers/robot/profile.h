@@ -36,6 +36,11 @@ constexpr int WordsOf(RegisterType type) {
   return type == RegisterType::kInt16 || type == RegisterType::kUint16 ? 1 : 2;
 }
 
+/// Registers of a pushed pose: x, y, z and three angles.
+constexpr int PoseWordsOf(RegisterType type) {
+  return 6 * WordsOf(type);
+}
+
 /// One value: scale * raw + offset, in SI (temperatures in degree Celsius).
 struct RegisterValue {
   RegisterTable table = RegisterTable::kHolding;

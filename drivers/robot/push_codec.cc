@@ -11,11 +11,12 @@ namespace plumbline {
 namespace {
 
 /// Puts one number at `place`; false where it does not fit.
-bool Put(double number, RegisterType type, modbus::WordOrder order, std::size_t place,
+bool Put(double number, const PushProfile& profile, std::size_t place,
          std::span<std::uint16_t> words) {
+  const RegisterType type = profile.type;
   if (type == RegisterType::kFloat32) {
     if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max())) return false;
-    const auto pair = modbus::RegistersFromFloat(static_cast<float>(number), order);
+    const auto pair = modbus::RegistersFromFloat(static_cast<float>(number), profile.order);
     words[place] = pair[0];
     words[place + 1] = pair[1];
     return true;
@@ -32,7 +33,7 @@ bool Put(double number, RegisterType type, modbus::WordOrder order, std::size_t 
     words[place] = static_cast<std::uint16_t>(bits & 0xFFFF);
     return true;
   }
-  const auto pair = modbus::RegistersFromU32(bits, order);
+  const auto pair = modbus::RegistersFromU32(bits, profile.order);
   words[place] = pair[0];
   words[place + 1] = pair[1];
   return true;
@@ -51,7 +52,7 @@ bool IsSound(const PushProfile& profile) {
     for (int i = place; i < place + count; ++i) ++uses[static_cast<std::size_t>(i)];
     return true;
   };
-  if (!use(profile.pose_place, 6 * WordsOf(profile.type)) || !use(profile.sequence_place, 1) ||
+  if (!use(profile.pose_place, PoseWordsOf(profile.type)) || !use(profile.sequence_place, 1) ||
       (profile.id_place && !use(*profile.id_place, 1))) {
     return false;
   }
@@ -76,8 +77,8 @@ PushFit RegistersFromPush(const PushProfile& profile, const PushPoint& point,
   for (int i = 0; i < 6; ++i) {
     const double number =
         i < 3 ? point.X_BT.p[i] / profile.position_step_m : angles[i - 3] / profile.angle_step_rad;
-    const auto place = static_cast<std::size_t>(profile.pose_place + i * WordsOf(profile.type));
-    if (!Put(number, profile.type, profile.order, place, words)) return PushFit::kOutOfRange;
+    const int place = profile.pose_place + i * WordsOf(profile.type);
+    if (!Put(number, profile, static_cast<std::size_t>(place), words)) return PushFit::kOutOfRange;
   }
   return PushFit::kFits;
 }

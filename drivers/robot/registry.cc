@@ -50,6 +50,7 @@ constexpr std::array<Kind, 3> kKinds = {{
 
 std::vector<std::string_view> RobotTransports() {
   std::vector<std::string_view> transports;
+  transports.reserve(kKinds.size());
   for (const Kind& kind : kKinds) transports.push_back(kind.transport);
   return transports;
 }

@@ -7,7 +7,9 @@
 namespace plumbline {
 namespace {
 
-double Phi(const PlaneElement& element) {
+using BeamMatrix2 = Eigen::Matrix<BeamReal, 2, 2>;
+
+BeamReal Phi(const PlaneElement& element) {
   return 12 * element.stiffness_Nm2 * element.shear_compliance_per_N /
          (element.length_m * element.length_m);
 }
@@ -15,23 +17,23 @@ double Phi(const PlaneElement& element) {
 /// Node displacements by elimination of the block tridiagonal system from the root outwards.
 /// @param stiffness  one matrix an element
 /// @param force      one a node, the root's first
-std::vector<Eigen::Vector2d> NodeDisplacements(const std::vector<Eigen::Matrix4d>& stiffness,
-                                               std::vector<Eigen::Vector2d> force) {
+std::vector<BeamVector2> NodeDisplacements(const std::vector<BeamMatrix4>& stiffness,
+                                           std::vector<BeamVector2> force) {
   const std::size_t n = stiffness.size();
-  std::vector<Eigen::Matrix2d> inverse_pivot(n);
+  std::vector<BeamMatrix2> inverse_pivot(n);
   for (std::size_t e = 0; e < n; ++e) {
-    Eigen::Matrix2d pivot = stiffness[e].bottomRightCorner<2, 2>();
+    BeamMatrix2 pivot = stiffness[e].bottomRightCorner<2, 2>();
     if (e > 0) {
-      const Eigen::Matrix2d coupling = stiffness[e].bottomLeftCorner<2, 2>();
+      const BeamMatrix2 coupling = stiffness[e].bottomLeftCorner<2, 2>();
       pivot -= coupling * inverse_pivot[e - 1] * coupling.transpose();
       force[e + 1] -= coupling * inverse_pivot[e - 1] * force[e];
     }
     if (e + 1 < n) pivot += stiffness[e + 1].topLeftCorner<2, 2>();
     inverse_pivot[e] = pivot.inverse();
   }
-  std::vector<Eigen::Vector2d> displacement(n + 1, Eigen::Vector2d::Zero());
+  std::vector<BeamVector2> displacement(n + 1, BeamVector2::Zero());
   for (std::size_t e = n; e-- > 0;) {
-    Eigen::Vector2d rest = force[e + 1];
+    BeamVector2 rest = force[e + 1];
     if (e + 1 < n) rest -= stiffness[e + 1].topRightCorner<2, 2>() * displacement[e + 2];
     displacement[e + 1] = inverse_pivot[e] * rest;
   }
@@ -40,10 +42,10 @@ std::vector<Eigen::Vector2d> NodeDisplacements(const std::vector<Eigen::Matrix4d
 
 }  // namespace
 
-Eigen::Matrix4d StiffnessMatrix(const PlaneElement& element) {
-  const double l = element.length_m;
-  const double phi = Phi(element);
-  Eigen::Matrix4d k;
+BeamMatrix4 StiffnessMatrix(const PlaneElement& element) {
+  const BeamReal l = element.length_m;
+  const BeamReal phi = Phi(element);
+  BeamMatrix4 k;
   k << 12, 6 * l, -12, 6 * l,                               //
       6 * l, (4 + phi) * l * l, -6 * l, (2 - phi) * l * l,  //
       -12, -6 * l, 12, -6 * l,                              //
@@ -57,8 +59,8 @@ Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load) {
   // What the loads alone would do at the far end, to be undone by V and M at the near one.
   const PlaneState free = StateAt(element, load, PlaneState{}, l);
   PlaneState clamped;
-  clamped.shear_N =
-      12 * ei / (l * l * l * (1 + Phi(element))) * (free.theta_rad * l / 2 - free.u_m);
+  clamped.shear_N = 12 * ei / (l * l * l * (1 + static_cast<double>(Phi(element)))) *
+                    (free.theta_rad * l / 2 - free.u_m);
   clamped.moment_Nm = clamped.shear_N * l / 2 - ei * free.theta_rad / l;
   const PlaneState far = StateAt(element, load, clamped, l);
   return {clamped.shear_N, clamped.moment_Nm, -far.shear_N, -far.moment_Nm};
@@ -97,28 +99,28 @@ std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& element
                                         const std::vector<Eigen::Vector2d>& node_loads) {
   const std::size_t n = elements.size();
   assert(loads.size() == n && node_loads.size() == n + 1);
-  std::vector<Eigen::Matrix4d> stiffness(n);
+  std::vector<BeamMatrix4> stiffness(n);
   std::vector<Eigen::Vector4d> equivalent(n);
-  std::vector<Eigen::Vector2d> force = node_loads;
+  std::vector<BeamVector2> force(n + 1);
+  for (std::size_t i = 0; i <= n; ++i) force[i] = node_loads[i].cast<BeamReal>();
   for (std::size_t e = 0; e < n; ++e) {
     stiffness[e] = StiffnessMatrix(elements[e]);
     equivalent[e] = NodalLoads(elements[e], loads[e]);
-    force[e] += equivalent[e].head<2>();
-    force[e + 1] += equivalent[e].tail<2>();
+    force[e] += equivalent[e].head<2>().cast<BeamReal>();
+    force[e + 1] += equivalent[e].tail<2>().cast<BeamReal>();
   }
-  const std::vector<Eigen::Vector2d> displacement = NodeDisplacements(stiffness, force);
+  const std::vector<BeamVector2> displacement = NodeDisplacements(stiffness, force);
   std::vector<PlaneState> ends(n);
   for (std::size_t e = 0; e < n; ++e) {
-    const Eigen::Vector2d& near = displacement[e];
-    const Eigen::Vector2d& far = displacement[e + 1];
+    const BeamVector2& near = displacement[e];
+    const BeamVector2& far = displacement[e + 1];
     // Without its rigid motion, an element far out loses no digits to its own displacement.
-    const Eigen::Vector2d strain(far[0] - near[0] - near[1] * elements[e].length_m,
-                                 far[1] - near[1]);
-    const Eigen::Vector2d force_on_near = stiffness[e].topRightCorner<2, 2>() * strain;
-    ends[e] = {.u_m = near[0],
-               .theta_rad = near[1],
-               .shear_N = equivalent[e][0] - force_on_near[0],
-               .moment_Nm = equivalent[e][1] - force_on_near[1]};
+    const BeamVector2 strain(far[0] - near[0] - near[1] * elements[e].length_m, far[1] - near[1]);
+    const BeamVector2 force_on_near = stiffness[e].topRightCorner<2, 2>() * strain;
+    ends[e] = {.u_m = static_cast<double>(near[0]),
+               .theta_rad = static_cast<double>(near[1]),
+               .shear_N = static_cast<double>(equivalent[e][0] - force_on_near[0]),
+               .moment_Nm = static_cast<double>(equivalent[e][1] - force_on_near[1])};
   }
   return ends;
 }

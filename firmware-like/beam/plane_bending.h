@@ -40,11 +40,17 @@ struct PlaneState {
   double moment_Nm = 0;
 };
 
+/// The system of equations is built and solved in extended precision: rounding grows with the
+/// fourth power of the number of elements.
+using BeamReal = long double;
+using BeamMatrix4 = Eigen::Matrix<BeamReal, 4, 4>;
+using BeamVector2 = Eigen::Matrix<BeamReal, 2, 1>;
+
 /// Stiffness of [u1, theta1, u2, theta2] for a Timoshenko element, with phi = 12 EI/(kappa G A
 /// l^2):
 ///   EI / (l^3 (1 + phi)) [K]         [Przemieniecki, Theory of Matrix Structural Analysis, 5.6]
 /// phi = 0 is the Euler-Bernoulli element, {F} = EI/l^3 [K] {d}, eq. 1 of the paper.
-Eigen::Matrix4d StiffnessMatrix(const PlaneElement& element);
+BeamMatrix4 StiffnessMatrix(const PlaneElement& element);
 
 /// Nodal loads equivalent to what acts between the nodes: the fixed-end reactions, negated. They
 /// are the consistent ones, so that node values do not depend on the number of elements.

@@ -54,7 +54,7 @@ struct Pairs {
 };
 
 std::vector<Row> CompareRoundTrips(bool quick) {
-  const int cpu = LastCpu(), rounds = quick ? 5 : 21, polls = quick ? 2000 : 20'000;
+  const int cpu = LastCpu(), rounds = quick ? 5 : 31, polls = quick ? 2000 : 10'000;
   const ServerProcess ours(ServerKind::kPlumbline, cpu), peer(ServerKind::kLibmodbus, cpu);
   Pairs p50, p99;
   PinToCpu(cpu);
@@ -73,7 +73,7 @@ std::vector<Row> CompareRoundTrips(bool quick) {
 }
 
 Row CompareRates(int clients, bool quick) {
-  const int cpu = LastCpu(), rounds = quick ? 3 : 11, requests = quick ? 10'000 : 100'000;
+  const int cpu = LastCpu(), rounds = quick ? 3 : 31, requests = quick ? 10'000 : 40'000;
   const ServerProcess ours(ServerKind::kPlumbline, cpu), peer(ServerKind::kLibmodbusSelect, cpu);
   Pairs rate;
   PinToCpu(cpu);

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <csignal>
 #include <exception>
-#include <fstream>
 #include <sstream>
 
 #include "tests/virtual_cell/virtual_cell.h"

@@ -126,7 +126,7 @@ std::vector<std::uint16_t> ShownByController(double angle) {
     angle -= 2 * kPi;
     ++turn;
   }
-  const auto mrad = static_cast<int>(angle * 1000 + 0.5);
+  const auto mrad = std::lround(angle * 1000);
   return {static_cast<std::uint16_t>(mrad), static_cast<std::uint16_t>(turn & 0xFFFF)};
 }
 
@@ -187,9 +187,9 @@ RobotProfile FullProfile() {
 /// The words of FullProfile: three input, 32 holding, two discrete.
 struct Image {
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(37);
-  std::uint16_t& input(int i) { return words[static_cast<std::size_t>(i)]; }
-  std::uint16_t& holding(int i) { return words[static_cast<std::size_t>(3 + i)]; }
-  std::uint16_t& discrete(int i) { return words[static_cast<std::size_t>(35 + i)]; }
+  std::uint16_t& input(std::size_t i) { return words[i]; }
+  std::uint16_t& holding(std::size_t i) { return words[3 + i]; }
+  std::uint16_t& discrete(std::size_t i) { return words[35 + i]; }
 };
 
 }  // namespace

@@ -12,8 +12,9 @@
 namespace plumbline {
 namespace {
 
-int WordAt(const Bytes& bytes, std::size_t at) {
-  return bytes[at] << 8 | bytes[at + 1];
+int WordAt(const Bytes& bytes, int at) {
+  const auto place = static_cast<std::size_t>(at);
+  return bytes[place] << 8 | bytes[place + 1];
 }
 
 void PutWord(Bytes& bytes, int word) {
@@ -93,7 +94,7 @@ bool FakeController::ReadRequest(int fd, Bytes& request) const {
     const auto count = recv(fd, buffer.data(), wanted - request.size(), 0);
     if (count <= 0) return false;
     request.insert(request.end(), buffer.begin(), buffer.begin() + count);
-    if (request.size() == 6) wanted = static_cast<std::size_t>(6 + WordAt(request, 4));
+    if (request.size() == 6) wanted = 6U + static_cast<std::size_t>(WordAt(request, 4));
   }
   return true;
 }
@@ -129,15 +130,15 @@ Bytes FakeController::AnswerTo(const Bytes& request) {
     pdu = {request[6], static_cast<std::uint8_t>(request[7] | 0x80), 2};
   } else if (request[7] == 3) {
     pdu.push_back(static_cast<std::uint8_t>(2 * count));
-    for (int i = 0; i < count; ++i) {
-      PutWord(pdu, registers_.at(static_cast<std::size_t>(first + i)));
+    for (int i = first; i < first + count; ++i) {
+      PutWord(pdu, registers_.at(static_cast<std::size_t>(i)));
     }
   } else if (request[7] == 6) {
     put(first, count);
     pdu.insert(pdu.end(), request.begin() + 8, request.begin() + 12);
   } else if (request[7] == 16) {
     for (int i = 0; i < count; ++i) {
-      put(first + i, WordAt(request, static_cast<std::size_t>(13 + 2 * i)));
+      put(first + i, WordAt(request, 13 + 2 * i));
     }
     pdu.insert(pdu.end(), request.begin() + 8, request.begin() + 12);
   } else {

@@ -135,7 +135,7 @@ using Action = PushOrder::Action;
 
 /// Asks the gate, and says that what it ordered was done.
 PushOrder AskAndDo(PushGate& gate, const std::vector<PushPoint>& points, double now_s) {
-  const PushOrder order = gate.Next(points, now_s);
+  PushOrder order = gate.Next(points, now_s);
   if (order.action != Action::kNothing) {
     gate.Written(order.point.slot, order.action == Action::kWrite, now_s);
   }

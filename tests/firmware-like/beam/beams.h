@@ -1,0 +1,36 @@
+// Beams that several tests use.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "firmware-like/beam/beam.h"
+
+namespace plumbline::test {
+
+inline constexpr Material kSteel{210e9, 0.3, 7850};
+inline constexpr Material kAluminium{70e9, 0.33, 2700};
+
+inline Tool BeamTool(std::vector<ToolSegment> segments,
+                     BeamTheory theory = BeamTheory::kEulerBernoulli) {
+  Tool tool;
+  tool.rigid = false;
+  tool.theory = theory;
+  tool.segments = std::move(segments);
+  tool.tcp_F = Vec3(0, 0, tool.Length());
+  return tool;
+}
+
+/// Unequal in x and y, so that a mixed-up axis is seen.
+inline Tool UniformTool(BeamTheory theory = BeamTheory::kEulerBernoulli) {
+  return BeamTool({{0.9, RectangleSection(0.03, 0.05), kSteel}}, theory);
+}
+
+inline Tool SteppedTool(BeamTheory theory = BeamTheory::kEulerBernoulli) {
+  return BeamTool({{0.4, SquareTubeSection(0.08, 0.005), kSteel},
+                   {0.3, TubeSection(0.06, 0.004, 0.33), kAluminium},
+                   {0.25, RectangleSection(0.02, 0.04), kSteel}},
+                  theory);
+}
+
+}  // namespace plumbline::test

@@ -1,0 +1,48 @@
+// CalculiX (ccx) as a second opinion: the same beam written as an Abaqus deck, solved and read.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tests/firmware-like/beam/beams.h"
+
+namespace plumbline::test {
+
+/// A stretch of the beam as ccx expands it into solid elements.
+struct DeckSegment {
+  double length_m = 0;
+  std::string section;             ///< "RECT", "BOX" or "PIPE"
+  std::vector<double> dimensions;  ///< of *BEAM SECTION [m]
+  Material material;
+  int elements = 0;
+};
+
+struct DeckLoad {
+  Vec3 tip_force_F = Vec3::Zero();
+  Vec3 g_F = Vec3::Zero();  ///< zero: no own weight
+};
+
+/// A row of B32R beam elements along z, all six freedoms of the root fixed.
+std::string BeamDeck(const std::vector<DeckSegment>& segments, const DeckLoad& load);
+
+/// A block of C3D20R solid elements, b along x, h along y, its face z = 0 fixed, the tip force
+/// spread over the face z = length. `elements` counts along x, y, z; the first two are even, so
+/// that there are nodes on the axis.
+std::string SolidDeck(double b_m, double h_m, double length_m, const Material& material,
+                      const std::array<int, 3>& elements, const DeckLoad& load);
+
+/// A node on the beam's axis.
+struct AxisNode {
+  double z_m = 0;
+  Vec3 d_F = Vec3::Zero();
+};
+
+/// True where `ccx` can be run.
+bool CalculixInstalled();
+
+/// Solves a deck in a temporary directory, which is removed, and reads the displacements of the
+/// nodes of its set AXIS. Throws std::runtime_error, with what ccx said, where there are none.
+std::vector<AxisNode> SolveWithCalculix(const std::string& deck);
+
+}  // namespace plumbline::test

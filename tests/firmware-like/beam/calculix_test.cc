@@ -1,0 +1,137 @@
+// The beam against CalculiX, within 0.5 % of the tip's displacement at every node of the axis.
+//
+// ccx has no beam theory of its own in these decks: B32R elements become C3D20R solids, so that the
+// peer is three-dimensional elasticity. It is compared to Euler-Bernoulli where shear is below
+// 0.1 % of the deflection, and to Timoshenko where it is not.
+#include "tests/firmware-like/beam/calculix.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+
+#include "tests/firmware-like/beam/beams.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+constexpr double kTolerance = 0.005;
+
+/// A test of CTest whose output has SKIPPED counts as skipped there.
+bool Skip() {
+  if (CalculixInstalled()) return false;
+  std::puts("SKIPPED: ccx is not installed (Debian: calculix-ccx)");
+  WARN("SKIPPED: ccx is not installed (Debian: calculix-ccx)");
+  return true;
+}
+
+/// Largest difference at any node, as a share of ccx's tip displacement.
+double WorstDifference(const std::vector<AxisNode>& nodes, const BeamSolution& solution) {
+  const double tip_m = nodes.back().d_F.norm();
+  double worst = 0;
+  for (const AxisNode& node : nodes) {
+    // ccx's solids also shorten along z by nothing that a beam knows; d_z is left out.
+    const Vec3 difference = solution.At(node.z_m).d_F - node.d_F;
+    worst = std::max(worst, std::hypot(difference.x(), difference.y()) / tip_m);
+  }
+  return worst;
+}
+
+double TipDifference(const std::vector<AxisNode>& nodes, const BeamSolution& solution) {
+  return solution.Tip().d_F.head<2>().norm() / nodes.back().d_F.head<2>().norm() - 1;
+}
+
+void Compare(const char* what, const std::string& deck, const Tool& tool, const DeckLoad& load) {
+  const BeamSolution solution = Beam(tool, 3).Solve(
+      {.points = {{tool.Length(), load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F});
+  const std::vector<AxisNode> nodes = SolveWithCalculix(deck);
+  const double worst = WorstDifference(nodes, solution);
+  std::printf("%-58s tip %+.2f %%, worst node %.2f %%\n", what,
+              100 * TipDifference(nodes, solution), 100 * worst);
+  CHECK(worst < kTolerance);
+}
+
+}  // namespace
+
+TEST_CASE("the paper's beam, 1800 x 50 x 50 mm") {
+  if (Skip()) return;
+  const Material material{200e9, 0.3, 7850};
+  const Tool tool = BeamTool({{1.8, RectangleSection(0.05, 0.05), material}});
+  const std::vector<DeckSegment> segments{{1.8, "RECT", {0.05, 0.05}, material, 90}};
+  DeckLoad load;
+  SECTION("point load") {
+    load.tip_force_F = Vec3(0, 100, 0);
+    Compare("paper's beam, 100 N (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
+  }
+  SECTION("own weight") {
+    load.g_F = Vec3(0, 9.80665, 0);
+    Compare("paper's beam, own weight (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
+  }
+}
+
+TEST_CASE("a rectangle bent about both axes, force and own weight together") {
+  if (Skip()) return;
+  const Tool tool = BeamTool({{1.2, RectangleSection(0.03, 0.05), kSteel}});
+  const DeckLoad load{Vec3(60, -150, 0), Vec3(4, -8, 0)};
+  Compare("30 x 50 mm, skew load (Euler-Bernoulli)",
+          BeamDeck({{1.2, "RECT", {0.03, 0.05}, kSteel, 90}}, load), tool, load);
+}
+
+TEST_CASE("a stepped beam of two materials") {
+  if (Skip()) return;
+  const Tool tool = BeamTool({{1.0, RectangleSection(0.06, 0.06), kSteel},
+                              {0.8, RectangleSection(0.04, 0.04), kAluminium}});
+  const std::vector<DeckSegment> segments{{1.0, "RECT", {0.06, 0.06}, kSteel, 80},
+                                          {0.8, "RECT", {0.04, 0.04}, kAluminium, 80}};
+  DeckLoad load;
+  SECTION("point load") {
+    load.tip_force_F = Vec3(0, 200, 0);
+    Compare("stepped beam, 200 N (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
+  }
+  SECTION("own weight") {
+    load.g_F = Vec3(9.80665, 0, 0);
+    Compare("stepped beam, own weight (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
+  }
+}
+
+TEST_CASE("hollow sections") {
+  if (Skip()) return;
+  DeckLoad load;
+  load.tip_force_F = Vec3(0, 500, 0);
+  SECTION("square tube") {
+    const Tool tool =
+        BeamTool({{1.0, SquareTubeSection(0.06, 0.004), kSteel}}, BeamTheory::kTimoshenko);
+    Compare("square tube 60 x 4 mm, 500 N (Timoshenko)",
+            BeamDeck({{1.0, "BOX", {0.06, 0.06, 0.004, 0.004, 0.004, 0.004}, kSteel, 120}}, load),
+            tool, load);
+  }
+  SECTION("tube") {
+    const Tool tool =
+        BeamTool({{1.5, TubeSection(0.06, 0.004, 0.3), kSteel}}, BeamTheory::kTimoshenko);
+    Compare("tube 60 x 4 mm, 500 N (Timoshenko)",
+            BeamDeck({{1.5, "PIPE", {0.03, 0.004}, kSteel, 120}}, load), tool, load);
+  }
+}
+
+TEST_CASE("a short beam needs Timoshenko's shear") {
+  if (Skip()) return;
+  const DeckLoad load{Vec3(0, 5000, 0), Vec3(0, 9.80665, 0)};
+  const Section section = RectangleSection(0.06, 0.1);
+  SECTION("five heights long; nu = 0, so that the clamp does not hinder the lateral contraction") {
+    const Material material{210e9, 0, 7850};
+    const Tool thick = BeamTool({{0.5, section, material}}, BeamTheory::kTimoshenko);
+    const std::string deck = SolidDeck(0.06, 0.1, 0.5, material, {2, 4, 20}, load);
+    Compare("short solid C3D20R, L/h = 5, nu = 0 (Timoshenko)", deck, thick, load);
+    const Tool thin = BeamTool({{0.5, section, material}});
+    const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
+    CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.015);
+  }
+  SECTION("eight heights long, nu = 0.3") {
+    const Tool thick = BeamTool({{0.8, section, kSteel}}, BeamTheory::kTimoshenko);
+    Compare("short solid C3D20R, L/h = 8, nu = 0.3 (Timoshenko)",
+            SolidDeck(0.06, 0.1, 0.8, kSteel, {2, 4, 32}, load), thick, load);
+    Compare("short B32R, L/h = 8, nu = 0.3 (Timoshenko)",
+            BeamDeck({{0.8, "RECT", {0.06, 0.1}, kSteel, 80}}, load), thick, load);
+  }
+}
