@@ -13,7 +13,7 @@ namespace plumbline {
 struct EffectParameterEntry {
   std::string_view name;
   std::string_view unit;
-  std::string_view words = "";
+  std::string_view words{};
 };
 
 struct EffectEntry {

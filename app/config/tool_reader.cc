@@ -135,14 +135,17 @@ Tool ToolFromToml(const TomlTable& table) {
       table.RequiredOneOf<Model>("model", {{"euler_bernoulli", Model::kEulerBernoulli},
                                            {"timoshenko", Model::kTimoshenko},
                                            {"rigid", Model::kRigid}});
+  table.OneOf<char>("axis", {{"z", 'z'}});
+  tool.mount_mass_kg = table.Number("mount_mass_kg", kMountMass).value_or(0);
   tool.rigid = model == Model::kRigid;
   if (tool.rigid) {
     tool.tcp_F = table.RequiredVector3("tcp_mm", kPosition).value_or(Vec3::Zero());
+    if (tool.mount_mass_kg > 0) {
+      table.AddWarning("mount_mass_kg", "acts at the flange, as a rigid tool has no length");
+    }
     return tool;
   }
-  table.OneOf<char>("axis", {{"z", 'z'}});
   if (model == Model::kTimoshenko) tool.theory = BeamTheory::kTimoshenko;
-  tool.mount_mass_kg = table.Number("mount_mass_kg", kMountMass).value_or(0);
 
   if (!table.Has("segment")) {
     AddSegment(table, tool);

@@ -48,13 +48,17 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   }
   // Nothing was tried yet: neither connected nor lost.
   if (link.readings == 0 && link.failures == 0) return;
+  const bool was_short = connected_ == true && link.connected && link.changes != link_changes_;
+  link_changes_ = link.changes;
+  if (was_short) sink_(LogLevel::kWarning, "robot link lost and restored at once");
   if (connected_ == link.connected) return;
   if (link.connected) {
     sink_(LogLevel::kNotice, connected_ ? fmt::format("robot link restored after {:.1f} s",
                                                       now_s - link_since_s_)
                                         : "robot link up");
   } else {
-    sink_(LogLevel::kError, fmt::format("robot link {}: {}", connected_ ? "lost" : "not there yet",
+    sink_(LogLevel::kError, fmt::format("robot link {}: {}",
+                                        link.readings > 0 ? "lost" : "not there yet",
                                         link.problem.view()));
   }
   connected_ = link.connected;

@@ -36,6 +36,7 @@ class Reporter {
   Sink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;
+  std::uint64_t link_changes_ = 0;
   std::optional<InputFault> input_fault_;
   double input_since_s_ = 0;
   std::uint16_t warnings_ = 0;

@@ -160,6 +160,7 @@ RoundTrips MeasureRoundTrips(int port, int polls) {
 
 double MeasureRate(int port, int clients, int requests) {
   std::vector<Connection> connections;
+  connections.reserve(static_cast<std::size_t>(clients));
   for (int i = 0; i < clients; ++i) connections.emplace_back(port);
   const Bytes request = ReadRequest(10);
   Bytes answer(AnswerBytes(10));
@@ -239,9 +240,11 @@ TornReads ReadBlocks(int port, int reads) {
     }
     for (std::size_t k = 0; k < kUnderWay; ++k) {
       const std::uint8_t* data = answers.data() + k * AnswerBytes(kRegisters) + 9;
-      const auto word = [data](int i) { return (data[2 * i] << 8) | data[2 * i + 1]; };
+      const auto word = [data](std::size_t i) { return (data[2 * i] << 8) | data[2 * i + 1]; };
       bool whole = true;
-      for (int i = 0; i < kRegisters; ++i) whole = whole && word(i) == ((word(0) + i) & 0xFFFF);
+      for (int i = 0; i < kRegisters; ++i) {
+        whole = whole && word(static_cast<std::size_t>(i)) == ((word(0) + i) & 0xFFFF);
+      }
       if (!whole) ++result.torn;
       if (word(0) != last) ++result.images;
       last = word(0);

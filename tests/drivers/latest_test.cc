@@ -64,6 +64,7 @@ TEST_CASE("Latest: a million reads against a writer, none torn, none going back"
   Latest<Block> latest(kReaders, first);
   std::atomic<int> torn{0}, backwards{0}, running{kReaders};
   std::vector<std::thread> readers;
+  readers.reserve(kReaders);
   for (int r = 0; r < kReaders; ++r) {
     readers.emplace_back([&] {
       std::uint32_t last = 0;

@@ -105,6 +105,13 @@ Effect EffectFromText(const std::string& text) {
   return effect;
 }
 
+std::vector<Effect> EffectsFromTexts(const std::vector<std::string>& texts) {
+  std::vector<Effect> effects;
+  effects.reserve(texts.size());
+  for (const std::string& text : texts) effects.push_back(EffectFromText(text));
+  return effects;
+}
+
 const Effect* Effects::Find(const std::string& id) const {
   const auto found =
       std::find_if(list_.begin(), list_.end(), [&](const Effect& e) { return e.id == id; });

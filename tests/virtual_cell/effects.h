@@ -18,6 +18,7 @@ struct Effect {
 /// Reads `NAME:key=value,key=value`, for example `joint_compliance:q2=1e-7` or
 /// `backlash:q1=2e-4,by=move`. @throws std::runtime_error for a name, key or value it has not.
 Effect EffectFromText(const std::string& text);
+std::vector<Effect> EffectsFromTexts(const std::vector<std::string>& texts);
 
 /// All effects of a world, asked by name.
 class Effects {

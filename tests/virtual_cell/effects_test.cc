@@ -20,11 +20,9 @@ Joints Posture() {
 }
 
 Truth With(const std::vector<std::string>& texts, Circumstances now = {}) {
-  std::vector<Effect> effects;
-  for (const std::string& text : texts) effects.push_back(EffectFromText(text));
   if (now.q.size() == 0) now.q = Posture();
   if (now.payload_kg == 0) now.payload_kg = 60;
-  const Truth truth = World(DemoCell(), Effects(effects)).Settle(now);
+  Truth truth = World(DemoCell(), Effects(EffectsFromTexts(texts))).Settle(now);
   REQUIRE(truth.converged);
   return truth;
 }

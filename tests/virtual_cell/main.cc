@@ -113,15 +113,14 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     CellDescription cell = ReadCellFile(cell_file);
-    std::vector<Effect> effects;
-    for (const std::string& text : effect_texts) effects.push_back(EffectFromText(text));
     std::vector<TimedLine> later;
+    later.reserve(fault_texts.size());
     for (const std::string& text : fault_texts) later.push_back(TimedLineFromText(text));
     for (const std::string& text : reflectors) {
       Vec3 p_mm;
       char comma = 0;
       std::istringstream(text) >> p_mm.x() >> comma >> p_mm.y() >> comma >> p_mm.z();
-      options.reflectors_T.push_back(p_mm * 1e-3);
+      options.reflectors_T.emplace_back(p_mm * 1e-3);
     }
     options.profile = profile == "ur" ? Profile::kUr : Profile::kGeneric;
     options.temperature = TemperatureFromText(temperature);
@@ -134,8 +133,8 @@ int main(int argc, char** argv) {
     std::signal(SIGTERM, [](int) { g_stop = 1; });
     std::signal(SIGINT, [](int) { g_stop = 1; });
     std::signal(SIGPIPE, SIG_IGN);
-    VirtualCell virtual_cell(World(std::move(cell), Effects(std::move(effects))), std::move(motion),
-                             options);
+    VirtualCell virtual_cell(World(std::move(cell), Effects(EffectsFromTexts(effect_texts))),
+                             std::move(motion), options);
     Run(virtual_cell, std::move(later));
   } catch (const std::exception& error) {
     fmt::print(stderr, "plumbline-virtual-cell: {}\n", error.what());

@@ -14,7 +14,7 @@ namespace {
 
 std::string Measured(const std::string& path) {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
-  const std::string full = (folder != nullptr ? folder : "../shared/measured") + ("/" + path);
+  std::string full = (folder != nullptr ? folder : "../shared/measured") + ("/" + path);
   if (!std::filesystem::exists(full)) {
     WARN("SKIPPED: " << full << " is not there (set PLUMBLINE_MEASURED)");
     return "";

@@ -1,10 +1,10 @@
 // The programs as processes: standard output, console, bad arguments, a clean end.
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <string>
 #include <vector>
 
@@ -28,6 +28,7 @@ class Child {
       ::dup2(out[1], 1);
       ::dup2(out[1], 2);
       std::vector<char*> pointers;
+      pointers.reserve(arguments.size() + 1);
       for (std::string& argument : arguments) pointers.push_back(argument.data());
       pointers.push_back(nullptr);
       ::execv(pointers[0], pointers.data());

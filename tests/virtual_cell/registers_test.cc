@@ -184,7 +184,7 @@ TEST_CASE("the program picks and places the payload, round after round") {
   Controller controller(DemoCell(), DemoProgram().home);
   ProgramRunner runner(DemoProgram(), "");
   std::vector<double> loads = {0};
-  for (double t = 0; t < 400 && runner.rounds() < 2; t += 0.05) {
+  for (int i = 0; i < 8000 && runner.rounds() < 2; ++i) {
     controller.Advance(0.05);
     runner.Advance(0.05, controller);
     if (controller.payload_kg() != loads.back()) loads.push_back(controller.payload_kg());
@@ -218,7 +218,7 @@ TEST_CASE("the built-in program moves any arm and loads it") {
   Controller controller(seven, BuiltinProgram(seven).home);
   ProgramRunner runner(BuiltinProgram(seven), "");
   bool loaded = false;
-  for (double t = 0; t < 100 && runner.rounds() < 1; t += 0.05) {
+  for (int i = 0; i < 2000 && runner.rounds() < 1; ++i) {
     controller.Advance(0.05);
     runner.Advance(0.05, controller);
     loaded = loaded || controller.payload_kg() > 0;

@@ -396,6 +396,13 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
   CHECK(cell->tool.rigid);
   CHECK(cell->tool.tcp_F.isApprox(Vec3(0.001, 0.002, 0.003)));
 
+  FaultList warned;
+  CHECK(Reads(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\nmount_mass_kg = 4\n"),
+              warned));
+  CHECK(FaultsText(warned) ==
+        "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, as a rigid tool has no "
+        "length\n");
+
   FaultList wrong;
   CHECK_FALSE(Reads(WithTool("[tool]\nmodel = \"rigid\"\nlength_mm = 3\n"), wrong));
   CHECK(Texts(wrong, Fault::Severity::kFault) ==

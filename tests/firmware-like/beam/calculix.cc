@@ -127,7 +127,9 @@ std::string SolidDeck(double b_m, double h_m, double length_m, const Material& m
         const Vec3 p(b_m * (i - nx) / (2 * nx), h_m * (j - ny) / (2 * ny), length_m * k / (2 * nz));
         nodes += NodeCard(node, p);
         if (i == nx && j == ny && k > 0) axis[node] = p.z();
-        if (k == 0) fixed += fmt::format("{},1,3\n", node);
+        if (k == 0) fixed += fmt::format("{},3,3\n", node);
+        if (k == 0 && i == nx) fixed += fmt::format("{},1,1\n", node);
+        if (k == 0 && j == ny) fixed += fmt::format("{},2,2\n", node);
         if (k == 2 * nz) tip_nodes.push_back(node);
       }
     }

@@ -26,9 +26,10 @@ struct DeckLoad {
 /// A row of B32R beam elements along z, all six freedoms of the root fixed.
 std::string BeamDeck(const std::vector<DeckSegment>& segments, const DeckLoad& load);
 
-/// A block of C3D20R solid elements, b along x, h along y, its face z = 0 fixed, the tip force
-/// spread over the face z = length. `elements` counts along x, y, z; the first two are even, so
-/// that there are nodes on the axis.
+/// A block of C3D20R solid elements, b along x, h along y, the tip force spread over the face
+/// z = length. The face z = 0 stays plane and does not slide, but is free to contract across, as
+/// beam theory has it; BeamDeck's root is not, which stiffens it. `elements` counts along x, y, z;
+/// the first two are even, so that there are nodes on the axis.
 std::string SolidDeck(double b_m, double h_m, double length_m, const Material& material,
                       const std::array<int, 3>& elements, const DeckLoad& load);
 

@@ -31,7 +31,7 @@ double WorstDifference(const std::vector<AxisNode>& nodes, const BeamSolution& s
   const double tip_m = nodes.back().d_F.norm();
   double worst = 0;
   for (const AxisNode& node : nodes) {
-    // ccx's solids also shorten along z by nothing that a beam knows; d_z is left out.
+    // A beam does not stretch: d_z is left out.
     const Vec3 difference = solution.At(node.z_m).d_F - node.d_F;
     worst = std::max(worst, std::hypot(difference.x(), difference.y()) / tip_m);
   }
@@ -118,20 +118,17 @@ TEST_CASE("a short beam needs Timoshenko's shear") {
   if (Skip()) return;
   const DeckLoad load{Vec3(0, 5000, 0), Vec3(0, 9.80665, 0)};
   const Section section = RectangleSection(0.06, 0.1);
-  SECTION("five heights long; nu = 0, so that the clamp does not hinder the lateral contraction") {
-    const Material material{210e9, 0, 7850};
-    const Tool thick = BeamTool({{0.5, section, material}}, BeamTheory::kTimoshenko);
-    const std::string deck = SolidDeck(0.06, 0.1, 0.5, material, {2, 4, 20}, load);
-    Compare("short solid C3D20R, L/h = 5, nu = 0 (Timoshenko)", deck, thick, load);
-    const Tool thin = BeamTool({{0.5, section, material}});
+  SECTION("five heights long, as a solid") {
+    const std::string deck = SolidDeck(0.06, 0.1, 0.5, kSteel, {2, 4, 20}, load);
+    const Tool thick = BeamTool({{0.5, section, kSteel}}, BeamTheory::kTimoshenko);
+    Compare("solid C3D20R, L/h = 5, 5 kN (Timoshenko)", deck, thick, load);
+    const Tool thin = BeamTool({{0.5, section, kSteel}});
     const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
-    CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.015);
+    CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.02);
   }
-  SECTION("eight heights long, nu = 0.3") {
-    const Tool thick = BeamTool({{0.8, section, kSteel}}, BeamTheory::kTimoshenko);
-    Compare("short solid C3D20R, L/h = 8, nu = 0.3 (Timoshenko)",
-            SolidDeck(0.06, 0.1, 0.8, kSteel, {2, 4, 32}, load), thick, load);
-    Compare("short B32R, L/h = 8, nu = 0.3 (Timoshenko)",
-            BeamDeck({{0.8, "RECT", {0.06, 0.1}, kSteel, 80}}, load), thick, load);
+  SECTION("ten heights long, as B32R") {
+    const Tool thick = BeamTool({{1.0, section, kSteel}}, BeamTheory::kTimoshenko);
+    Compare("B32R, L/h = 10, 5 kN (Timoshenko)",
+            BeamDeck({{1.0, "RECT", {0.06, 0.1}, kSteel, 80}}, load), thick, load);
   }
 }

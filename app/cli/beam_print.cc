@@ -1,0 +1,261 @@
+#include "app/cli/beam_print.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+#include "firmware-like/beam/stress.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kMm = 1e3, kMrad = 1e3, kMPa = 1e-6;
+
+/// A section seen in the plane of bending, in the units that are written.
+struct NodeValues {
+  double z_mm, displacement_mm, slope_mrad, moment_Nm, shear_N;
+};
+
+NodeValues ValuesOf(const SectionState& state, BendingAxis axis) {
+  if (axis == BendingAxis::kX) {
+    return {kMm * state.z_m, kMm * state.d_F.x(), kMrad * state.r_F.y(), state.moment_F.y(),
+            state.force_F.x()};
+  }
+  return {kMm * state.z_m, kMm * state.d_F.y(), -kMrad * state.r_F.x(), -state.moment_F.x(),
+          state.force_F.y()};
+}
+
+const Section& SectionInboardOf(const BeamSolution& solution, int node) {
+  return solution.elements()[static_cast<std::size_t>(std::max(node - 1, 0))].section;
+}
+
+/// 0.00000 without the sign that rounding leaves.
+double NoMinusZero(double value) {
+  return std::abs(value) < 5e-6 ? 0.0 : value;
+}
+
+void PrintSegments(const BeamSeries& series, std::ostream& out) {
+  double root_mm = 0;
+  for (const ToolSegment& segment : series.tool.segments) {
+    const double tip_mm = root_mm + kMm * segment.length_m;
+    const double moment_m4 =
+        series.axis == BendingAxis::kX ? segment.section.iy_m4 : segment.section.ix_m4;
+    fmt::print(out,
+               "  {:.1f} .. {:.1f} mm: A {:.6g} mm2, I {:.6g} mm4, E {:.4g} GPa, {:.5g} kg/m3\n",
+               root_mm, tip_mm, 1e6 * segment.section.area_m2, 1e12 * moment_m4,
+               1e-9 * segment.material.youngs_modulus_Pa, segment.material.density_kg_m3);
+    root_mm = tip_mm;
+  }
+}
+
+void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
+  fmt::print(out, "  {:>4} {:>10} {:>14} {:>12} {:>12} {:>12}\n", "node", "z", "displacement",
+             "slope", "moment", "shear");
+  fmt::print(out, "  {:>4} {:>10} {:>14} {:>12} {:>12} {:>12}\n", "", "mm", "mm", "mrad", "N m",
+             "N");
+  for (int node = 0; node < load_case.solution.node_count(); ++node) {
+    const NodeValues v = ValuesOf(load_case.solution.Node(node), series.axis);
+    fmt::print(out, "  {:>4} {:>10.1f} {:>14.4f} {:>12.5f} {:>12.3f} {:>12.3f}\n", node + 1, v.z_mm,
+               NoMinusZero(v.displacement_mm), NoMinusZero(v.slope_mrad), NoMinusZero(v.moment_Nm),
+               NoMinusZero(v.shear_N));
+  }
+}
+
+void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
+  const BeamSolution& solution = load_case.solution;
+  fmt::print(out, "\n  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "element",
+             "from .. to", "|moment|", "|shear|", "bending", "shear", "von Mises", "at z");
+  fmt::print(out, "  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "", "mm", "N m",
+             "N", "MPa", "MPa", "MPa", "mm");
+  for (int e = 0; e + 1 < solution.node_count(); ++e) {
+    const ElementStress stress = StressInElement(solution, e);
+    const NodeValues moment = ValuesOf(stress.largest_moment, series.axis);
+    const NodeValues shear = ValuesOf(stress.largest_shear, series.axis);
+    fmt::print(
+        out, "  {:>7} {:>19} {:>12.3f} {:>12.3f}", e + 1,
+        fmt::format("{:.1f} .. {:.1f}", kMm * solution.NodeZ(e), kMm * solution.NodeZ(e + 1)),
+        std::abs(moment.moment_Nm), std::abs(shear.shear_N));
+    if (stress.peak) {
+      fmt::print(out, " {:>10.3f} {:>10.3f} {:>10.3f} {:>10.1f}\n",
+                 kMPa * stress.peak->stress.normal_Pa, kMPa * stress.peak->stress.shear_Pa,
+                 kMPa * stress.peak->stress.von_mises_Pa, kMm * stress.peak->z_m);
+    } else {
+      fmt::print(out, " {:>10} {:>10} {:>10} {:>10}\n", "not known", "", "", "");
+    }
+  }
+  const LargestStress largest = LargestStressOf(solution);
+  if (largest.peak) {
+    fmt::print(out, "  largest: {:.3f} MPa in element {} at {:.1f} mm{}\n",
+               kMPa * largest.peak->stress.von_mises_Pa, largest.element + 1,
+               kMm * largest.peak->z_m,
+               largest.complete ? "" : ", of the elements whose section is known");
+  }
+}
+
+void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
+  const char name = series.axis == BendingAxis::kX ? 'x' : 'y';
+  fmt::print(out, "\n  {:>21} {:>25} {:>25} {:>25}\n", fmt::format("point (z, {})", name),
+             "lands loaded at", "compensated: section", "compensated: eq. 3");
+  for (const BeamPoint& point : series.points) {
+    auto text = [](const BeamPoint& p, int digits) {
+      return fmt::format("({:.{}f}, {:.{}f})", kMm * p.z_m, digits, NoMinusZero(kMm * p.y_m),
+                         digits);
+    };
+    fmt::print(out, "  {:>21} {:>25} {:>25} {:>25}  mm\n", text(point, 1),
+               text(LoadedPoint(load_case.solution, series.axis, point), 4),
+               text(CompensatedBySection(load_case.solution, series.axis, point), 4),
+               text(CompensatedByElementAngle(load_case.solution, series.axis, point), 4));
+  }
+}
+
+void PrintSummary(const BeamSeries& series, std::ostream& out) {
+  fmt::print(out, "\nTip over the series\n  {:>12} {:>14} {:>12}", "force N", "displace. mm",
+             "slope mrad");
+  if (series.stress) fmt::print(out, " {:>14} {:>10}", "von Mises MPa", "at z mm");
+  out << '\n';
+  for (const BeamCase& load_case : series.cases) {
+    const NodeValues tip = ValuesOf(load_case.solution.Tip(), series.axis);
+    fmt::print(out, "  {:>12.6g} {:>14.4f} {:>12.5f}", load_case.force_N,
+               NoMinusZero(tip.displacement_mm), NoMinusZero(tip.slope_mrad));
+    if (series.stress) {
+      if (const auto peak = LargestStressOf(load_case.solution).peak) {
+        fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
+      } else {
+        fmt::print(out, " {:>14}", "not known");
+      }
+    }
+    out << '\n';
+  }
+}
+
+nlohmann::json StressJson(const SectionStress& stress) {
+  return {{"normal_MPa", kMPa * stress.normal_Pa},
+          {"shear_MPa", kMPa * stress.shear_Pa},
+          {"von_mises_MPa", kMPa * stress.von_mises_Pa}};
+}
+
+nlohmann::json PointJson(const BeamPoint& point) {
+  return {kMm * point.z_m, kMm * point.y_m};
+}
+
+nlohmann::json CaseJson(const BeamSeries& series, const BeamCase& load_case) {
+  const BeamSolution& solution = load_case.solution;
+  nlohmann::json written = {{"force_N", load_case.force_N}};
+  for (int node = 0; node < solution.node_count(); ++node) {
+    const NodeValues v = ValuesOf(solution.Node(node), series.axis);
+    written["nodes"].push_back({{"node", node + 1},
+                                {"z_mm", v.z_mm},
+                                {"displacement_mm", v.displacement_mm},
+                                {"slope_mrad", v.slope_mrad},
+                                {"moment_Nm", v.moment_Nm},
+                                {"shear_N", v.shear_N}});
+  }
+  const std::vector<double> angles = ElementAngles(solution, series.axis);
+  for (int e = 0; e + 1 < solution.node_count(); ++e) {
+    const ElementStress stress = StressInElement(solution, e);
+    nlohmann::json element = {{"element", e + 1},
+                              {"angle_mrad", kMrad * angles[static_cast<std::size_t>(e)]}};
+    if (series.stress) {
+      element["largest_moment_Nm"] = stress.largest_moment.moment_F.norm();
+      element["largest_shear_N"] = stress.largest_shear.force_F.norm();
+      element["stress"] = nullptr;
+      if (stress.peak) {
+        element["stress"] = StressJson(stress.peak->stress);
+        element["stress"]["z_mm"] = kMm * stress.peak->z_m;
+      }
+    }
+    written["elements"].push_back(element);
+  }
+  for (const BeamPoint& point : series.points) {
+    written["points"].push_back(
+        {{"point_mm", PointJson(point)},
+         {"loaded_mm", PointJson(LoadedPoint(solution, series.axis, point))},
+         {"compensated_by_section_mm",
+          PointJson(CompensatedBySection(solution, series.axis, point))},
+         {"compensated_by_element_angle_mm",
+          PointJson(CompensatedByElementAngle(solution, series.axis, point))}});
+  }
+  return written;
+}
+
+const char* TheoryName(const Tool& tool, bool for_file) {
+  if (tool.theory == BeamTheory::kTimoshenko) return for_file ? "timoshenko" : "Timoshenko";
+  return for_file ? "euler_bernoulli" : "Euler-Bernoulli";
+}
+
+}  // namespace
+
+void PrintBeamTable(const BeamSeries& series, std::ostream& out) {
+  const char name = series.axis == BendingAxis::kX ? 'x' : 'y';
+  const std::size_t elements = series.cases.front().solution.elements().size();
+  fmt::print(out, "Cantilever along z, bending along {}; {}, {} {}\n", name,
+             TheoryName(series.tool, false), elements, elements == 1 ? "element" : "elements");
+  PrintSegments(series, out);
+  fmt::print(out, "  loads: {}\n", series.loads);
+  for (const BeamCase& load_case : series.cases) {
+    fmt::print(out, "\nForce {:.6g} N\n", load_case.force_N);
+    PrintNodes(series, load_case, out);
+    if (series.stress) PrintStress(series, load_case, out);
+    if (!series.points.empty()) PrintPoints(series, load_case, out);
+  }
+  if (series.cases.size() > 1) PrintSummary(series, out);
+}
+
+void PrintBeamCsv(const BeamSeries& series, std::ostream& out) {
+  out << "force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N"
+      << (series.stress ? ",normal_MPa,shear_MPa,von_mises_MPa\n" : "\n");
+  for (const BeamCase& load_case : series.cases) {
+    for (int node = 0; node < load_case.solution.node_count(); ++node) {
+      const SectionState state = load_case.solution.Node(node);
+      const NodeValues v = ValuesOf(state, series.axis);
+      fmt::print(out, "{:.10g},{},{:.10g},{:.9g},{:.9g},{:.9g},{:.9g}", load_case.force_N, node + 1,
+                 v.z_mm, v.displacement_mm, v.slope_mrad, v.moment_Nm, v.shear_N);
+      if (series.stress) {
+        if (const auto s = StressOf(SectionInboardOf(load_case.solution, node), state)) {
+          fmt::print(out, ",{:.9g},{:.9g},{:.9g}", kMPa * s->normal_Pa, kMPa * s->shear_Pa,
+                     kMPa * s->von_mises_Pa);
+        } else {
+          out << ",,,";
+        }
+      }
+      out << '\n';
+    }
+  }
+}
+
+void PrintBeamJson(const BeamSeries& series, std::ostream& out) {
+  nlohmann::json written = {{"schema", 1},
+                            {"theory", TheoryName(series.tool, true)},
+                            {"direction", series.axis == BendingAxis::kX ? "x" : "y"}};
+  for (const BeamCase& load_case : series.cases) {
+    written["cases"].push_back(CaseJson(series, load_case));
+  }
+  out << written.dump(2) << '\n';
+}
+
+void PrintPaperTable2(std::ostream& out) {
+  const Tool tool = PaperTool();
+  out << "Table 2 of Park & Park (2012): a cantilever of 1800 x 50 x 50 mm, E = 200 GPa,\n"
+         "three elements of 600 mm, a force at its tip. Printed there are E = 2 GPa and 600 mm,\n"
+         "which would give 3.70 times these displacements.\n\n";
+  fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "force", "node",
+             "this beam", "developed", "difference", "Abaqus", "developed");
+  fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "N", "", "mm",
+             "published mm", "mm", "published mm", "/ Abaqus");
+  const Beam beam(tool, kPaperElements);
+  for (const PaperTable2Row& row : PaperTable2()) {
+    const BeamSolution solution =
+        beam.Solve({.points = {{beam.Length(), Vec3(0, row.force_N, 0), Vec3::Zero()}}});
+    for (int i = 0; i < 3; ++i) {
+      const double ours_mm = kMm * solution.Node(i + 1).d_F.y();
+      fmt::print(out, "  {:>7} {:>5} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.3f}\n",
+                 i == 0 ? fmt::format("{:.0f}", row.force_N) : "", i + 2, ours_mm,
+                 row.developed_mm[i], NoMinusZero(ours_mm - row.developed_mm[i]), row.abaqus_mm[i],
+                 row.developed_mm[i] / row.abaqus_mm[i]);
+    }
+  }
+}
+
+}  // namespace plumbline

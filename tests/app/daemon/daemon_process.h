@@ -1,0 +1,113 @@
+// The real plumblined as a child process with a configuration of its own.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <thread>
+
+namespace plumbline::test {
+
+/// A folder that goes with its owner.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    char pattern[] = "/tmp/plumbline-test-XXXXXX";
+    path_ = mkdtemp(pattern);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+class DaemonProcess {
+ public:
+  explicit DaemonProcess(const std::string& config) {
+    Write(config);
+    pid_ = fork();
+    if (pid_ == 0) {
+      const int log = open(LogFile().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
+      dup2(log, STDERR_FILENO);
+      dup2(log, STDOUT_FILENO);
+      const std::string file = ConfigFile();
+      execl(PLUMBLINED, PLUMBLINED, "--config", file.c_str(), nullptr);
+      _exit(127);
+    }
+  }
+  ~DaemonProcess() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+
+  void Write(const std::string& config) { std::ofstream(ConfigFile()) << config; }
+  void Signal(int number) const { kill(pid_, number); }
+
+  /// The exit code, once the process ends; nothing after ten seconds.
+  std::optional<int> Wait() {
+    for (int wait = 0; wait < 1000; ++wait) {
+      int status = 0;
+      if (waitpid(pid_, &status, WNOHANG) == pid_) {
+        pid_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return std::nullopt;
+  }
+
+  std::string Log() const {
+    std::ifstream file(LogFile());
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  bool Says(const std::string& text) const { return Log().find(text) != std::string::npos; }
+  int Count(const std::string& text) const {
+    const std::string log = Log();
+    int count = 0;
+    for (auto at = log.find(text); at != std::string::npos; at = log.find(text, at + 1)) ++count;
+    return count;
+  }
+  /// Waits for a line. @return false after ten seconds
+  bool Awaits(const std::string& text) const {
+    for (int wait = 0; wait < 1000 && !Says(text); ++wait) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return Says(text);
+  }
+  /// "127.0.0.1:PORT" of the PLC side.
+  std::string Plc() const {
+    const std::string marker = "PLC side on ";
+    INFO(Log());
+    REQUIRE(Awaits(marker));
+    const std::string log = Log();
+    const auto at = log.find(marker) + marker.size();
+    return log.substr(at, log.find('\n', at) - at);
+  }
+  std::string folder() const { return folder_.path(); }
+  std::string ConfigFile() const { return folder_.path() + "/plumbline.toml"; }
+
+ private:
+  std::string LogFile() const { return folder_.path() + "/log"; }
+
+  TemporaryFolder folder_;
+  pid_t pid_ = -1;
+};
+
+}  // namespace plumbline::test

@@ -1,0 +1,68 @@
+#include "app/daemon/reporter.h"
+
+#include <catch2/catch.hpp>
+
+#include "app/daemon/boot_counter.h"
+#include "tests/app/daemon/daemon_process.h"
+
+using namespace plumbline;
+
+namespace {
+
+struct Desk {
+  std::vector<std::string> lines;
+  Reporter reporter{{{7, "left"}},
+                    [this](LogLevel, const std::string& text) { lines.push_back(text); }};
+  Snapshot snapshot;
+  RobotLinkStatus link;
+
+  Desk() {
+    snapshot.points.resize(1);
+    link.connected = true;
+    link.readings = 1;
+  }
+  std::vector<std::string> Observe(std::uint16_t raised = 0) {
+    lines.clear();
+    snapshot.now_s += 0.05;
+    reporter.Observe(snapshot, raised, link);
+    return lines;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("each transition is told once") {
+  Desk desk;
+  CHECK(desk.Observe() == std::vector<std::string>{"robot link up"});
+  CHECK(desk.Observe().empty());
+  desk.snapshot.input_fault = InputFault::kOk;
+  CHECK(desk.Observe() == std::vector<std::string>{"robot input trusted"});
+  desk.snapshot.points[0].code = CorrectionCode::kUnreachable;
+  CHECK(desk.Observe() ==
+        std::vector<std::string>{"point 7 (left) has no correction: out of reach"});
+  CHECK(desk.Observe().empty());
+  desk.link.connected = false;
+  desk.link.problem.Assign("no answer in time");
+  CHECK(desk.Observe() == std::vector<std::string>{"robot link lost: no answer in time"});
+  desk.snapshot.now_s += 4;
+  desk.link.connected = true;
+  CHECK(desk.Observe() == std::vector<std::string>{"robot link restored after 4.1 s"});
+}
+
+TEST_CASE("a fault between two looks is not missed") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.Observe();
+  CHECK(desk.Observe(alarm::kRobotImplausible) ==
+        std::vector<std::string>{"robot input was not trusted for some cycles"});
+}
+
+TEST_CASE("the boot counter counts, and survives nonsense in its file") {
+  test::TemporaryFolder folder;
+  const std::string state = folder.path() + "/state";
+  CHECK(RaiseBootCounter(state).value() == 1);
+  CHECK(RaiseBootCounter(state).value() == 2);
+  std::ofstream(state + "/boot_count") << "nonsense";
+  CHECK(RaiseBootCounter(state).value() == 1);
+  CHECK_FALSE(RaiseBootCounter("/proc/no/such/folder").ok());
+}
