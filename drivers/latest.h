@@ -88,10 +88,10 @@ class Latest {
   }
 
  private:
+  std::atomic<int> latest_{0};
+  int filling_ = -1;  ///< the writer's own
   const int slot_count_;
   std::unique_ptr<Slot[]> slots_;
-  alignas(64) std::atomic<int> latest_{0};
-  int filling_ = -1;  ///< the writer's own
 };
 
 }  // namespace plumbline

@@ -53,7 +53,7 @@ constexpr ToolFlag kToolFlags[] = {
 
 struct Options {
   std::map<std::string, double> numbers;  ///< by key, of the tool's flags that were given
-  std::string section, material, theory = "euler_bernoulli", cell;
+  std::string section, material, theory, cell;
   int elements = 10;
   std::string forces, direction = "y";
   std::optional<double> at_mm;
@@ -79,15 +79,25 @@ std::string FlagOf(const std::string& key) {
   return key;
 }
 
+/// A fault of the [tool] in the words of the command line.
+std::string FlagFault(const Fault& fault) {
+  if (fault.what.starts_with("unknown key"))
+    return "does not belong to this --section; leave it out";
+  const bool of_material = fault.key == "youngs_modulus_GPa" || fault.key == "poisson_ratio" ||
+                           fault.key == "density_kg_m3";
+  return fault.what + (of_material ? "; or name a --material" : "");
+}
+
 /// The flags as the [tool] of a cell, so that both are checked by the same reader.
 std::string TomlOf(const Options& options) {
-  std::string text = fmt::format("model = \"{}\"\n", options.theory);
+  const bool timoshenko = options.theory == "timoshenko";
+  std::string text = fmt::format("model = \"{}\"\n", timoshenko ? "timoshenko" : "euler_bernoulli");
   if (!options.section.empty()) text += fmt::format("section = \"{}\"\n", options.section);
   if (!options.material.empty()) text += fmt::format("material = \"{}\"\n", options.material);
   for (const auto& [key, value] : options.numbers) text += fmt::format("{} = {}\n", key, value);
   // What these loads and this theory do not need may stay unsaid.
   const bool by_name = !options.material.empty();
-  if (!by_name && !options.numbers.contains("poisson_ratio") && options.theory != "timoshenko") {
+  if (!by_name && !options.numbers.contains("poisson_ratio") && !timoshenko) {
     text += "poisson_ratio = 0.3\n";
   }
   if (!by_name && !options.numbers.contains("density_kg_m3") && !options.LoadsTheMass()) {
@@ -105,16 +115,17 @@ Tool ToolFromFlags(const Options& options) {
   std::string told;
   for (const Fault& fault : faults.All()) {
     told += fmt::format("{}{}: {}", told.empty() ? "" : "\nplumbline beam: ", FlagOf(fault.key),
-                        fault.what);
+                        FlagFault(fault));
   }
   throw UsageError(told);
 }
 
 Tool ToolFromCell(const Options& options) {
-  if (!options.numbers.empty() || !options.section.empty() || !options.material.empty()) {
+  if (!options.numbers.empty() || !options.section.empty() || !options.material.empty() ||
+      !options.theory.empty()) {
     throw UsageError(
-        "--cell: describes the whole tool; leave its dimensions, --section and "
-        "--material out");
+        "--cell: describes the whole tool; leave its dimensions, --section, "
+        "--material and --theory out");
   }
   FaultList faults;
   const std::optional<CellModel> cell = ReadCell(options.cell, faults);
@@ -250,6 +261,7 @@ int Run(const Options& options) {
 }
 
 void AddToolOptions(CLI::App& command, Options& options) {
+  command.option_defaults()->group("Tool");
   std::vector<std::string> materials;
   for (const NamedMaterial& named : NamedMaterials()) materials.emplace_back(named.name);
   command.add_option("--section", options.section, "Cross-section")
@@ -261,9 +273,8 @@ void AddToolOptions(CLI::App& command, Options& options) {
         flag.flag, [&options, key = flag.key](double value) { options.numbers[key] = value; },
         flag.help);
   }
-  command.add_option("--theory", options.theory, "Beam theory")
-      ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}))
-      ->capture_default_str();
+  command.add_option("--theory", options.theory, "Beam theory; default: euler_bernoulli")
+      ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}));
   command.add_option("--cell", options.cell, "Instead of all that: the [tool] of a CELL.toml");
   command.add_option("--elements", options.elements, "Finite elements, in each segment")
       ->check(CLI::Range(1, kMaxElements))
@@ -271,6 +282,7 @@ void AddToolOptions(CLI::App& command, Options& options) {
 }
 
 void AddLoadOptions(CLI::App& command, Options& options) {
+  command.option_defaults()->group("Load");
   command.add_option("--force-n", options.forces, "Forces: 100,200,300 or FIRST:STEP:LAST");
   command.add_option("--direction", options.direction, "Forces, weight and bending along x or y")
       ->check(CLI::IsMember({"x", "y"}))
@@ -285,6 +297,7 @@ void AddLoadOptions(CLI::App& command, Options& options) {
 }
 
 void AddOutputOptions(CLI::App& command, Options& options) {
+  command.option_defaults()->group("Output");
   command.add_option("--point-mm", options.points,
                      "Z,Y of an assembly point: where it lands, and its compensation by its\n"
                      "section and by the paper's eq. 3; may be repeated");
@@ -310,7 +323,7 @@ Result<std::vector<double>> ForceSeriesFromText(const std::string& text) {
   }
   const double first = series->at(0), step = series->at(1), last = series->at(2);
   const double steps = std::floor((last - first) / step + 1e-9);
-  if (!(steps >= 0)) {
+  if (step == 0 || !(steps >= 0)) {
     return Error{fmt::format("a step of {} never leads from {} to {}", step, first, last)};
   }
   if (steps >= kMaxForces) {

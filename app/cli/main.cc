@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "app/cli/beam_command.h"
 #include "app/cli/check_command.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/predict_command.h"
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   AddCheckCommand(app, exit_code);
   AddPredictCommand(app, exit_code);
+  AddBeamCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   try {

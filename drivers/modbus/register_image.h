@@ -37,9 +37,6 @@ class AddressRanges {
     return after != ranges_.begin() && first + count - 1 <= std::prev(after)->last;
   }
 
-  /// The highest readable address; -1 where there is none.
-  int last() const { return ranges_.empty() ? -1 : ranges_.back().last; }
-
  private:
   std::vector<Range> ranges_;
 };

@@ -4,12 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace virtual_cell {
 namespace {
 
 constexpr std::array kAxes = {'X', 'Y', 'Z'};
+
+/// To a hundredth, and never -0.00.
+double Hundredths(double mm) {
+  return std::round(mm * 100) / 100 + 0.0;
+}
 
 nlohmann::json List(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
@@ -30,7 +36,7 @@ std::string LandingTable(const std::vector<Landing>& landings) {
                    after = landing.corrected_mm[k];
       text += fmt::format("{:<12} {} {:>+12.1f} {:>+14.2f} {:>+12.2f} {:>+14.2f} {:>+12.2f}\n",
                           k == 1 ? landing.name : "", kAxes[static_cast<std::size_t>(k)], wanted,
-                          before, before - wanted, after, after - wanted);
+                          before, Hundredths(before - wanted), after, Hundredths(after - wanted));
     }
     text += fmt::format("{:<14} {:>12} {:>14} {:>12.2f} {:>14} {:>12.2f}\n{}\n", "", "distance", "",
                         landing.UncorrectedError(), "", landing.CorrectedError(), rule);

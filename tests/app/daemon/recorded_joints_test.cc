@@ -83,8 +83,9 @@ TEST_CASE("recorded joints arrive as they were recorded") {
       virtual_cell::ReplayRow& played = options.replay.emplace_back();
       played.q = row.q;
     }
-    RunningCell robot(virtual_cell::World(virtual_cell::ReadCellFile(folder + "/cell.toml"), {}),
-                      virtual_cell::DemoProgram(), options);
+    const auto description = virtual_cell::ReadCellFile(folder + "/cell.toml");
+    RunningCell robot(virtual_cell::World(description, {}),
+                      virtual_cell::BuiltinProgram(description), options);
     std::string config = Config(robot.robot(), profile, folder + "/cell.toml");
     if (profile == "generic-7") {
       const auto at = config.find(std::filesystem::current_path().string() + "/config/profiles");

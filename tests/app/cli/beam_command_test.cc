@@ -1,0 +1,201 @@
+#include "app/cli/beam_command.h"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+using namespace plumbline;
+
+namespace {
+
+struct Answer {
+  int exit_code = 0;
+  std::string out, err;
+};
+
+/// Runs `plumbline beam ARGUMENTS` in this process.
+Answer Beam(const std::string& arguments) {
+  std::ostringstream out, err;
+  std::streambuf* const old_out = std::cout.rdbuf(out.rdbuf());
+  std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
+  Answer answer;
+  CLI::App app("", "plumbline");
+  AddBeamCommand(app, answer.exit_code);
+  try {
+    app.parse("plumbline beam " + arguments, true);
+  } catch (const CLI::ParseError& error) {
+    answer.exit_code = app.exit(error) == 0 ? 0 : 2;
+  }
+  std::cout.rdbuf(old_out);
+  std::cerr.rdbuf(old_err);
+  answer.out = out.str();
+  answer.err = err.str();
+  return answer;
+}
+
+const std::string kPaper =
+    "--length-mm 1800 --section rectangle --b-mm 50 --h-mm 50 --youngs-modulus-gpa 200 "
+    "--elements 3 ";
+
+}  // namespace
+
+TEST_CASE("a load series of the paper's beam") {
+  SECTION("as a table") {
+    const Answer answer = Beam(kPaper + "--force-n 100,1000");
+    CHECK(answer.exit_code == 0);
+    CHECK(answer.err.empty());
+    for (const char* value : {"0.2765", "0.9677", "1.8662", "18.6624"}) {
+      CHECK_THAT(answer.out, Catch::Contains(value));
+    }
+  }
+  SECTION("as CSV") {
+    const Answer answer = Beam(kPaper + "--force-n -100 --stress --csv");
+    std::istringstream lines(answer.out);
+    std::string line;
+    std::getline(lines, line);
+    CHECK(line ==
+          "force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N,normal_MPa,shear_MPa,"
+          "von_mises_MPa");
+    std::getline(lines, line);
+    CHECK_THAT(line, Catch::StartsWith("-100,1,0,0,0,-180,-100,8.64,"));
+    int rows = 1;
+    while (std::getline(lines, line)) ++rows;
+    CHECK(rows == 4);
+    CHECK(answer.exit_code == 0);
+  }
+  SECTION("as JSON, with a point") {
+    const Answer answer = Beam(kPaper + "--force-n 100:100:300 --point-mm 1200,0 --stress --json");
+    const nlohmann::json json = nlohmann::json::parse(answer.out);
+    REQUIRE(json["cases"].size() == 3);
+    const nlohmann::json& first = json["cases"][0];
+    CHECK(first["nodes"][2]["displacement_mm"].get<double>() == Approx(0.96768));
+    CHECK(first["elements"][1]["angle_mrad"].get<double>() == Approx(1.152));
+    CHECK(first["elements"][0]["stress"]["normal_MPa"].get<double>() == Approx(8.64));
+    const nlohmann::json& point = first["points"][0];
+    CHECK(point["compensated_by_section_mm"][1].get<double>() == Approx(-0.96768));
+    CHECK(point["compensated_by_element_angle_mm"][1].get<double>() == Approx(-1.3824));
+  }
+}
+
+TEST_CASE("loads other than the force") {
+  const std::string steel_rod = "--length-mm 1000 --section rod --diameter-mm 40 --material steel ";
+  auto tip_mm = [&](const std::string& loads) {
+    const nlohmann::json json = nlohmann::json::parse(Beam(steel_rod + loads + " --json").out);
+    return json["cases"][0]["nodes"].back()["displacement_mm"].get<double>();
+  };
+  CHECK(tip_mm("--own-weight") == Approx(-tip_mm("--acceleration-m-s2 9.80665")));
+  CHECK(tip_mm("--own-weight --direction x") == Approx(tip_mm("--own-weight")));
+  CHECK(tip_mm("--angular-acceleration-rad-s2 1") < 0);
+  CHECK(tip_mm("--moment-nm 10") > 0);
+  CHECK(tip_mm("--force-n 10 --at-mm 500") == Approx(tip_mm("--force-n 10") * 2.5 / 8));
+}
+
+TEST_CASE("the paper's Table 2 is printed beside the published columns") {
+  const Answer answer = Beam("--paper-table2");
+  CHECK(answer.exit_code == 0);
+  for (const char* value : {"1.8662", "18.6624", "17.1270", "1.621", "E = 2 GPa"}) {
+    CHECK_THAT(answer.out, Catch::Contains(value));
+  }
+}
+
+TEST_CASE("a stepped tool comes from a cell") {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("plumbline-beam-" + std::to_string(::getpid()) + ".toml");
+  std::ofstream(path) << R"(schema = 1
+[robot]
+name = "one"
+convention = "dh"
+gravity_m_s2 = [0, 0, -9.8]
+[[robot.joint]]
+a_mm = 0
+alpha_deg = 0
+d_mm = 100
+[tool]
+model = "timoshenko"
+[[tool.segment]]
+length_mm = 400
+section = "rod"
+diameter_mm = 40
+material = "steel"
+[[tool.segment]]
+length_mm = 300
+area_mm2 = 500
+ix_mm4 = 30000
+iy_mm4 = 20000
+material = "aluminium"
+)";
+  const Answer answer = Beam("--cell " + path.string() + " --force-n 50 --elements 2 --stress");
+  const Answer both = Beam("--cell " + path.string() + " --force-n 50 --section rod");
+  std::filesystem::remove(path);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Catch::Contains("Timoshenko, 4 elements"));
+  CHECK_THAT(answer.out, Catch::Contains("not known"));
+  CHECK_THAT(answer.out, Catch::Contains("of the elements whose section is known"));
+  CHECK(both.exit_code == 2);
+  CHECK_THAT(both.err, Catch::Contains("--cell") && Catch::Contains("--section"));
+}
+
+TEST_CASE("each wrong argument has its message and exit code 2") {
+  struct Wrong {
+    std::string arguments;
+    const char* place;
+    const char* told;
+  };
+  const std::string rod = "--length-mm 500 --section rod --diameter-mm 20 --material steel ";
+  const Wrong wrong[] = {
+      {rod, "nothing loads the beam", "--force-n"},
+      {rod + "--force-n abc", "--force-n", "\"abc\" is not a list of numbers"},
+      {rod + "--force-n 1,,2", "--force-n", "\"1,,2\" is not a list of numbers"},
+      {rod + "--force-n 1:2", "--force-n", "FIRST:STEP:LAST"},
+      {rod + "--force-n 1:0:5", "--force-n", "never leads"},
+      {rod + "--force-n 1:-1:5", "--force-n", "never leads"},
+      {rod + "--force-n 0:0.001:1000", "--force-n", "at most 10000"},
+      {rod + "--force-n nan", "--force-n", "not a list of numbers"},
+      {rod + "--force-n 1 --at-mm 501", "--at-mm", "501 lies outside the beam"},
+      {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 lies outside the beam"},
+      {rod + "--force-n 1 --point-mm 100", "--point-mm", "\"100\" is not Z,Y in mm"},
+      {rod + "--force-n 1 --point-mm 600,0", "--point-mm", "outside the beam, 0..500 mm"},
+      {rod + "--force-n 1 --elements 0", "--elements", "1 to 1000"},
+      {rod + "--force-n 1 --direction z", "--direction", "z"},
+      {rod + "--force-n 1 --csv --json", "--csv", "--json"},
+      {rod + "--force-n 1 --wall-mm 3", "--wall-mm", "does not belong"},
+      {"--length-mm -5 --section rod --diameter-mm 20 --material steel --force-n 1", "--length-mm",
+       "-5"},
+      {"--section rod --diameter-mm 20 --material steel --force-n 1", "--length-mm", "missing"},
+      {"--length-mm 500 --material steel --force-n 1", "--section", "missing"},
+      {"--length-mm 500 --section rod --diameter-mm 20 --force-n 1", "--youngs-modulus-gpa",
+       "or name a --material"},
+      {"--length-mm 500 --section rod --diameter-mm 20 --youngs-modulus-gpa 200 --own-weight",
+       "--density-kg-m3", "missing"},
+      {"--length-mm 500 --section rod --diameter-mm 20 --youngs-modulus-gpa 200 --force-n 1 "
+       "--theory timoshenko",
+       "--poisson-ratio", "missing"},
+      {"--length-mm 500 --section tube --outer-diameter-mm 20 --wall-mm 10 --material steel "
+       "--force-n 1",
+       "--wall-mm", "too thick"},
+      {"--length-mm 500 --section rod --diameter-mm 20 --material mud --force-n 1", "--material",
+       "mud"},
+      {"--cell /nonexistent/cell.toml --force-n 1", "--cell", "/nonexistent/cell.toml"},
+  };
+  for (const Wrong& w : wrong) {
+    CAPTURE(w.arguments);
+    const Answer answer = Beam(w.arguments);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Catch::Contains(w.place) && Catch::Contains(w.told));
+    CHECK(answer.out.empty());
+  }
+}
+
+TEST_CASE("force series") {
+  CHECK(*ForceSeriesFromText("100:100:300") == std::vector<double>{100, 200, 300});
+  CHECK(*ForceSeriesFromText("0:0.1:0.3") == std::vector<double>{0, 0.1, 0.2, 0.1 * 3});
+  CHECK(*ForceSeriesFromText("5:-5:-5") == std::vector<double>{5, 0, -5});
+  CHECK(*ForceSeriesFromText("7") == std::vector<double>{7});
+  CHECK(ForceSeriesFromText("1:2:10")->back() == 9);
+}
