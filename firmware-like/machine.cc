@@ -15,11 +15,16 @@ constexpr double kCoarseReading_m = 1e-4;
 
 std::uint16_t AlarmOf(InputFault fault) {
   switch (fault) {
-    case InputFault::kOk: return 0;
-    case InputFault::kMissing: return alarm::kRobotMissing;
-    case InputFault::kStale: return alarm::kRobotStale;
-    case InputFault::kTcpMismatch: return alarm::kDecodingWrong;
-    default: return alarm::kRobotImplausible;
+    case InputFault::kOk:
+      return 0;
+    case InputFault::kMissing:
+      return alarm::kRobotMissing;
+    case InputFault::kStale:
+      return alarm::kRobotStale;
+    case InputFault::kTcpMismatch:
+      return alarm::kDecodingWrong;
+    default:
+      return alarm::kRobotImplausible;
   }
 }
 
@@ -102,7 +107,9 @@ void Machine::ChoosePayload() {
     if (load.cog_F) cog_F = load.cog_F;
   };
   switch (policy.source) {
-    case PayloadPolicy::Source::kFixed: take(policy.fixed); break;
+    case PayloadPolicy::Source::kFixed:
+      take(policy.fixed);
+      break;
     case PayloadPolicy::Source::kTable:
       for (const PayloadPolicy::ToolLoad& load : policy.table) {
         if (robot_trusted && robot.tool_number == load.number) take(load);
@@ -200,8 +207,8 @@ void Machine::Execute(const MachineInput& input) {
     result.code = CorrectionCode::kOk;
     return;
   }
-  result.point_id = command.code == PlcCommandCode::kCorrectPoint ? command.point_id
-                                                                  : std::uint16_t{0};
+  result.point_id =
+      command.code == PlcCommandCode::kCorrectPoint ? command.point_id : std::uint16_t{0};
   const auto refuse = [&](CorrectionCode code) { result.code = code; };
 
   AssemblyPoint point;
@@ -233,7 +240,8 @@ void Machine::Execute(const MachineInput& input) {
       if (!command.pose_valid) return refuse(CorrectionCode::kBadCommand);
       point.X_WP = corrector_.arm().X_WB() * command.X_BP;
       break;
-    default: return refuse(CorrectionCode::kBadCommand);
+    default:
+      return refuse(CorrectionCode::kBadCommand);
   }
   if (!robot_trusted) return refuse(CorrectionCode::kNoRobot);
   if (command.payload_kg) point.payload_kg = command.payload_kg;
@@ -241,7 +249,8 @@ void Machine::Execute(const MachineInput& input) {
   if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
   Correction correction;
   if (command.code == PlcCommandCode::kPredictLanding) {
-    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, seed, BranchSearch::kBrief, correction);
+    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, seed, BranchSearch::kBrief,
+                       correction);
   } else {
     corrector_.Correct(point, *payload, snapshot_.robot.temp_C, seed, BranchSearch::kBrief,
                        correction);

@@ -17,8 +17,8 @@ struct PayloadPolicy {
     std::optional<Vec3> cog_F;
   };
   Source source = Source::kRobot;
-  ToolLoad fixed;                ///< of kFixed
-  std::vector<ToolLoad> table;   ///< of kTable, by the controller's tool number
+  ToolLoad fixed;               ///< of kFixed
+  std::vector<ToolLoad> table;  ///< of kTable, by the controller's tool number
 };
 
 struct MachineConfig {
@@ -32,10 +32,10 @@ struct MachineConfig {
 /// What a cycle is given. Time and the two mailboxes' contents are inputs: the machine reads no
 /// clock and no device.
 struct MachineInput {
-  double now_s = 0;             ///< monotonic
-  std::int64_t unix_ms = 0;     ///< wall clock, only to stamp results with
-  RobotState robot;             ///< the newest reading, old or new
-  PlcCommand command;           ///< the newest command, executed when its sequence is new
+  double now_s = 0;          ///< monotonic
+  std::int64_t unix_ms = 0;  ///< wall clock, only to stamp results with
+  RobotState robot;          ///< the newest reading, old or new
+  PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
 };
 
@@ -70,7 +70,7 @@ class Machine {
   Corrector corrector_;
   PlausibilityFilter filter_;
   std::vector<std::optional<JointVector>> solutions_;  ///< of each point, in the actual posture
-  std::optional<Vec3> cog_F_;  ///< of what is carried
+  std::optional<Vec3> cog_F_;                          ///< of what is carried
   std::uint16_t last_heartbeat_ = 0;
   std::optional<double> heartbeat_seen_s_;
   bool first_command_ = true;

@@ -7,7 +7,9 @@
 namespace plumbline {
 namespace {
 
-bool Finite(const Pose& pose) { return pose.R.allFinite() && pose.p.allFinite(); }
+bool Finite(const Pose& pose) {
+  return pose.R.allFinite() && pose.p.allFinite();
+}
 
 /// The reported tool pose agrees with the one that forward kinematics gives.
 bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector& q_before,
@@ -35,14 +37,22 @@ bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector&
 
 const char* Describe(InputFault fault) {
   switch (fault) {
-    case InputFault::kOk: return "ok";
-    case InputFault::kMissing: return "nothing read yet";
-    case InputFault::kStale: return "stale";
-    case InputFault::kNotFinite: return "not a number";
-    case InputFault::kJointLimit: return "joint outside its limits";
-    case InputFault::kJump: return "joint jumped";
-    case InputFault::kJointCount: return "wrong number of joints";
-    case InputFault::kTcpMismatch: return "reported tool pose contradicts the joints";
+    case InputFault::kOk:
+      return "ok";
+    case InputFault::kMissing:
+      return "nothing read yet";
+    case InputFault::kStale:
+      return "stale";
+    case InputFault::kNotFinite:
+      return "not a number";
+    case InputFault::kJointLimit:
+      return "joint outside its limits";
+    case InputFault::kJump:
+      return "joint jumped";
+    case InputFault::kJointCount:
+      return "wrong number of joints";
+    case InputFault::kTcpMismatch:
+      return "reported tool pose contradicts the joints";
   }
   return "?";
 }

@@ -24,15 +24,15 @@ const char* Describe(InputFault fault);
 
 struct PlausibilityLimits {
   double stale_after_s = 0.1;
-  double limit_margin_rad = 0.02;      ///< beyond the declared joint limits
-  double max_joint_speed = 12.0;       ///< [rad/s] or [m/s]
-  double max_joint_step = 0.05;        ///< always allowed between two readings
+  double limit_margin_rad = 0.02;  ///< beyond the declared joint limits
+  double max_joint_speed = 12.0;   ///< [rad/s] or [m/s]
+  double max_joint_step = 0.05;    ///< always allowed between two readings
   /// Reported tool pose against forward kinematics, for a robot at rest. While it moves, joints and
   /// tool pose may belong to two moments of one reading: what the flange moved since the reading
   /// before is allowed as well, twice.
   double tcp_tolerance_m = 0.010;
   double tcp_tolerance_rad = 0.02;
-  int readings_to_trust = 3;           ///< consistent readings needed after a fault
+  int readings_to_trust = 3;  ///< consistent readings needed after a fault
 };
 
 /// Judges readings in their order. Values in, verdict out; time is an input.

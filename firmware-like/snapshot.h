@@ -12,19 +12,20 @@ namespace plumbline {
 
 /// Bits of the status word.
 namespace status {
-inline constexpr std::uint16_t kReady = 1 << 0;             ///< every configured point is valid
-inline constexpr std::uint16_t kBusy = 1 << 1;              ///< a command is being worked on
-inline constexpr std::uint16_t kResultValid = 1 << 2;       ///< the result block may be used
-inline constexpr std::uint16_t kRobotLink = 1 << 3;         ///< robot input fresh and trusted
+inline constexpr std::uint16_t kReady = 1 << 0;        ///< every configured point is valid
+inline constexpr std::uint16_t kBusy = 1 << 1;         ///< a command is being worked on
+inline constexpr std::uint16_t kResultValid = 1 << 2;  ///< the result block may be used
+inline constexpr std::uint16_t kRobotLink = 1 << 3;    ///< robot input fresh and trusted
 inline constexpr std::uint16_t kWarning = 1 << 4;
 inline constexpr std::uint16_t kError = 1 << 5;
 inline constexpr std::uint16_t kLensCalibrated = 1 << 6;
-inline constexpr std::uint16_t kExtrapolating = 1 << 7;     ///< a point is outside the calibrated range
+inline constexpr std::uint16_t kExtrapolating = 1
+                                                << 7;  ///< a point is outside the calibrated range
 inline constexpr std::uint16_t kTemperatureValid = 1 << 8;
 inline constexpr std::uint16_t kPayloadValid = 1 << 9;
 inline constexpr std::uint16_t kPlcHeartbeatSeen = 1 << 10;
 inline constexpr std::uint16_t kManual = 1 << 11;
-inline constexpr std::uint16_t kToggle = 1 << 12;           ///< changes every second
+inline constexpr std::uint16_t kToggle = 1 << 12;  ///< changes every second
 }  // namespace status
 
 /// Bits of the alarm word: what withdraws validity.
@@ -34,18 +35,18 @@ inline constexpr std::uint16_t kRobotStale = 1 << 1;        ///< the last readin
 inline constexpr std::uint16_t kRobotImplausible = 1 << 2;  ///< NaN, outside limits, jump
 inline constexpr std::uint16_t kDecodingWrong = 1 << 3;     ///< tool pose contradicts the joints
 inline constexpr std::uint16_t kPayloadUnknown = 1 << 4;
-inline constexpr std::uint16_t kTorquesUnknown = 1 << 5;    ///< link masses not declared
-inline constexpr std::uint16_t kPointRefused = 1 << 6;      ///< a configured point has no correction
-inline constexpr std::uint16_t kEmergencyStop = 1 << 7;     ///< as the controller reports it
+inline constexpr std::uint16_t kTorquesUnknown = 1 << 5;  ///< link masses not declared
+inline constexpr std::uint16_t kPointRefused = 1 << 6;    ///< a configured point has no correction
+inline constexpr std::uint16_t kEmergencyStop = 1 << 7;   ///< as the controller reports it
 }  // namespace alarm
 
 /// Bits of the warning word: worth a look, nothing is withdrawn.
 namespace warning {
-inline constexpr std::uint16_t kDecodingUnchecked = 1 << 0;  ///< the profile offers no tool pose
-inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;   ///< it was seen, and stopped
-inline constexpr std::uint16_t kCycleOverrun = 1 << 2;       ///< cycles missed in the last second
-inline constexpr std::uint16_t kCoarseJoints = 1 << 3;       ///< joint registers cost over 0.1 mm
-inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4; ///< a link's centre is not declared
+inline constexpr std::uint16_t kDecodingUnchecked = 1 << 0;   ///< the profile offers no tool pose
+inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;    ///< it was seen, and stopped
+inline constexpr std::uint16_t kCycleOverrun = 1 << 2;        ///< cycles missed in the last second
+inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint registers cost over 0.1 mm
+inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
 }  // namespace warning
 
 /// A configured point in one cycle. While `valid` is false the values are the last good ones.
@@ -64,22 +65,22 @@ struct CommandResult {
   CorrectionCode code = CorrectionCode::kPending;
   PlcCommandCode command = PlcCommandCode::kNone;
   std::uint16_t point_id = 0;
-  std::int64_t unix_ms = 0;    ///< wall clock of the cycle that computed it
+  std::int64_t unix_ms = 0;  ///< wall clock of the cycle that computed it
   Correction correction;
 };
 
 struct Snapshot {
-  double now_s = 0;            ///< monotonic
+  double now_s = 0;  ///< monotonic
   std::uint64_t cycle = 0;
   std::uint16_t status = 0, alarms = 0, warnings = 0;
   InputFault input_fault = InputFault::kMissing;
   CorrectionCode first_error = CorrectionCode::kOk;  ///< of the first point that is not valid
-  double data_age_s = 0;       ///< of the robot reading
-  RobotState robot;            ///< as decoded
+  double data_age_s = 0;                             ///< of the robot reading
+  RobotState robot;                                  ///< as decoded
   std::uint16_t prismatic_joints = 0;  ///< bit i: joint i slides, its count is in metres
   bool payload_valid = false;
-  Payload payload;             ///< in force for points without their own
-  double reading_radius_m = 0; ///< 95 % radius at the tip from the steps of the joint registers
+  Payload payload;              ///< in force for points without their own
+  double reading_radius_m = 0;  ///< 95 % radius at the tip from the steps of the joint registers
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
 };

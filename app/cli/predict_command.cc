@@ -31,8 +31,7 @@ int Run(const Options& options) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
               << " cannot be used; the payload is taken as 0\n";
   }
-  const Result<std::vector<Prediction>> predictions =
-      Predict(*cell, *poses, options.deflection_sd);
+  const Result<std::vector<Prediction>> predictions = Predict(*cell, *poses, options.deflection_sd);
   if (!predictions) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return kExitFault;
@@ -84,27 +83,29 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
           "its link_mass_kg, or leave compliance_rad_per_Nm out"};
     }
     Payload payload;
-    if (poses.recorded.payload && cell.payload_cog_F) payload = {row.payload_kg, *cell.payload_cog_F};
+    if (poses.recorded.payload && cell.payload_cog_F)
+      payload = {row.payload_kg, *cell.payload_cog_F};
     LoadedState state;
     if (!arm.AtCommanded(row.q, payload, state)) {
-      return Error{fmt::format("{}:{}: the sagged posture does not settle; check "
-                               "compliance_rad_per_Nm and link_mass_kg",
-                               poses.file, row.line)};
+      return Error{
+          fmt::format("{}:{}: the sagged posture does not settle; check "
+                      "compliance_rad_per_Nm and link_mass_kg",
+                      poses.file, row.line)};
     }
     const Mat3 covariance = DeflectionCovariance(arm, state, deflection_sd);
     predictions.push_back(
         {arm.X_WB() * state.X_BT.p, RadiusHolding95Percent(covariance),
-         OutsideDomain(
-             known->second.cell, row.q,
-             poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
-             poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt)});
+         OutsideDomain(known->second.cell, row.q,
+                       poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
+                       poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt)});
   }
   return predictions;
 }
 
 void AddPredictCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("predict", "Where the loaded tip is at each pose of a file");
+  CLI::App* command =
+      app.add_subcommand("predict", "Where the loaded tip is at each pose of a file");
   command->add_option("cell", options->cell, "The cell's model, CELL.toml")->required();
   command->add_option("poses", options->poses, "Poses, POSES.csv (columns as measured.csv)")
       ->required();
@@ -115,7 +116,8 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 10.0));
   command->footer(
-      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 %,\n"
+      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 "
+      "%,\n"
       "and extrapolated (1: outside [domain], or outside the joint limits where there is none).\n\n"
       "Example:\n  plumbline predict config/cells/kr210.toml poses.csv --out predicted.csv\n\n"
       "Exit codes: 0 done, 1 faults in the input, 2 wrong arguments or unwritable output.");

@@ -13,8 +13,8 @@ void AddPredictCommand(CLI::App& app, int& exit_code);
 
 /// Where the tip of the loaded arm is at one row's pose.
 struct Prediction {
-  Vec3 p_WT;                   ///< [m]
-  double radius95_m = 0;       ///< holds 95 %
+  Vec3 p_WT;              ///< [m]
+  double radius95_m = 0;  ///< holds 95 %
   bool extrapolated = false;
 };
 

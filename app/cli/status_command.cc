@@ -31,20 +31,20 @@ class DaemonRegisters {
         modbus_new_tcp_pi(options.host.c_str(), std::to_string(options.port).c_str()),
         &modbus_free);
     if (!link || modbus_connect(link.get()) != 0) {
-      return Error{fmt::format(
-          "{}:{}: {}; is plumblined running, and is this its plc.listen and plc.port?",
-          options.host, options.port, modbus_strerror(errno))};
+      return Error{
+          fmt::format("{}:{}: {}; is plumblined running, and is this its plc.listen and plc.port?",
+                      options.host, options.port, modbus_strerror(errno))};
     }
     DaemonRegisters daemon;
     const auto read = [&](int first, int count) {
       daemon.registers_.resize(static_cast<std::size_t>(first + count));
-      return modbus_read_registers(link.get(), first, count,
-                                   daemon.registers_.data() + first) == count;
+      return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
+             count;
     };
     bool ok = read(0, plc_map::kStateSize);
     if (ok && daemon.registers_[0] != plc_map::kMagic) {
-      return Error{fmt::format("{}:{} answers Modbus, but is no plumblined", options.host,
-                               options.port)};
+      return Error{
+          fmt::format("{}:{} answers Modbus, but is no plumblined", options.host, options.port)};
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
     for (int k = 0; ok && k < daemon.points(); ++k) {
@@ -69,8 +69,8 @@ class DaemonRegisters {
   double Find(std::span<const MapField> fields, std::string_view name, int base) const {
     for (const MapField& field : fields) {
       if (name == field.name) {
-        return ValueOfField(field.type, registers_,
-                            static_cast<std::size_t>(base + field.address), registers_[2] == 1);
+        return ValueOfField(field.type, registers_, static_cast<std::size_t>(base + field.address),
+                            registers_[2] == 1);
       }
     }
     assert(false && "no such field");
@@ -102,45 +102,44 @@ void Print(const DaemonRegisters& daemon) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
   };
   const int firmware = daemon.Word("firmware");
-  line("daemon", fmt::format("version {}.{}.{}, up {:.0f} s, start number {}, {} Modbus clients",
-                             firmware / 10000, firmware / 100 % 100, firmware % 100,
-                             daemon.Value("uptime"), daemon.Word("boot_counter"),
-                             daemon.Word("clients")));
+  line("daemon",
+       fmt::format("version {}.{}.{}, up {:.0f} s, start number {}, {} Modbus clients",
+                   firmware / 10000, firmware / 100 % 100, firmware % 100, daemon.Value("uptime"),
+                   daemon.Word("boot_counter"), daemon.Word("clients")));
   line("cycle", fmt::format("{:.1f} ms, longest computation {:.2f} ms, {} late",
                             0.1 * daemon.Value("cycle_period"),
                             1e-3 * daemon.Value("longest_cycle"), daemon.Word("overruns")));
   const auto fault = static_cast<InputFault>(daemon.Word("input_fault"));
   const int age_ms = daemon.Word("data_age");
-  line("robot", fault == InputFault::kOk
-                    ? fmt::format("trusted, {} ms old", age_ms)
-                    : fmt::format("NOT trusted: {}", Describe(fault)));
+  line("robot", fault == InputFault::kOk ? fmt::format("trusted, {} ms old", age_ms)
+                                         : fmt::format("NOT trusted: {}", Describe(fault)));
   std::string joints;
   for (int k = 1; k <= daemon.Word("joints"); ++k) {
     joints += fmt::format(" {:.3f}", daemon.Value(fmt::format("q{}", k)));
   }
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
-    line("", fmt::format("steps of the joint registers cost {:.2f} mm at the tip (95 %)", radius_mm));
+    line("",
+         fmt::format("steps of the joint registers cost {:.2f} mm at the tip (95 %)", radius_mm));
   }
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "not known");
-  line("alarms", daemon.Word("alarms") == 0 ? "none"
-                                             : fmt::format("0x{:04X}", daemon.Word("alarms")));
-  line("warnings", daemon.Word("warnings") == 0
-                       ? "none"
-                       : fmt::format("0x{:04X}", daemon.Word("warnings")));
+  line("alarms",
+       daemon.Word("alarms") == 0 ? "none" : fmt::format("0x{:04X}", daemon.Word("alarms")));
+  line("warnings",
+       daemon.Word("warnings") == 0 ? "none" : fmt::format("0x{:04X}", daemon.Word("warnings")));
   for (int k = 0; k < daemon.points(); ++k) {
     const auto value = [&](const char* name) { return daemon.Value(name, k); };
     const auto code = static_cast<CorrectionCode>(value("point_code"));
     const bool valid = (static_cast<int>(value("point_validity")) & plc_map::kValid) != 0;
-    line("point", fmt::format("{:<5} {}", value("point_id"),
-                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                                  "{:.3f} mm, 95 % within {:.3f} mm",
-                                                  value("point_x"), value("point_y"),
-                                                  value("point_z"), value("point_correction"),
-                                                  value("point_uncertainty"))
-                                    : std::string("no correction: ") + Describe(code)));
+    line("point",
+         fmt::format("{:<5} {}", value("point_id"),
+                     valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
+                                         "{:.3f} mm, 95 % within {:.3f} mm",
+                                         value("point_x"), value("point_y"), value("point_z"),
+                                         value("point_correction"), value("point_uncertainty"))
+                           : std::string("no correction: ") + Describe(code)));
   }
 }
 

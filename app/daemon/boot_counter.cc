@@ -24,9 +24,9 @@ Result<bool> WriteAtomically(const std::string& directory, const std::string& pa
   const std::string temporary = path + ".new";
   const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) return Failed(temporary, "cannot be created");
-  const bool written = write(fd, content.data(), content.size()) ==
-                           static_cast<ssize_t>(content.size()) &&
-                       fsync(fd) == 0;
+  const bool written =
+      write(fd, content.data(), content.size()) == static_cast<ssize_t>(content.size()) &&
+      fsync(fd) == 0;
   if (close(fd) != 0 || !written) return Failed(temporary, "cannot be written");
   if (std::rename(temporary.c_str(), path.c_str()) != 0) return Failed(path, "cannot be replaced");
   const int folder = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

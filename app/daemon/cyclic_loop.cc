@@ -71,12 +71,14 @@ CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& 
       snapshots_(1, parts_->machine.Cycle({})),
       server_(server) {
   environment_.boot_count = boot_count;
-  environment_.firmware = 10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR +
-                          PLUMBLINE_VERSION_PATCH;
+  environment_.firmware =
+      10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR + PLUMBLINE_VERSION_PATCH;
   environment_.cycle_period_s = parts_->period_s;
 }
 
-CyclicLoop::~CyclicLoop() { Stop(); }
+CyclicLoop::~CyclicLoop() {
+  Stop();
+}
 
 void CyclicLoop::Start() {
   start_s_ = MonotonicSeconds();
@@ -105,7 +107,9 @@ void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts) {
   parts_ = std::move(parts);
 }
 
-LoopCounters CyclicLoop::counters() const { return {cycles_, overruns_, longest_cycle_s_}; }
+LoopCounters CyclicLoop::counters() const {
+  return {cycles_, overruns_, longest_cycle_s_};
+}
 
 void CyclicLoop::Run() {
   CycleParts* parts = parts_.get();
@@ -140,9 +144,8 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   input.cycle_overrun = begin_s - last_overrun_s_ < 1.0;
   {
     const auto commands = handler_.Commands();
-    input.command =
-        PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
-                                parts.convention);
+    input.command = PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
+                                            parts.convention);
   }
   const Snapshot& snapshot = parts.machine.Cycle(input);
   Publish(parts, snapshot);
@@ -179,8 +182,8 @@ void CyclicLoop::Publish(CycleParts& parts, const Snapshot& snapshot) {
   const std::size_t count = std::min(parts.push.size(), pushed.size());
   for (std::size_t slot = 0; slot < count; ++slot) {
     const PointResult& point = snapshot.points[parts.push[slot].point];
-    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id,
-                    point.correction.X_BP_command, point.valid};
+    pushed[slot] = {static_cast<int>(slot), parts.push[slot].id, point.correction.X_BP_command,
+                    point.valid};
   }
   parts.link->QueuePush(std::span(pushed).first(count));
 }

@@ -66,8 +66,8 @@ class CyclicLoop {
   void OneCycle(CycleParts& parts, double tick_s);
   void Publish(CycleParts& parts, const Snapshot& snapshot);
 
-  std::unique_ptr<CycleParts> parts_;        ///< owned by the thread that calls Replace()
-  std::atomic<CycleParts*> next_{nullptr};   ///< waiting to be taken over
+  std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()
+  std::atomic<CycleParts*> next_{nullptr};  ///< waiting to be taken over
   modbus::ImageHandler& handler_;
   Latest<modbus::RegisterImage>& images_;
   Latest<Snapshot> snapshots_;

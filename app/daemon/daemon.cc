@@ -66,13 +66,13 @@ class ClientEvents {
       told_ = 0;
     }
     if (++told_ > kMost) return;
-    const char* text = event.kind == Kind::kStranger ? "refused: not in plc.allow"
-                       : event.kind == Kind::kNoRoom ? "refused: every slot is kept"
-                       : event.kind == Kind::kEvicted ? "closed: longest idle, made room"
+    const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
+                       : event.kind == Kind::kNoRoom       ? "refused: every slot is kept"
+                       : event.kind == Kind::kEvicted      ? "closed: longest idle, made room"
                        : event.kind == Kind::kFrameTimeout ? "closed: frame not completed in 1 s"
-                       : event.kind == Kind::kNotReading ? "closed: does not read its answers"
-                       : event.kind == Kind::kBrokenFrame ? "closed: not Modbus"
-                                                          : "closed: out of file descriptors";
+                       : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
+                       : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
+                                                           : "closed: out of file descriptors";
     Log(LogLevel::kWarning, fmt::format("Modbus client {} {}", event.peer, text));
   }
 
@@ -120,8 +120,8 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, DaemonConfig&
       signalfd_siginfo info{};
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
-        Log(LogLevel::kNotice, fmt::format("ending on {}",
-                                           info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
+        Log(LogLevel::kNotice,
+            fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
         return;
       }
       Reload(file, loop, reporter, config);
@@ -143,8 +143,8 @@ int RunDaemon(const std::string& config_file) {
   std::optional<DaemonConfig> config = ReadDaemonConfig(config_file, faults);
   LogFaults(faults);
   if (!config) {
-    Log(LogLevel::kError, fmt::format("not started: mend {} first (plumbline check tells the same)",
-                                      config_file));
+    Log(LogLevel::kError,
+        fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
     return 1;
   }
   std::uint16_t boot_count = 0;
@@ -190,10 +190,9 @@ int RunDaemon(const std::string& config_file) {
 
   CyclicLoop loop(std::move(parts), handler, images, boot_count, server->get());
   loop.Start();
-  Log(LogLevel::kNotice,
-      fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
-                  config->cell.robot.name, config->points.size(), config->plc.listen,
-                  (*server)->port()));
+  Log(LogLevel::kNotice, fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}",
+                                     PLUMBLINE_VERSION, config->cell.robot.name,
+                                     config->points.size(), config->plc.listen, (*server)->port()));
   malloc_trim(0);
   Watch(signals, config_file, loop, *config);
   loop.Stop();

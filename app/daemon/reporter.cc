@@ -43,7 +43,8 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
     if (link.push_result == LinkResult::kOk) {
       sink_(LogLevel::kNotice, "push to the controller works again");
     } else {
-      sink_(LogLevel::kWarning, fmt::format("push to the controller: {}", link.push_problem.view()));
+      sink_(LogLevel::kWarning,
+            fmt::format("push to the controller: {}", link.push_problem.view()));
     }
   }
   // Nothing was tried yet: neither connected nor lost.
@@ -53,13 +54,13 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   if (was_short) sink_(LogLevel::kWarning, "robot link lost and restored at once");
   if (connected_ == link.connected) return;
   if (link.connected) {
-    sink_(LogLevel::kNotice, connected_ ? fmt::format("robot link restored after {:.1f} s",
-                                                      now_s - link_since_s_)
-                                        : "robot link up");
+    sink_(LogLevel::kNotice,
+          connected_ ? fmt::format("robot link restored after {:.1f} s", now_s - link_since_s_)
+                     : "robot link up");
   } else {
-    sink_(LogLevel::kError, fmt::format("robot link {}: {}",
-                                        link.readings > 0 ? "lost" : "not there yet",
-                                        link.problem.view()));
+    sink_(LogLevel::kError,
+          fmt::format("robot link {}: {}", link.readings > 0 ? "lost" : "not there yet",
+                      link.problem.view()));
   }
   connected_ = link.connected;
   link_since_s_ = now_s;
@@ -67,9 +68,9 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
 
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   InputFault fault = snapshot.input_fault;
-  const bool blip = fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
-                    (raised & (alarm::kRobotStale | alarm::kRobotImplausible |
-                               alarm::kDecodingWrong)) != 0;
+  const bool blip =
+      fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
+      (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
   if (blip) sink_(LogLevel::kWarning, "robot input was not trusted for some cycles");
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
   if (emergency_stop != emergency_stop_) {
@@ -79,11 +80,10 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   }
   if (fault == input_fault_) return;
   if (fault == InputFault::kOk) {
-    sink_(LogLevel::kNotice,
-          input_fault_ && *input_fault_ != InputFault::kMissing
-              ? fmt::format("robot input trusted again after {:.1f} s",
-                            snapshot.now_s - input_since_s_)
-              : "robot input trusted");
+    sink_(LogLevel::kNotice, input_fault_ && *input_fault_ != InputFault::kMissing
+                                 ? fmt::format("robot input trusted again after {:.1f} s",
+                                               snapshot.now_s - input_since_s_)
+                                 : "robot input trusted");
   } else if (fault != InputFault::kMissing) {
     const char* remedy =
         fault == InputFault::kTcpMismatch
@@ -107,8 +107,7 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
     if (point.valid) {
       sink_(LogLevel::kInfo,
             fmt::format("point {} ({}) corrected by {:.2f} mm, 95 % within {:.2f} mm{}",
-                        points_[k].id, points_[k].name,
-                        1e3 * point.correction.translation_B.norm(),
+                        points_[k].id, points_[k].name, 1e3 * point.correction.translation_B.norm(),
                         1e3 * point.correction.uncertainty_m,
                         point.correction.extrapolated ? ", outside the calibrated range" : ""));
     } else {

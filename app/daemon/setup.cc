@@ -64,8 +64,10 @@ Result<std::unique_ptr<RobotDevice>> RobotFrom(const DaemonConfig& config) {
   connection.profile = link.profile;
   connection.push = {config.push.enabled, config.push.max_step_m, config.push.min_period_s};
   switch (link.transport) {
-    case RobotLinkConfig::Transport::kTcp: return MakeRobot("tcp", connection);
-    case RobotLinkConfig::Transport::kRtu: return MakeRobot("rtu", connection);
+    case RobotLinkConfig::Transport::kTcp:
+      return MakeRobot("tcp", connection);
+    case RobotLinkConfig::Transport::kRtu:
+      return MakeRobot("rtu", connection);
     case RobotLinkConfig::Transport::kReplay: {
       Result<ReplayRows> replay = ReplayFrom(config);
       if (!replay) return Error{replay.error()};
@@ -100,8 +102,8 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   std::vector<modbus::AddressRanges::Range> ranges;
   // Registers between two entries of a window read as 0: a PLC reads a window in one request.
   const auto add = [&ranges](std::size_t first, std::size_t size) {
-    ranges.push_back({static_cast<std::uint16_t>(first),
-                      static_cast<std::uint16_t>(first + size - 1)});
+    ranges.push_back(
+        {static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(first + size - 1)});
   };
   add(0, plc_map::kStateSize);
   add(plc_map::kResult, plc_map::kResultSize);

@@ -20,9 +20,9 @@ WordOrder OrderOf(bool little_word_first) {
 /// Nearest integer inside the type's range; values beyond it saturate.
 template <typename Integer>
 Integer Saturate(double value) {
-  return static_cast<Integer>(
-      std::clamp(std::round(value), static_cast<double>(std::numeric_limits<Integer>::min()),
-                 static_cast<double>(std::numeric_limits<Integer>::max())));
+  return static_cast<Integer>(std::clamp(std::round(value),
+                                         static_cast<double>(std::numeric_limits<Integer>::min()),
+                                         static_cast<double>(std::numeric_limits<Integer>::max())));
 }
 
 }  // namespace
@@ -40,11 +40,15 @@ void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
     registers_[at + 1] = pair[1];
   };
   switch (type) {
-    case FieldType::kU16: registers_[address] = Saturate<std::uint16_t>(value); break;
+    case FieldType::kU16:
+      registers_[address] = Saturate<std::uint16_t>(value);
+      break;
     case FieldType::kI16:
       registers_[address] = static_cast<std::uint16_t>(Saturate<std::int16_t>(value));
       break;
-    case FieldType::kU32: put_pair(address, Saturate<std::uint32_t>(value)); break;
+    case FieldType::kU32:
+      put_pair(address, Saturate<std::uint32_t>(value));
+      break;
     case FieldType::kI32:
       put_pair(address, static_cast<std::uint32_t>(Saturate<std::int32_t>(value)));
       break;
@@ -67,7 +71,8 @@ void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
 const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
                                                      const PlcEnvironment& environment) {
   MapSource source{snapshot, environment, convention_};
-  for (const MapField& field : plc_map::Fields()) Put(field.address, field.type, field.value(source));
+  for (const MapField& field : plc_map::Fields())
+    Put(field.address, field.type, field.value(source));
   registers_[plc_map::kResultCrc] = CrcOfRegisters(
       std::span(registers_).subspan(plc_map::kResult, plc_map::kResultCrc - plc_map::kResult));
   for (std::size_t k = 0; k < point_ids_.size() && k < snapshot.points.size(); ++k) {
@@ -87,11 +92,16 @@ double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::s
     return modbus::U32FromRegisters(block[at], block[at + 1], OrderOf(little_word_first));
   };
   switch (type) {
-    case FieldType::kU16: return block[offset];
-    case FieldType::kI16: return static_cast<std::int16_t>(block[offset]);
-    case FieldType::kU32: return pair(offset);
-    case FieldType::kI32: return static_cast<std::int32_t>(pair(offset));
-    case FieldType::kFloat: return std::bit_cast<float>(pair(offset));
+    case FieldType::kU16:
+      return block[offset];
+    case FieldType::kI16:
+      return static_cast<std::int16_t>(block[offset]);
+    case FieldType::kU32:
+      return pair(offset);
+    case FieldType::kI32:
+      return static_cast<std::int32_t>(pair(offset));
+    case FieldType::kFloat:
+      return std::bit_cast<float>(pair(offset));
     case FieldType::kU64: {
       const std::uint64_t first = pair(offset), second = pair(offset + 2);
       return static_cast<double>(little_word_first ? second << 32 | first : first << 32 | second);
@@ -132,8 +142,8 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
     position_m = 1e-3 * Vec3(number(1002), number(1004), number(1006));
     angles = kRadians * Vec3(number(1008), number(1010), number(1012));
   }
-  command.pose_valid = position_m.allFinite() && angles.allFinite() &&
-                       position_m.norm() < 1e3 && angles.norm() < 100;
+  command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
+                       angles.norm() < 100;
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
   return command;
 }

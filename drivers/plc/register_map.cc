@@ -14,7 +14,9 @@ constexpr FieldType kU16 = FieldType::kU16, kI16 = FieldType::kI16, kU32 = Field
 
 using Source = const MapSource&;
 
-const Correction& Answer(Source s) { return s.snapshot.result.correction; }
+const Correction& Answer(Source s) {
+  return s.snapshot.result.correction;
+}
 
 double Angle_deg(const Pose& X, Source s, int k) {
   return kDegrees * AnglesFromRotation(X.R, s.convention.orientation)[k];
@@ -101,7 +103,9 @@ double InputBits(Source s) {
   return bits;
 }
 
-double Number(CorrectionCode code) { return static_cast<double>(code); }
+double Number(CorrectionCode code) {
+  return static_cast<double>(code);
+}
 
 const std::array kFields = {
     // 0-9 identity
@@ -285,7 +289,8 @@ constexpr std::array kCommandFields = {
                  "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
                  "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge"},
     CommandField{1001, kU16, "command_point", "", "id of the point, for code 1"},
-    CommandField{1002, kFloat, "command_x", "mm", "wanted pose of the tool point, robot base frame"},
+    CommandField{1002, kFloat, "command_x", "mm",
+                 "wanted pose of the tool point, robot base frame"},
     CommandField{1004, kFloat, "command_y", "mm", ""},
     CommandField{1006, kFloat, "command_z", "mm", ""},
     CommandField{1008, kFloat, "command_rx", "deg", "orientation, convention of register 3"},
@@ -309,29 +314,44 @@ constexpr std::array kCommandFields = {
 int RegisterCount(FieldType type) {
   switch (type) {
     case FieldType::kU16:
-    case FieldType::kI16: return 1;
+    case FieldType::kI16:
+      return 1;
     case FieldType::kU32:
     case FieldType::kI32:
-    case FieldType::kFloat: return 2;
-    case FieldType::kU64: return 4;
+    case FieldType::kFloat:
+      return 2;
+    case FieldType::kU64:
+      return 4;
   }
   return 0;
 }
 
 const char* NameOf(FieldType type) {
   switch (type) {
-    case FieldType::kU16: return "u16";
-    case FieldType::kI16: return "i16";
-    case FieldType::kU32: return "u32";
-    case FieldType::kI32: return "i32";
-    case FieldType::kFloat: return "float32";
-    case FieldType::kU64: return "u64";
+    case FieldType::kU16:
+      return "u16";
+    case FieldType::kI16:
+      return "i16";
+    case FieldType::kU32:
+      return "u32";
+    case FieldType::kI32:
+      return "i32";
+    case FieldType::kFloat:
+      return "float32";
+    case FieldType::kU64:
+      return "u64";
   }
   return "?";
 }
 
-std::span<const MapField> plc_map::Fields() { return kFields; }
-std::span<const MapField> plc_map::PointFields() { return kPointFields; }
-std::span<const CommandField> plc_map::Commands() { return kCommandFields; }
+std::span<const MapField> plc_map::Fields() {
+  return kFields;
+}
+std::span<const MapField> plc_map::PointFields() {
+  return kPointFields;
+}
+std::span<const CommandField> plc_map::Commands() {
+  return kCommandFields;
+}
 
 }  // namespace plumbline

@@ -21,9 +21,9 @@ struct PlcEnvironment {
   double uptime_s = 0;
   std::uint16_t clients = 0;
   std::uint16_t boot_count = 0;
-  std::uint32_t firmware = 0;         ///< 10000 major + 100 minor + patch
+  std::uint32_t firmware = 0;  ///< 10000 major + 100 minor + patch
   double cycle_period_s = 0;
-  double longest_cycle_s = 0;         ///< since the start
+  double longest_cycle_s = 0;  ///< since the start
   std::uint32_t overruns = 0;
   std::uint16_t model_version = 0;
 };
@@ -65,7 +65,7 @@ struct CommandField {
 namespace plc_map {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
-inline constexpr std::uint16_t kStateSize = 24;    ///< identity and state, from address 0
+inline constexpr std::uint16_t kStateSize = 24;  ///< identity and state, from address 0
 inline constexpr std::uint16_t kStatusWord = 11;
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
@@ -77,7 +77,8 @@ inline constexpr int kMostPoints = 500;
 
 /// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
 inline constexpr std::uint16_t kBits = 48;
-/// Coils that clients write: 1000 acknowledge the result (on its rising edge), 1001 operated by hand.
+/// Coils that clients write: 1000 acknowledge the result (on its rising edge), 1001 operated by
+/// hand.
 inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 2;
 
 /// Bits of a validity register.

@@ -9,14 +9,19 @@ namespace {
 
 int Restarts(BranchSearch search) {
   switch (search) {
-    case BranchSearch::kNone: return 0;
-    case BranchSearch::kBrief: return 16;
-    case BranchSearch::kThorough: return 128;
+    case BranchSearch::kNone:
+      return 0;
+    case BranchSearch::kBrief:
+      return 16;
+    case BranchSearch::kThorough:
+      return 128;
   }
   return 0;
 }
 
-Pose PointOfTip(const Pose& X_BT, const Vec3& p_TP) { return {X_BT.R, X_BT * p_TP}; }
+Pose PointOfTip(const Pose& X_BT, const Vec3& p_TP) {
+  return {X_BT.R, X_BT * p_TP};
+}
 
 /// Solves for the tool point; kOk, or why not.
 template <typename Tip>
@@ -31,9 +36,12 @@ CorrectionCode Solve(const Chain& chain, const PoseTarget& target, const Tip& ti
     return WrapIntoLimits(chain, seed, theta) ? CorrectionCode::kOk : CorrectionCode::kJointLimit;
   }
   switch (SolvePoseOnNearestBranch(chain, target, tip, Restarts(search), seed, theta, outcome)) {
-    case BranchOutcome::kFound: return CorrectionCode::kOk;
-    case BranchOutcome::kOnlyOutsideLimits: return CorrectionCode::kJointLimit;
-    case BranchOutcome::kNone: return CorrectionCode::kUnreachable;
+    case BranchOutcome::kFound:
+      return CorrectionCode::kOk;
+    case BranchOutcome::kOnlyOutsideLimits:
+      return CorrectionCode::kJointLimit;
+    case BranchOutcome::kNone:
+      return CorrectionCode::kUnreachable;
   }
   return CorrectionCode::kNotConverged;
 }
@@ -42,18 +50,30 @@ CorrectionCode Solve(const Chain& chain, const PoseTarget& target, const Tip& ti
 
 const char* Describe(CorrectionCode code) {
   switch (code) {
-    case CorrectionCode::kOk: return "ok";
-    case CorrectionCode::kUnreachable: return "out of reach";
-    case CorrectionCode::kJointLimit: return "joint limit";
-    case CorrectionCode::kSingular: return "singular posture";
-    case CorrectionCode::kTooLarge: return "correction too large";
-    case CorrectionCode::kNotConverged: return "not converged";
-    case CorrectionCode::kTorquesUnknown: return "link masses not declared";
-    case CorrectionCode::kPayloadUnknown: return "payload not known";
-    case CorrectionCode::kNoRobot: return "no trusted robot input";
-    case CorrectionCode::kUnknownPoint: return "no such point";
-    case CorrectionCode::kBadCommand: return "bad command";
-    case CorrectionCode::kPending: return "pending";
+    case CorrectionCode::kOk:
+      return "ok";
+    case CorrectionCode::kUnreachable:
+      return "out of reach";
+    case CorrectionCode::kJointLimit:
+      return "joint limit";
+    case CorrectionCode::kSingular:
+      return "singular posture";
+    case CorrectionCode::kTooLarge:
+      return "correction too large";
+    case CorrectionCode::kNotConverged:
+      return "not converged";
+    case CorrectionCode::kTorquesUnknown:
+      return "link masses not declared";
+    case CorrectionCode::kPayloadUnknown:
+      return "payload not known";
+    case CorrectionCode::kNoRobot:
+      return "no trusted robot input";
+    case CorrectionCode::kUnknownPoint:
+      return "no such point";
+    case CorrectionCode::kBadCommand:
+      return "bad command";
+    case CorrectionCode::kPending:
+      return "pending";
   }
   return "?";
 }

@@ -37,13 +37,13 @@ struct CorrectionLimits {
 /// A corrected point, or the code that says why there is none.
 struct Correction {
   CorrectionCode code = CorrectionCode::kPending;
-  JointVector q;               ///< joints that the command leads to [rad]
-  Pose X_BP_command;           ///< pose to command for the unloaded tool point, in B
+  JointVector q;                      ///< joints that the command leads to [rad]
+  Pose X_BP_command;                  ///< pose to command for the unloaded tool point, in B
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
-  double uncertainty_m = 0;    ///< radius that holds 95 % of where the loaded tip lands
-  bool extrapolated = false;   ///< outside the calibrated range
-  double residual_m = 0;       ///< of the model at the solution
+  double uncertainty_m = 0;           ///< radius that holds 95 % of where the loaded tip lands
+  bool extrapolated = false;          ///< outside the calibrated range
+  double residual_m = 0;              ///< of the model at the solution
   double residual_rad = 0;
   int iterations = 0;
 };

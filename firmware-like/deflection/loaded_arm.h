@@ -9,12 +9,12 @@ namespace plumbline {
 
 /// The loaded arm in one posture.
 struct LoadedState {
-  Posture posture;                  ///< frames of the sagged arm in B
-  JointVector tau;                  ///< gravity torques [N m]
-  JointVector sag;                  ///< joint deflections s = compliance tau [rad]
-  Vec3 bend_F = Vec3::Zero();       ///< tip displacement of the tool in F [m]
-  Vec3 slope_F = Vec3::Zero();      ///< rotation vector of the tip section in F [rad]
-  Pose X_BT;                        ///< the loaded tip
+  Posture posture;              ///< frames of the sagged arm in B
+  JointVector tau;              ///< gravity torques [N m]
+  JointVector sag;              ///< joint deflections s = compliance tau [rad]
+  Vec3 bend_F = Vec3::Zero();   ///< tip displacement of the tool in F [m]
+  Vec3 slope_F = Vec3::Zero();  ///< rotation vector of the tip section in F [rad]
+  Pose X_BT;                    ///< the loaded tip
 };
 
 /// Joint and tool deflection of a cell under gravity.

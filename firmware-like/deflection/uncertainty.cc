@@ -38,8 +38,7 @@ bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<do
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Joint& joint = cell.robot.joints[k];
-    const Interval interval =
-        cell.domain ? cell.domain->q[k] : Interval{joint.min, joint.max};
+    const Interval interval = cell.domain ? cell.domain->q[k] : Interval{joint.min, joint.max};
     if (!interval.Contains(q[i])) return true;
   }
   if (!cell.domain) return false;

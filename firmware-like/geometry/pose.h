@@ -26,6 +26,8 @@ inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
   return {X_AB.R * X_BC.R, X_AB.R * X_BC.p + X_AB.p};
 }
 
-inline Vec3 operator*(const Pose& X_AB, const Vec3& p_BQ) { return X_AB.R * p_BQ + X_AB.p; }
+inline Vec3 operator*(const Pose& X_AB, const Vec3& p_BQ) {
+  return X_AB.R * p_BQ + X_AB.p;
+}
 
 }  // namespace plumbline

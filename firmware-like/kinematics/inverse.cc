@@ -41,7 +41,8 @@ JointVector RestartPosture(const Chain& chain, const JointVector& seed, int inde
   const int n = chain.size();
   JointVector start = seed;
   if (index < kMirrored && n == 6) {
-    // The other wrist, the other elbow, and the arm turned about: the branches of a spherical wrist.
+    // The other wrist, the other elbow, and the arm turned about: the branches of a spherical
+    // wrist.
     if (index & 1) {
       start[3] += std::numbers::pi;
       start[4] = -start[4];

@@ -1,9 +1,8 @@
 // Inverse kinematics: joint positions that bring the tip to a pose, on the nearest branch.
 #pragma once
 
-#include <cmath>
-
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/chain.h"
@@ -93,9 +92,9 @@ enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
 /// Of the solutions found from the seed and `restarts` other postures, the one within joint limits
 /// that is nearest to the seed (least largest joint change).
 template <typename Tip>
-BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target,
-                                       const Tip& tip, int restarts, const JointVector& seed,
-                                       JointVector& theta, InverseOutcome& outcome) {
+BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target, const Tip& tip,
+                                       int restarts, const JointVector& seed, JointVector& theta,
+                                       InverseOutcome& outcome) {
   constexpr int kIterations = 40;
   BranchOutcome best = BranchOutcome::kNone;
   double best_change = 0;

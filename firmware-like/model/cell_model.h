@@ -35,9 +35,9 @@ struct Joint {
   int sign = 1;
   double min = -std::numeric_limits<double>::infinity();  ///< [rad] or [m], controller's count
   double max = std::numeric_limits<double>::infinity();
-  std::optional<double> link_mass_kg;            ///< absent: torques of joints 1..i are unknown
-  std::optional<Vec3> link_com_m;                ///< in the frame after the joint; absent: a guess
-  std::optional<double> compliance_rad_per_Nm;   ///< absent: rigid
+  std::optional<double> link_mass_kg;           ///< absent: torques of joints 1..i are unknown
+  std::optional<Vec3> link_com_m;               ///< in the frame after the joint; absent: a guess
+  std::optional<double> compliance_rad_per_Nm;  ///< absent: rigid
 };
 
 struct Robot {
@@ -99,7 +99,7 @@ struct WrittenEffect {
   std::string id;
   std::vector<std::string> scope;
   std::vector<EffectParameter> parameters;
-  Eigen::MatrixXd covariance;  ///< of the parameters that are numbers; empty where not told
+  Eigen::MatrixXd covariance;        ///< of the parameters that are numbers; empty where not told
   std::vector<std::string> drivers;  ///< of an empirical term: the columns that it follows
   Eigen::MatrixXd nodes;             ///< of an empirical term, as written
   std::string from_file, from_date;

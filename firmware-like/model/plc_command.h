@@ -10,8 +10,8 @@ namespace plumbline {
 
 enum class PlcCommandCode : std::uint16_t {
   kNone = 0,
-  kCorrectPoint = 1,  ///< the configured point of that id
-  kCorrectPose = 2,   ///< the pose in the command, as floats
+  kCorrectPoint = 1,       ///< the configured point of that id
+  kCorrectPose = 2,        ///< the pose in the command, as floats
   kCorrectPoseScaled = 3,  ///< likewise as int16 0.1 mm and mrad (rotation vector)
   kPredictLanding = 4,     ///< where the loaded tool point lands if the pose is commanded as it is
   kAcknowledge = 5,        ///< the result was read; free it
@@ -22,8 +22,8 @@ struct PlcCommand {
   std::uint16_t sequence = 0;
   PlcCommandCode code = PlcCommandCode::kNone;
   std::uint16_t point_id = 0;
-  bool pose_valid = false;  ///< every number of the pose is finite
-  Pose X_BP;                ///< of kCorrectPose*, kPredictLanding: tool point in B
+  bool pose_valid = false;           ///< every number of the pose is finite
+  Pose X_BP;                         ///< of kCorrectPose*, kPredictLanding: tool point in B
   std::optional<double> payload_kg;  ///< to be used instead of what the robot carries
   bool acknowledge = false;          ///< its rising edge frees the result, as kAcknowledge does
   std::uint16_t heartbeat = 0;       ///< any change says that the PLC lives

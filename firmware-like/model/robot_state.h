@@ -8,12 +8,20 @@
 
 namespace plumbline {
 
-enum class RobotMode : std::uint8_t { kUnknown, kNotReady, kRunning, kManual, kStopped, kEmergencyStop };
+enum class RobotMode : std::uint8_t {
+  kUnknown,
+  kNotReady,
+  kRunning,
+  kManual,
+  kStopped,
+  kEmergencyStop
+};
 
 /// One reading of the controller. A value that the controller does not offer is absent; a value
-/// that it offers and that makes no sense (NaN, out of limits) is present and judged by the machine.
+/// that it offers and that makes no sense (NaN, out of limits) is present and judged by the
+/// machine.
 struct RobotState {
-  double timestamp_s = 0;  ///< monotonic, when the last answer of this reading arrived
+  double timestamp_s = 0;      ///< monotonic, when the last answer of this reading arrived
   std::uint64_t sequence = 0;  ///< counts readings; unchanged means nothing new was read
   JointVector q;               ///< [rad] or [m], as the controller counts them
   double q_resolution = 0;     ///< step of a register of q [rad]; 0: finer than matters

@@ -28,23 +28,32 @@ void* operator new(std::size_t size) {
 void* operator new(std::size_t size, std::align_val_t align) {
   allocations.fetch_add(1, std::memory_order_relaxed);
   const auto alignment = static_cast<std::size_t>(align);
-  if (void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)) {
+  if (void* memory =
+          std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)) {
     return memory;
   }
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
 
 using namespace plumbline;
 
 namespace {
 
 double Now_us() {
-  return 1e-3 * static_cast<double>(
-                    std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
+  return 1e-3 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch() /
+                                    std::chrono::nanoseconds(1));
 }
 
 /// Time that this thread computed, whatever else the machine was doing.
@@ -155,14 +164,14 @@ int main() {
     encoder.Encode(snapshot, {});
     cycles.push_back(1e-3 * (Computed_us() - start));
     if (cycle > 10) allocated += allocations - before;
-    valid = static_cast<std::size_t>(
-        std::count_if(snapshot.points.begin(), snapshot.points.end(),
-                      [](const PointResult& p) { return p.valid; }));
+    valid = static_cast<std::size_t>(std::count_if(snapshot.points.begin(), snapshot.points.end(),
+                                                   [](const PointResult& p) { return p.valid; }));
   }
   const double worst = *std::max_element(cycles.begin() + 10, cycles.end());
   Row("a cycle with 100 points, median; peer: 100 rigid inverse kinematics", Median(cycles),
       0.1 * Median(peer), "ms", 2, "<= 2 ms");
-  Row("a cycle with 100 points, worst of 2000 (computing time)", worst, 0.1 * Median(peer), "ms", 2, "<= 2 ms");
+  Row("a cycle with 100 points, worst of 2000 (computing time)", worst, 0.1 * Median(peer), "ms", 2,
+      "<= 2 ms");
   fmt::print("| heap allocations in 1989 cycles | {} | | | 0 | {} |\n", allocated,
              allocated == 0 ? "yes" : "NO");
   fmt::print("| points valid in the last cycle | {} | 100 | | 100 | {} |\n", valid,

@@ -24,8 +24,8 @@ namespace {
 constexpr double kCycle_ms = 10;
 
 double Now_ms() {
-  return 1e-6 * static_cast<double>(
-                    std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
+  return 1e-6 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch() /
+                                    std::chrono::nanoseconds(1));
 }
 
 double Quantile(std::vector<double> values, double share) {
@@ -202,8 +202,7 @@ int main(int argc, char** argv) {
     // The payload in force and the points of one cycle are one image.
     do {
       bad += modbus_read_registers(plc, 330, 2, block) != 2;
-    } while (bad == 0 && block[0] == before[0] && block[1] == before[1] &&
-             Now_ms() - start < 1000);
+    } while (bad == 0 && block[0] == before[0] && block[1] == before[1] && Now_ms() - start < 1000);
     latencies.push_back(Now_ms() - start);
   }
   const double memory_mb = ResidentMb(daemon);
@@ -215,9 +214,10 @@ int main(int argc, char** argv) {
   const double limit = kCycle_ms + 2 * round_trip;
   fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
   const auto row = [&](const char* what, double ours) {
-    fmt::print("| robot register to corrected point, {} of {} | {:.2f} ms | {:.2f} ms (a cycle + 2 "
-               "round trips) | {:.2f} | <= 1.0 | {} |\n",
-               what, changes, ours, limit, ours / limit, ours <= limit ? "yes" : "NO");
+    fmt::print(
+        "| robot register to corrected point, {} of {} | {:.2f} ms | {:.2f} ms (a cycle + 2 "
+        "round trips) | {:.2f} | <= 1.0 | {} |\n",
+        what, changes, ours, limit, ours / limit, ours <= limit ? "yes" : "NO");
   };
   row("median", Quantile(latencies, 0.5));
   row("99 %", Quantile(latencies, 0.99));

@@ -27,8 +27,9 @@ TEST_CASE("the three conventions name the same rotation") {
   CHECK((rpy - Vec3(1.2, -0.4, 0.7)).norm() < 1e-14);
   const Vec3 abc = AnglesFromRotation(R, OrientationConvention::kAbc);
   CHECK((abc - Vec3(0.7, -0.4, 1.2)).norm() < 1e-14);
-  for (const auto convention : {OrientationConvention::kRotationVector,
-                                OrientationConvention::kRollPitchYaw, OrientationConvention::kAbc}) {
+  for (const auto convention :
+       {OrientationConvention::kRotationVector, OrientationConvention::kRollPitchYaw,
+        OrientationConvention::kAbc}) {
     CHECK((RotationFromAngles(AnglesFromRotation(R, convention), convention) - R).norm() < 1e-13);
   }
 }

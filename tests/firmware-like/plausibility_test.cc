@@ -106,7 +106,9 @@ TEST_CASE("the reported tool pose is compared with forward kinematics as the pro
     CHECK(stream.Trusted() == InputFault::kOk);
     CHECK_FALSE(stream.filter.decoding_checked());
   }
-  SECTION("the cell's tool") { stream.state.X_BT = X_BF * stream.arm.X_FT(); }
+  SECTION("the cell's tool") {
+    stream.state.X_BT = X_BF * stream.arm.X_FT();
+  }
   SECTION("the flange") {
     stream.state.X_BT = X_BF;
     stream.state.tcp_is_flange = true;

@@ -30,13 +30,12 @@ inline CellModel HeavyArm() {
   cell.robot.name = "heavy";
   cell.robot.X_WB.p = Vec3(0.4, -0.2, 0.1);
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3::UnitZ()).toRotationMatrix();
-  cell.robot.joints = {
-      MakeJoint(0.40, -90, 0.70, 0, -180, 180, 300, {-0.2, 0.1, 0}, 3e-7),
-      MakeJoint(1.10, 0, 0, -90, -70, 80, 180, {-0.6, 0, 0.1}, 4e-7),
-      MakeJoint(0.10, -90, 0, 0, -120, 110, 120, {-0.05, 0, 0.05}, 6e-7),
-      MakeJoint(0, 90, 1.20, 0, -300, 300, 70, {0, -0.2, 0}, 2e-6),
-      MakeJoint(0, -90, 0, 0, -125, 125, 30, {0, 0, 0.02}, 2.5e-6),
-      MakeJoint(0, 0, 0.21, 0, -350, 350, 15, {0, 0, -0.03}, 4e-6)};
+  cell.robot.joints = {MakeJoint(0.40, -90, 0.70, 0, -180, 180, 300, {-0.2, 0.1, 0}, 3e-7),
+                       MakeJoint(1.10, 0, 0, -90, -70, 80, 180, {-0.6, 0, 0.1}, 4e-7),
+                       MakeJoint(0.10, -90, 0, 0, -120, 110, 120, {-0.05, 0, 0.05}, 6e-7),
+                       MakeJoint(0, 90, 1.20, 0, -300, 300, 70, {0, -0.2, 0}, 2e-6),
+                       MakeJoint(0, -90, 0, 0, -125, 125, 30, {0, 0, 0.02}, 2.5e-6),
+                       MakeJoint(0, 0, 0.21, 0, -350, 350, 15, {0, 0, -0.03}, 4e-6)};
   cell.robot.joints[0].sign = -1;
   ToolSegment segment;
   segment.length_m = 1.0;

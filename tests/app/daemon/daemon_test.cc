@@ -31,7 +31,9 @@ const char* MapOf(Profile profile) {
   return profile == Profile::kUr ? "universal-robots-fine" : "generic";
 }
 
-bool Valid(RegisterClient& plc) { return (plc.Read(2000, 20).Word(1) & 1) != 0; }
+bool Valid(RegisterClient& plc) {
+  return (plc.Read(2000, 20).Word(1) & 1) != 0;
+}
 
 /// A cell with the payload attached, and a daemon whose points are valid.
 struct Station {
@@ -111,8 +113,8 @@ TEST_CASE("a command is answered once, with its echo, and frozen") {
   CHECK(result.Float(4) == x);
   CHECK((result.Word(3) & 1) != 0);
 
-  CHECK(command({1, 99}, 8).Word(2) == 9);   // no such point
-  CHECK(command({42}, 9).Word(2) == 10);     // no such command
+  CHECK(command({1, 99}, 8).Word(2) == 9);  // no such point
+  CHECK(command({42}, 9).Word(2) == 10);    // no such command
   CHECK(command({1, 1}, 10).Word(2) == 0);
   CHECK((command({5}, 11).Word(3) & 1) == 0);  // acknowledged
   // A small controller reads the same as scaled integers.

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "app/table/csv.h"
 #include "app/config/cell_reader.h"
+#include "app/table/csv.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/virtual_cell/running_cell.h"
 
@@ -22,7 +22,8 @@ constexpr std::size_t kRows = 12;
 
 std::string Measured(const std::string& set) {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
-  const auto path = std::filesystem::absolute(folder != nullptr ? folder : "../shared/measured") / set;
+  const auto path =
+      std::filesystem::absolute(folder != nullptr ? folder : "../shared/measured") / set;
   if (std::filesystem::exists(path)) return path.string();
   WARN("SKIPPED: " << path << " is not there (set PLUMBLINE_MEASURED)");
   return "";
@@ -31,8 +32,8 @@ std::string Measured(const std::string& set) {
 std::string Config(const std::string& robot, const std::string& profile, const std::string& cell) {
   const std::string here = std::filesystem::current_path().string();
   return "cell = \"" + cell + "\"\nstate_directory = \"state\"\n[robot]\nprofile = \"" + here +
-         "/config/profiles/" + profile + ".toml\"\nhost = \"127.0.0.1\"\nport = " +
-         robot.substr(robot.find(':') + 1) +
+         "/config/profiles/" + profile +
+         ".toml\"\nhost = \"127.0.0.1\"\nport = " + robot.substr(robot.find(':') + 1) +
          "\n[payload]\nsource = \"fixed\"\nmass_kg = 0.0\n[plc]\nlisten = \"127.0.0.1\"\nport = 0\n"
          "[[point]]\nid = 1\nname = \"any\"\nframe = \"base\"\nxyz_mm = [400.0, 100.0, "
          "500.0]\nrpy_deg = [180.0, 0.0, 0.0]\n";

@@ -4,8 +4,8 @@
 #include <limits>
 #include <set>
 
-#include "drivers/plc/codec.h"
 #include "drivers/modbus/word_order.h"
+#include "drivers/plc/codec.h"
 
 using namespace plumbline;
 

@@ -10,7 +10,8 @@ using namespace plumbline;
 
 namespace {
 
-AssemblyPoint PointAt(const CellModel& cell, const JointVector& q, const Vec3& p_TP = Vec3::Zero()) {
+AssemblyPoint PointAt(const CellModel& cell, const JointVector& q,
+                      const Vec3& p_TP = Vec3::Zero()) {
   const Pose X_BT = LoadedArm(cell).UnloadedTip(q);
   AssemblyPoint point;
   point.id = 1;
@@ -78,8 +79,8 @@ TEST_CASE("landing tells where an uncorrected command ends") {
   const AssemblyPoint point = PointAt(cell, q);
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
-  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, q,
-                              BranchSearch::kNone, landing);
+  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, q, BranchSearch::kNone,
+                              landing);
   REQUIRE(landing.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);
   CHECK((landing.X_BP_command.p - landed.p).norm() < 1e-9);

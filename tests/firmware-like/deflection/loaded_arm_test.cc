@@ -63,8 +63,7 @@ TEST_CASE("the tool bends as the closed form says") {
     const JointVector q = test::RandomPosture(cell, random);
     LoadedState state;
     REQUIRE(arm.AtCommanded(q, {m, *cell.payload_cog_F}, state));
-    const Vec3 g_F =
-        (cell.robot.X_WB.R * state.posture.X_BF().R).transpose() * cell.robot.g_W;
+    const Vec3 g_F = (cell.robot.X_WB.R * state.posture.X_BF().R).transpose() * cell.robot.g_W;
     const Vec3 F = m * g_F, M = (*cell.payload_cog_F - Vec3(0, 0, L)).cross(F);
     const Vec3 w = material.density_kg_m3 * section.area_m2 * g_F;
     CHECK(state.bend_F.x() == Approx(F.x() * L * L * L / (3 * EI) + M.y() * L * L / (2 * EI) +
@@ -73,10 +72,10 @@ TEST_CASE("the tool bends as the closed form says") {
                                      w.y() * L * L * L * L / (8 * EI)));
     CHECK(state.bend_F.z() == 0);
     // Slopes of a cantilever: d' = F L^2/2EI + M L/EI + w L^3/6EI.
-    CHECK(state.slope_F.y() == Approx(F.x() * L * L / (2 * EI) + M.y() * L / EI +
-                                      w.x() * L * L * L / (6 * EI)));
-    CHECK(state.slope_F.x() == Approx(-F.y() * L * L / (2 * EI) + M.x() * L / EI -
-                                      w.y() * L * L * L / (6 * EI)));
+    CHECK(state.slope_F.y() ==
+          Approx(F.x() * L * L / (2 * EI) + M.y() * L / EI + w.x() * L * L * L / (6 * EI)));
+    CHECK(state.slope_F.x() ==
+          Approx(-F.y() * L * L / (2 * EI) + M.x() * L / EI - w.y() * L * L * L / (6 * EI)));
   }
 }
 

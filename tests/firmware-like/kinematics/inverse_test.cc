@@ -1,7 +1,6 @@
 #include "firmware-like/kinematics/inverse.h"
 
 #include <Eigen/SVD>
-
 #include <catch2/catch.hpp>
 
 #include "tests/firmware-like/test_cell.h"
@@ -34,8 +33,8 @@ TEST_CASE("a pose is found again from a seed nearby, on the same branch") {
     for (double& value : seed) value += std::uniform_real_distribution(-0.05, 0.05)(random);
     JointVector q;
     InverseOutcome outcome;
-    const BranchOutcome found = SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain),
-                                                         4, seed, q, outcome);
+    const BranchOutcome found =
+        SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 4, seed, q, outcome);
     REQUIRE(found == BranchOutcome::kFound);
     CHECK((q - truth).cwiseAbs().maxCoeff() < 1e-6);
   }
@@ -101,8 +100,7 @@ TEST_CASE("a redundant arm and an arm with a linear axis are solved too") {
     Posture posture;
     chain.Evaluate(truth, posture);
     JointVector q = truth + 0.1 * JointVector::Random(7);
-    const InverseOutcome outcome =
-        SolvePose(chain, {posture.X_BF()}, FlangeOf(chain), 60, q);
+    const InverseOutcome outcome = SolvePose(chain, {posture.X_BF()}, FlangeOf(chain), 60, q);
     CHECK(outcome.converged);
   }
 }

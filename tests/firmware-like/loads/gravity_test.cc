@@ -67,9 +67,9 @@ TEST_CASE("gravity torques are the derivative of gravity's work (virtual work)")
       JointVector ahead = q, behind = q;
       ahead[i] += kStep;
       behind[i] -= kStep;
-      const double expected = (GravityWork(cell, payload, g_B, ahead) -
-                               GravityWork(cell, payload, g_B, behind)) /
-                              (2 * kStep);
+      const double expected =
+          (GravityWork(cell, payload, g_B, ahead) - GravityWork(cell, payload, g_B, behind)) /
+          (2 * kStep);
       CHECK(tau[i] == Approx(expected).margin(1e-4));
     }
   }
