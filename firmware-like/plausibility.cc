@@ -94,8 +94,13 @@ InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& 
   have_last_ = true;
   if (jumped) return InputFault::kJump;
   if (state.X_BT) {
-    if (!TcpAgrees(arm, state, q_before, limits_)) return InputFault::kTcpMismatch;
-    decoding_checked_ = true;
+    const bool agrees = TcpAgrees(arm, state, q_before, limits_);
+    contradictions_in_a_row_ = agrees ? 0 : contradictions_in_a_row_ + 1;
+    if (!agrees && (!decoding_checked_ ||
+                    contradictions_in_a_row_ >= limits_.readings_to_contradict)) {
+      return InputFault::kTcpMismatch;
+    }
+    decoding_checked_ = decoding_checked_ || agrees;
   }
   return InputFault::kOk;
 }

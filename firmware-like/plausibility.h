@@ -29,9 +29,11 @@ struct PlausibilityLimits {
   double max_joint_step = 0.05;    ///< always allowed between two readings
   /// Reported tool pose against forward kinematics, for a robot at rest. While it moves, joints and
   /// tool pose may belong to two moments of one reading: what the flange moved since the reading
-  /// before is allowed as well, twice.
+  /// before is allowed as well, twice; and once the decoding has been checked, a contradiction
+  /// counts only when it stands for `readings_to_contradict` readings (the arm just began to move).
   double tcp_tolerance_m = 0.010;
   double tcp_tolerance_rad = 0.02;
+  int readings_to_contradict = 3;
   int readings_to_trust = 3;  ///< consistent readings needed after a fault
 };
 
@@ -58,6 +60,7 @@ class PlausibilityFilter {
   bool have_last_ = false;
   bool decoding_checked_ = false;
   int good_in_a_row_ = 0;
+  int contradictions_in_a_row_ = 0;
   InputFault fault_ = InputFault::kMissing;
 };
 

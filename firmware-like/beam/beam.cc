@@ -87,48 +87,51 @@ Beam::Beam(const Tool& tool, const std::vector<int>& elements_of_segment) {
   }
 }
 
-BeamSolution Beam::Solve(const BeamLoads& loads) const {
-  BeamSolution solution = unloaded_;
-  auto& [x, y] = solution.planes_;
-
+/// Weight and inertia of the beam itself: w = rho A (g - a - alpha x (0, 0, z)).
+void Beam::AddField(BeamSolution& solution, const BeamLoads& loads) {
   for (std::size_t e = 0; e < solution.elements_.size(); ++e) {
     const ToolSegment& element = solution.elements_[e];
     const double mass_kg_m = element.material.density_kg_m3 * element.section.area_m2;
-    auto load_per_m = [&](double z_m) -> Vec3 {
-      return mass_kg_m * (loads.g_F - loads.acceleration_F -
-                          loads.angular_acceleration_F.cross(Vec3(0, 0, z_m)));
-    };
-    const Vec3 w0 = load_per_m(solution.node_z_[e]);
-    const Vec3 w1 = mass_kg_m * -loads.angular_acceleration_F.cross(Vec3::UnitZ());
-    x.loads[e] = {.w0_N_m = w0.x(), .w1_N_m2 = w1.x(), .points = {}};
-    y.loads[e] = {.w0_N_m = w0.y(), .w1_N_m2 = w1.y(), .points = {}};
-  }
-
-  auto add_point = [&](const PointLoad& load) {
-    assert(load.z_m >= 0 && load.z_m <= Length() * (1 + kAtNode));
-    const int element = solution.ElementAt(load.z_m);
-    const auto e = static_cast<std::size_t>(element);
-    const double s_m = load.z_m - solution.node_z_[e];
-    const double tolerance_m = kAtNode * Length();
-    const bool at_near = s_m <= tolerance_m;
-    const bool at_far = solution.elements_[e].length_m - s_m <= tolerance_m;
-    if (at_near || at_far) {
-      const std::size_t node = at_near ? e : e + 1;
-      x.node_loads[node] += Eigen::Vector2d(load.force_F.x(), load.moment_F.y());
-      y.node_loads[node] += Eigen::Vector2d(load.force_F.y(), -load.moment_F.x());
-    } else {
-      x.loads[e].points.push_back({s_m, load.force_F.x(), load.moment_F.y()});
-      y.loads[e].points.push_back({s_m, load.force_F.y(), -load.moment_F.x()});
+    const Vec3 growth = -loads.angular_acceleration_F.cross(Vec3::UnitZ());
+    const Vec3 at_start = loads.g_F - loads.acceleration_F + solution.node_z_[e] * growth;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      PlaneLoad& load = solution.planes_[axis].loads[e];
+      load.w0_N_m = mass_kg_m * at_start[static_cast<int>(axis)];
+      load.w1_N_m2 = mass_kg_m * growth[static_cast<int>(axis)];
     }
-  };
-  for (const PointLoad& load : loads.points) add_point(load);
+  }
+}
+
+void Beam::AddPoint(BeamSolution& solution, const PointLoad& load) {
+  const double length_m = solution.node_z_.back();
+  const double tolerance_m = kAtNode * length_m;
+  assert(load.z_m >= 0 && load.z_m <= length_m + tolerance_m);
+  const auto e = static_cast<std::size_t>(solution.ElementAt(load.z_m));
+  const double s_m = load.z_m - solution.node_z_[e];
+  const bool at_near = s_m <= tolerance_m;
+  const bool at_far = solution.elements_[e].length_m - s_m <= tolerance_m;
+  const double moments_Nm[] = {load.moment_F.y(), -load.moment_F.x()};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    auto& plane = solution.planes_[axis];
+    const double force_N = load.force_F[static_cast<int>(axis)];
+    if (at_near || at_far) {
+      plane.node_loads[at_near ? e : e + 1] += Eigen::Vector2d(force_N, moments_Nm[axis]);
+    } else {
+      plane.loads[e].points.push_back({s_m, force_N, moments_Nm[axis]});
+    }
+  }
+}
+
+BeamSolution Beam::Solve(const BeamLoads& loads) const {
+  BeamSolution solution = unloaded_;
+  AddField(solution, loads);
+  for (const PointLoad& load : loads.points) AddPoint(solution, load);
   for (const PointMass& mass : loads.masses) {
     const Vec3 force_F = mass.mass_kg * (loads.g_F - loads.acceleration_F -
                                          loads.angular_acceleration_F.cross(mass.cog_F));
     const Vec3 moment_F = (mass.cog_F - Vec3(0, 0, mass.z_m)).cross(force_F);
-    add_point({.z_m = mass.z_m, .force_F = force_F, .moment_F = moment_F});
+    AddPoint(solution, {.z_m = mass.z_m, .force_F = force_F, .moment_F = moment_F});
   }
-
   for (auto& plane : solution.planes_) {
     plane.ends = SolveCantilever(plane.elements, plane.loads, plane.node_loads);
   }

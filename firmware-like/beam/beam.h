@@ -105,6 +105,9 @@ class Beam {
   BeamSolution Solve(const BeamLoads& loads) const;
 
  private:
+  static void AddField(BeamSolution& solution, const BeamLoads& loads);
+  static void AddPoint(BeamSolution& solution, const PointLoad& load);
+
   BeamSolution unloaded_;
 };
 

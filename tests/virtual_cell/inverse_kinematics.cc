@@ -19,6 +19,16 @@ double High(const JointDescription& joint) {
   return std::min(joint.max, 3.1);
 }
 
+/// No posture brings the tip further from the base than all lengths end to end.
+bool BeyondReach(const CellDescription& cell, const Motion& X_BT) {
+  double reach = cell.tip_F.norm();
+  for (const JointDescription& joint : cell.joints) {
+    if (joint.prismatic) return false;
+    reach += std::hypot(joint.a_m, joint.d_m);
+  }
+  return X_BT.translation().norm() > reach;
+}
+
 Joints Clamped(const CellDescription& cell, Joints q) {
   for (int i = 0; i < cell.size(); ++i) {
     const JointDescription& joint = cell.joints[static_cast<std::size_t>(i)];
@@ -31,7 +41,7 @@ std::optional<Joints> Descend(const CellDescription& cell, const Arm& arm, const
                               Joints q) {
   double damping = 1e-3;
   double last_error = 1e300;
-  for (int iteration = 0; iteration < 200; ++iteration) {
+  for (int iteration = 0; iteration < 100; ++iteration) {
     const Posture posture = PostureAt(arm, q);
     const Motion tip = posture.links.back() * Eigen::Translation3d(cell.tip_F);
     Vec6 error;
@@ -64,10 +74,11 @@ Motion NominalTip(const CellDescription& cell, const Arm& arm, const Joints& q) 
 
 std::optional<Joints> SolveInverseKinematics(const CellDescription& cell, const Arm& arm,
                                              const Motion& X_BT, const Joints& start) {
+  if (BeyondReach(cell, X_BT)) return std::nullopt;
   if (std::optional<Joints> q = Descend(cell, arm, X_BT, start)) return q;
   std::mt19937 random(1);
   std::optional<Joints> nearest;
-  for (int attempt = 0; attempt < 24; ++attempt) {
+  for (int attempt = 0; attempt < 12; ++attempt) {
     Joints seed(cell.size());
     for (int i = 0; i < cell.size(); ++i) {
       const JointDescription& joint = cell.joints[static_cast<std::size_t>(i)];

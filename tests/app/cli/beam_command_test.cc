@@ -10,6 +10,8 @@
 #include <sstream>
 #include <string>
 
+#include "app/cli/beam_options.h"
+
 using namespace plumbline;
 
 namespace {
@@ -20,7 +22,7 @@ struct Answer {
 };
 
 /// Runs `plumbline beam ARGUMENTS` in this process.
-Answer Beam(const std::string& arguments) {
+Answer RunBeam(const std::string& arguments) {
   std::ostringstream out, err;
   std::streambuf* const old_out = std::cout.rdbuf(out.rdbuf());
   std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
@@ -47,7 +49,7 @@ const std::string kPaper =
 
 TEST_CASE("a load series of the paper's beam") {
   SECTION("as a table") {
-    const Answer answer = Beam(kPaper + "--force-n 100,1000");
+    const Answer answer = RunBeam(kPaper + "--force-n 100,1000");
     CHECK(answer.exit_code == 0);
     CHECK(answer.err.empty());
     for (const char* value : {"0.2765", "0.9677", "1.8662", "18.6624"}) {
@@ -55,7 +57,7 @@ TEST_CASE("a load series of the paper's beam") {
     }
   }
   SECTION("as CSV") {
-    const Answer answer = Beam(kPaper + "--force-n -100 --stress --csv");
+    const Answer answer = RunBeam(kPaper + "--force-n -100 --stress --csv");
     std::istringstream lines(answer.out);
     std::string line;
     std::getline(lines, line);
@@ -70,7 +72,8 @@ TEST_CASE("a load series of the paper's beam") {
     CHECK(answer.exit_code == 0);
   }
   SECTION("as JSON, with a point") {
-    const Answer answer = Beam(kPaper + "--force-n 100:100:300 --point-mm 1200,0 --stress --json");
+    const Answer answer =
+        RunBeam(kPaper + "--force-n 100:100:300 --point-mm 1200,0 --stress --json");
     const nlohmann::json json = nlohmann::json::parse(answer.out);
     REQUIRE(json["cases"].size() == 3);
     const nlohmann::json& first = json["cases"][0];
@@ -86,7 +89,7 @@ TEST_CASE("a load series of the paper's beam") {
 TEST_CASE("loads other than the force") {
   const std::string steel_rod = "--length-mm 1000 --section rod --diameter-mm 40 --material steel ";
   auto tip_mm = [&](const std::string& loads) {
-    const nlohmann::json json = nlohmann::json::parse(Beam(steel_rod + loads + " --json").out);
+    const nlohmann::json json = nlohmann::json::parse(RunBeam(steel_rod + loads + " --json").out);
     return json["cases"][0]["nodes"].back()["displacement_mm"].get<double>();
   };
   CHECK(tip_mm("--own-weight") == Approx(-tip_mm("--acceleration-m-s2 9.80665")));
@@ -97,7 +100,7 @@ TEST_CASE("loads other than the force") {
 }
 
 TEST_CASE("the paper's Table 2 is printed beside the published columns") {
-  const Answer answer = Beam("--paper-table2");
+  const Answer answer = RunBeam("--paper-table2");
   CHECK(answer.exit_code == 0);
   for (const char* value : {"1.8662", "18.6624", "17.1270", "1.621", "E = 2 GPa"}) {
     CHECK_THAT(answer.out, Catch::Contains(value));
@@ -130,8 +133,8 @@ ix_mm4 = 30000
 iy_mm4 = 20000
 material = "aluminium"
 )";
-  const Answer answer = Beam("--cell " + path.string() + " --force-n 50 --elements 2 --stress");
-  const Answer both = Beam("--cell " + path.string() + " --force-n 50 --section rod");
+  const Answer answer = RunBeam("--cell " + path.string() + " --force-n 50 --elements 2 --stress");
+  const Answer both = RunBeam("--cell " + path.string() + " --force-n 50 --section rod");
   std::filesystem::remove(path);
   CHECK(answer.exit_code == 0);
   CHECK_THAT(answer.out, Catch::Contains("Timoshenko, 4 elements"));
@@ -185,7 +188,7 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
   };
   for (const Wrong& w : wrong) {
     CAPTURE(w.arguments);
-    const Answer answer = Beam(w.arguments);
+    const Answer answer = RunBeam(w.arguments);
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.err, Catch::Contains(w.place) && Catch::Contains(w.told));
     CHECK(answer.out.empty());

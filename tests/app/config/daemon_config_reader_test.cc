@@ -445,7 +445,7 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
     std::string line(rest.substr(0, end));
     rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
     const bool assignment = line.rfind("# ", 0) == 0 && line.find(" = ") != std::string::npos &&
-                            line.find_first_of(" ", 2) == line.find(" = ");
+                            line.find(' ', 2) == line.find(" = ");
     const bool table = line.rfind("# [", 0) == 0;
     const bool skip = line.find("unit_id") != std::string::npos ||
                       line.find("replay_file") != std::string::npos ||

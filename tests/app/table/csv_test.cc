@@ -136,7 +136,7 @@ TEST_CASE("Each row that cannot be read is named by line and reason, and the oth
       {"\x01\xFF,2,3,1,0,0,0", " q1_deg: warning: \"??\" is not a number; row not used\n"}};
   for (const auto& [row, expected] : cases) {
     FaultList faults;
-    const auto table = Read(header + row + "\n" + last, faults);
+    const auto table = Read(fmt::format("{}{}\n{}", header, row, last), faults);
     CAPTURE(row);
     REQUIRE(table);
     CHECK(FaultsText(faults) == "measured.csv:3" + expected);

@@ -1,7 +1,6 @@
 #include "tests/firmware-like/beam/calculix.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <cstddef>
 #include <cstdlib>

@@ -1,0 +1,72 @@
+// A good reading and a good push allocate nothing: counted, in a process of its own.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <new>
+
+#include "drivers/robot/registry.h"
+#include "tests/drivers/robot/fake_controller.h"
+#include "tests/drivers/robot/small_profile.h"
+#include "tests/drivers/robot/test_time.h"
+
+namespace {
+
+thread_local long g_allocations = 0;  // of this thread; the controller's do not count
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
+  ++g_allocations;
+  return std::malloc(size);
+}
+void operator delete(void* memory, const std::nothrow_t& /*tag*/) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+
+namespace plumbline {
+
+TEST_CASE("reading and pushing allocate nothing while all is well") {
+  FakeController controller;
+  RobotConnection connection;
+  connection.tcp = {"127.0.0.1", controller.port()};
+  connection.timeout_s = 1;
+  connection.profile = SmallProfile();
+  connection.push.enabled = true;
+  connection.clock = TestTime;
+  auto robot = MakeRobot("tcp", connection);
+  REQUIRE(robot.ok());
+  RobotState state;
+  REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
+
+  std::array<PushPoint, 3> points;
+  for (int i = 0; i < 3; ++i) {
+    points[static_cast<std::size_t>(i)].slot = i;
+    points[static_cast<std::size_t>(i)].valid = true;
+  }
+  const long before = g_allocations;
+  LinkResult worst = LinkResult::kOk;
+  for (int i = 0; i < 100; ++i) {
+    points[0].X_BT.p.x() = 1e-3 * i;
+    Advance(0.06);
+    if (robot.value()->Read(state) != LinkResult::kOk) worst = LinkResult::kLost;
+    const LinkResult pushed = robot.value()->Push(points);
+    if (pushed != LinkResult::kOk) worst = pushed;
+  }
+  const long after = g_allocations;
+  CHECK(worst == LinkResult::kOk);
+  CHECK(controller.Get(101) > 0);
+  CHECK(after - before == 0);
+}
+
+}  // namespace plumbline
