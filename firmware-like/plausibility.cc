@@ -96,8 +96,8 @@ InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& 
   if (state.X_BT) {
     const bool agrees = TcpAgrees(arm, state, q_before, limits_);
     contradictions_in_a_row_ = agrees ? 0 : contradictions_in_a_row_ + 1;
-    if (!agrees && (!decoding_checked_ ||
-                    contradictions_in_a_row_ >= limits_.readings_to_contradict)) {
+    if (!agrees &&
+        (!decoding_checked_ || contradictions_in_a_row_ >= limits_.readings_to_contradict)) {
       return InputFault::kTcpMismatch;
     }
     decoding_checked_ = decoding_checked_ || agrees;

@@ -15,10 +15,16 @@ TEST_CASE("the flange of each ready cell is where its data sheet draws it") {
     const char* source;
   };
   const Case cases[] = {
-      {"ur5", {0, 0, 0, 0, 0, 0}, {-817.25, -191.45, -5.491}, "arm stretched: a2+a3, -(d4+d6), d1-d5"},
+      {"ur5",
+       {0, 0, 0, 0, 0, 0},
+       {-817.25, -191.45, -5.491},
+       "arm stretched: a2+a3, -(d4+d6), d1-d5"},
       {"ur5", {0, -90, 0, -90, 0, 0}, {0, -191.45, 1001.059}, "upright: d1-a2-a3+d5"},
       {"ur10", {0, 0, 0, 0, 0, 0}, {-1184.3, -256.141, 11.6}, "likewise"},
-      {"irb120", {0, 0, 0, 0, 0, 0}, {374, 0, 630}, "ABB data sheet: wrist at 302 mm, flange 72 mm on"},
+      {"irb120",
+       {0, 0, 0, 0, 0, 0},
+       {374, 0, 630},
+       "ABB data sheet: wrist at 302 mm, flange 72 mm on"},
       {"iiwa7", {0, 0, 0, 0, 0, 0, 0}, {0, 0, 1266}, "KUKA data sheet: 340+400+400+126 upright"},
       {"xarm6", {0, 0, 0, 0, 0, 0}, {207, 0, 112}, "UFACTORY manual, zero position"},
   };
