@@ -37,7 +37,7 @@ class DaemonRegisters {
     }
     DaemonRegisters daemon;
     const auto read = [&](int first, int count) {
-      daemon.registers_.resize(static_cast<std::size_t>(first + count));
+      daemon.registers_.resize(static_cast<std::size_t>(first) + static_cast<std::size_t>(count));
       return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
              count;
     };
@@ -69,7 +69,7 @@ class DaemonRegisters {
   double Find(std::span<const MapField> fields, std::string_view name, int base) const {
     for (const MapField& field : fields) {
       if (name == field.name) {
-        return ValueOfField(field.type, registers_, static_cast<std::size_t>(base + field.address),
+        return ValueOfField(field.type, registers_, static_cast<std::size_t>(base) + field.address,
                             registers_[2] == 1);
       }
     }
