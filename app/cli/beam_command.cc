@@ -110,7 +110,7 @@ void AddBeamCommand(CLI::App& app, int& exit_code) {
       "      --material steel --force-n 100:100:500 --own-weight --stress\n"
       "  plumbline beam --length-mm 1800 --section rectangle --b-mm 50 --h-mm 50 \\\n"
       "      --youngs-modulus-gpa 200 --elements 3 --force-n 100 --point-mm 900,40\n"
-      "  plumbline beam --cell config/cells/kr210.toml --force-n 800 --direction x --csv\n"
+      "  plumbline beam --cell CELL.toml --force-n 800 --direction x --csv\n"
       "  plumbline beam --paper-table2\n\n"
       "Exit codes: 0 done, 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

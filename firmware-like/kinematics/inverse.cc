@@ -13,7 +13,10 @@ constexpr double kTurn = 2 * std::numbers::pi;
 double RadicalInverse(int index, int base) {
   double value = 0;
   double digit = 1.0 / base;
-  for (int rest = index + 1; rest > 0; rest /= base, digit /= base) value += digit * (rest % base);
+  for (int rest = index + 1; rest > 0; rest /= base) {
+    value += digit * (rest % base);
+    digit /= base;
+  }
   return value;
 }
 
