@@ -53,7 +53,8 @@ frame, so that the loaded tool lands where the point is.
 constexpr const char* kCodes = R"(
 ## Bits and codes
 
-Status word (register 11; discrete inputs 0-15): 0 ready, 1 busy, 2 result valid, 3 robot link,
+Status word (register 11; discrete inputs 0-15): 0 ready, 1 busy (kept free: a
+command is answered within one cycle, the echo tells when), 2 result valid, 3 robot link,
 4 warning, 5 error, 6 lens calibrated, 7 extrapolating, 8 temperature valid, 9 payload valid,
 10 PLC heartbeat seen, 11 manual, 12 toggle (changes every second).
 
