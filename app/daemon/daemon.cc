@@ -38,6 +38,11 @@ void LogFaults(const FaultList& faults) {
 }
 
 std::unique_ptr<CycleParts> PartsFrom(const DaemonConfig& config) {
+  if (!config.cell.effects.empty()) {  // to leave one out would correct wrongly
+    Log(LogLevel::kError, fmt::format("{}: effect \"{}\" cannot be applied by this version",
+                                      config.cell_file, config.cell.effects.front().id));
+    return nullptr;
+  }
   Result<std::unique_ptr<RobotDevice>> robot = RobotFrom(config);
   if (!robot) {
     Log(LogLevel::kError, fmt::format("robot: {}", robot.error()));
