@@ -52,9 +52,9 @@ struct Correction {
 enum class BranchSearch { kNone, kBrief, kThorough };
 
 /// Solves tip(theta) * p_TP = wanted for the joint positions theta that the loaded arm really
-/// takes, by Newton's method with the rigid Jacobian (the deflection changes with theta by some
-/// 1e-3, so each step gains two to three digits), then commands q = theta - s(theta).
-/// Converged below 1e-8 m and 1e-8 rad of the model. Allocates nothing; bounded work.
+/// takes, by Newton's method with the rigid Jacobian (the deflection changes little with theta),
+/// then commands q = theta - s(theta). Converged to kInverseTolerance [m] and [rad] of the model.
+/// Allocates nothing; bounded work.
 class Corrector {
  public:
   Corrector(const CellModel& cell, const CorrectionLimits& limits);
