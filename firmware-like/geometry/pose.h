@@ -10,23 +10,34 @@
 
 namespace plumbline {
 
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
+template <typename T>
+using Vec3Of = Eigen::Matrix<T, 3, 1>;
+template <typename T>
+using Mat3Of = Eigen::Matrix<T, 3, 3>;
+
+using Vec3 = Vec3Of<double>;
+using Mat3 = Mat3Of<double>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-/// A rigid pose X_AB: R_AB and p_AB [m], so that p_AQ = R_AB p_BQ + p_AB.
-struct Pose {
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero();
+/// A rigid pose X_AB: R_AB and p_AB [m], so that p_AQ = R_AB p_BQ + p_AB. T is double, or a number
+/// that carries its derivatives.
+template <typename T>
+struct PoseOf {
+  Mat3Of<T> R = Mat3Of<T>::Identity();
+  Vec3Of<T> p = Vec3Of<T>::Zero();
 
-  Pose Inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
+  PoseOf Inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
-inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
+using Pose = PoseOf<double>;
+
+template <typename T>
+PoseOf<T> operator*(const PoseOf<T>& X_AB, const PoseOf<T>& X_BC) {
   return {X_AB.R * X_BC.R, X_AB.R * X_BC.p + X_AB.p};
 }
 
-inline Vec3 operator*(const Pose& X_AB, const Vec3& p_BQ) {
+template <typename T>
+Vec3Of<T> operator*(const PoseOf<T>& X_AB, const Vec3Of<T>& p_BQ) {
   return X_AB.R * p_BQ + X_AB.p;
 }
 

@@ -1,0 +1,42 @@
+#include "firmware-like/effects/backlash.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "backlash",
+            .meaning = "the joint's gearbox has play",
+            .remedy = "approach from one side; have the gearbox adjusted when the gap grows",
+            .parameters = {{"q#", "rad", 1, {-2e-3, 2e-3}},
+                           {.name = "by", .role = ParameterRole::kWord, .words = "load,move"}},
+            .needs = {},
+            .word_needs = {{"load", Signal::kTorques}, {"move", Signal::kOrder}},
+            .confused_with = {"joint_offset", "approach_lag", "joint_compliance", "joint_hardening",
+                              "latency"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    const bool by_move = term.word == "move";
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const int joint = term.parameters[k].joint;
+      if (!by_move) {
+        influence.Joint(Influence<T>::kLoadGap, joint) += values[k];
+      } else if (conditions.approach.size() > joint) {
+        influence.Joint(Influence<T>::kTurn, joint) += values[k] * conditions.approach[joint];
+      }
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& Backlash() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,14 @@
+// A spring that helps a joint against gravity and that the model lacks.
+#pragma once
+
+#include "firmware-like/effects/effect.h"
+
+namespace plumbline {
+
+/// tau_i += amplitude sin(q_i + phase), a torque that moves the arm only through that joint's
+/// compliance, declared or found. Units: N m, rad. An absent phase is 0. Over the same data it is
+/// equivalent to gear_periodic with one cycle [formats.md]. Valid for a spring or a gas cylinder
+/// whose lever is short against its length.
+const Effect& Counterbalance();
+
+}  // namespace plumbline

@@ -1,0 +1,35 @@
+#include "firmware-like/effects/dynamic_inertia.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "dynamic_inertia",
+            .meaning = "the joint winds up under the inertia of what it accelerates",
+            .remedy = "measure at a standstill, or lower the acceleration near the point",
+            .parameters = {{"q#", "s^2", 1, {0, 3e-3}}},
+            .needs = {Signal::kAcceleration},
+            .confused_with = {"latency", "joint_compliance", "approach_lag"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const int joint = term.parameters[k].joint;
+      if (conditions.qdd.size() <= joint) continue;
+      influence.Joint(Influence<T>::kTurn, joint) -= values[k] * conditions.qdd[joint];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& DynamicInertia() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

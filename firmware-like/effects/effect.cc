@@ -1,0 +1,14 @@
+#include "firmware-like/effects/effect.h"
+
+#include <algorithm>
+
+namespace plumbline {
+
+bool EffectTraits::Needs(Signal signal, std::string_view word) const {
+  return std::find(needs.begin(), needs.end(), signal) != needs.end() ||
+         std::any_of(word_needs.begin(), word_needs.end(), [&](const WordNeed& need) {
+           return need.word == word && need.signal == signal;
+         });
+}
+
+}  // namespace plumbline

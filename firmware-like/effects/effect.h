@@ -1,0 +1,150 @@
+// A physical effect: what it needs, its parameters, and how it adds to the arm.
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "firmware-like/effects/influence.h"
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline {
+
+/// A number with kDualWidth derivatives, for identification.
+inline constexpr int kDualWidth = 16;
+using Dual = ceres::Jet<double, kDualWidth>;
+
+/// What an effect reads beside the joint positions; a row without it cannot show the effect.
+enum class Signal {
+  kTime,          ///< t_s
+  kTemperature,   ///< temp_C, and the cell's reference temperature
+  kVelocity,      ///< qd
+  kAcceleration,  ///< qdd
+  kOrder,         ///< the order of execution: last moves
+  kPayload,       ///< payload_kg and the cell's [payload]
+  kTorques,       ///< link masses, or measured torques
+  kBeam,          ///< a tool that bends
+};
+
+/// How a parameter enters.
+enum class ParameterRole {
+  kSize,   ///< zero means "does not act"; the effect is linear in its sizes near zero
+  kShape,  ///< where or how it acts: a phase, cycles a turn, a time constant, a moment
+  kWord,   ///< a choice: `by` of backlash, `frame` of step_event
+};
+
+/// A parameter of the file formats. In `name`, `#` stands for a number, the first that of a joint.
+struct ParameterSpec {
+  std::string_view name{};
+  std::string_view unit{};  ///< as in the files
+  double to_SI = 1;         ///< file value times this is the SI value that Add() gets
+  /// Sizes that a sound machine can show, in file units; beyond them an explanation is
+  /// implausible. For a shape, the range to search. Of an inverse one, infinite is plausible too.
+  Interval plausible{-1e300, 1e300};
+  ParameterRole role = ParameterRole::kSize;
+  std::string_view words{};  ///< of a kWord: its choices, comma-separated; the first if not said
+  bool inverse = false;      ///< the SI value is 1 / (file value): absent is infinite (kappa)
+};
+
+/// One parameter of a term: which spec, of which joint (0-based; -1: none), and which of several
+/// terms of one joint (harmonics count from 1).
+struct TermParameter {
+  int spec = 0;
+  int joint = -1;
+  int harmonic = 1;
+  bool operator==(const TermParameter&) const = default;
+};
+
+class Effect;
+
+/// An effect with the parameters that are in use; values stand beside it, in SI, in this order.
+/// Words are no numbers: `word` holds the choice, and it has no entry here.
+struct EffectTerm {
+  const Effect* effect = nullptr;
+  std::vector<TermParameter> parameters;
+  std::string_view word{};             ///< one of the spec's words; empty stands for its first
+  std::vector<std::string> drivers{};  ///< of an empirical term: the column that it follows
+  Eigen::MatrixXd nodes{};             ///< of an empirical term, in file units; see empirical.h
+};
+
+/// What a word's choice needs beside what the effect needs.
+struct WordNeed {
+  std::string_view word;
+  Signal signal;
+};
+
+/// What the catalogue tells of an effect.
+struct EffectTraits {
+  std::string_view id;
+  std::string_view meaning;  ///< one sentence for the report: what it is on the machine
+  std::string_view remedy;   ///< one sentence for the report: what to do about it
+  std::vector<ParameterSpec> parameters;
+  std::vector<Signal> needs;
+  std::vector<WordNeed> word_needs{};
+  std::vector<std::string_view> confused_with;  ///< ids
+  /// True where joints are judged one by one, and the answer's scope names them.
+  bool per_joint = false;
+
+  /// Whether a row must have `signal` to show the effect with that word.
+  bool Needs(Signal signal, std::string_view word = {}) const;
+};
+
+/// The base of every effect; one object each in the catalogue, without state.
+class Effect {
+ public:
+  virtual ~Effect() = default;
+  Effect(const Effect&) = delete;
+  Effect& operator=(const Effect&) = delete;
+
+  const EffectTraits& traits() const { return traits_; }
+
+  /// Adds what the effect does in these conditions; nothing where a signal it needs is absent.
+  /// Allocates nothing.
+  /// @param values  of term.parameters, in SI
+  virtual void Add(const EffectTerm& term, std::span<const double> values,
+                   const Conditions& conditions, Influence<double>& influence) const = 0;
+  /// The same with derivatives; identical in its values.
+  virtual void Add(const EffectTerm& term, std::span<const Dual> values,
+                   const Conditions& conditions, Influence<Dual>& influence) const = 0;
+
+ protected:
+  explicit Effect(EffectTraits traits) : traits_(std::move(traits)) {}
+
+ private:
+  EffectTraits traits_;
+};
+
+/// Makes an Effect of a struct with `static EffectTraits Traits()` and a template
+/// `static void Add<T>(term, std::span<const T>, conditions, Influence<T>&)`.
+template <typename Formula>
+class EffectOf final : public Effect {
+ public:
+  EffectOf() : Effect(Formula::Traits()) {}
+  void Add(const EffectTerm& term, std::span<const double> values, const Conditions& conditions,
+           Influence<double>& influence) const override {
+    Formula::template Add<double>(term, values, conditions, influence);
+  }
+  void Add(const EffectTerm& term, std::span<const Dual> values, const Conditions& conditions,
+           Influence<Dual>& influence) const override {
+    Formula::template Add<Dual>(term, values, conditions, influence);
+  }
+};
+
+/// The value of the parameter `spec` that belongs to parameter k: of its joint and its harmonic.
+template <typename T>
+T ValueOfSame(const EffectTerm& term, std::span<const T> values, std::size_t k, int spec,
+              const T& otherwise) {
+  const TermParameter& own = term.parameters[k];
+  for (std::size_t other = 0; other < values.size(); ++other) {
+    if (term.parameters[other] == TermParameter{spec, own.joint, own.harmonic})
+      return values[other];
+  }
+  return otherwise;
+}
+
+}  // namespace plumbline

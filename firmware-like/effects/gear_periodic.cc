@@ -1,0 +1,49 @@
+#include "firmware-like/effects/gear_periodic.h"
+
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  enum Parameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
+  static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
+
+  static EffectTraits Traits() {
+    return {.id = "gear_periodic",
+            .meaning = "the joint's error repeats with its angle: gear, encoder or bearing",
+            .remedy = "a property of gear or encoder: let the correction carry it; a rise is wear",
+            .parameters = {{"q#_amplitude", "rad", 1, {-2e-3, 2e-3}},
+                           {"q#_cycles", "1/turn", 1, {0.1, 400}, ParameterRole::kShape},
+                           {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape},
+                           {"q#_#_amplitude", "rad", 1, {-2e-3, 2e-3}},
+                           {"q#_#_cycles", "1/turn", 1, {0.1, 400}, ParameterRole::kShape},
+                           {"q#_#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
+            .needs = {},
+            .confused_with = {"counterbalance", "gear_ratio", "joint_offset", "joint_compliance"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    using std::sin;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const TermParameter& parameter = term.parameters[k];
+      if (parameter.spec % kOfOneTerm != kAmplitude) continue;
+      const T cycles = ValueOfSame(term, values, k, parameter.spec + kCycles, T(1));
+      const T phase = ValueOfSame(term, values, k, parameter.spec + kPhase, T(0));
+      influence.Joint(Influence<T>::kTurn, parameter.joint) +=
+          values[k] * sin(cycles * conditions.q[parameter.joint] + phase);
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& GearPeriodic() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,99 @@
+// What the active effects do to the arm in one moment: the accumulator that every effect adds to.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline {
+
+/// One value a joint, of a number type T.
+template <typename T>
+using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+
+/// Changes to the declared arm, all zero where nothing acts. An effect reads the moment's
+/// conditions and *adds* to the entries it means; the arm's equations (deflection/loaded_arm.h)
+/// read the sum. Stored flat, so that its derivatives are a matrix: column k of the tip's gradient
+/// belongs to entry k here. T is double, or a number that carries its derivatives.
+template <typename T>
+class Influence {
+ public:
+  /// Joint entries come first: kind * kMaxJoints + joint.
+  enum JointEntry {
+    kTurn,        ///< rotation of the joint, whatever its load [rad] (or [m])
+    kCompliance,  ///< added to the declared compliance [rad/(N m)]
+    kHardening,   ///< s -= value tau^3 [rad/(N m)^3]
+    kLoadGap,     ///< s += value sign(tau) [rad]
+    kTorque,      ///< acts only through the joint's compliance [N m]
+    kLengthA,     ///< added to a of the DH table [m]
+    kOffsetD,     ///< added to d [m]
+    kTwistAlpha,  ///< added to alpha [rad]
+    kJointEntries
+  };
+  enum Entry {
+    kFirst = kJointEntries * kMaxJoints,
+    kGravityTurnX = kFirst,  ///< gravity turns about the measurement axes x, y [rad]
+    kGravityTurnY,
+    kPayloadMass,                   ///< added to the payload [kg]
+    kPayloadCog,                    ///< 3: added to its centre of gravity in F [m]
+    kBendRatio = kPayloadCog + 3,   ///< bending of the tool times (1 + value)
+    kShear,                         ///< 1/kappa: the tip moves by value F L / (G A)
+    kRootCompliance,                ///< of the flange coupling [rad/(N m)]
+    kPedestalCompliance,            ///< of the base [rad/(N m)]
+    kBase,                          ///< 3: the base moves in W [m]
+    kBaseRollPitchYaw = kBase + 3,  ///< 3: added to the base's roll, pitch, yaw [rad]
+    kTip = kBaseRollPitchYaw + 3,   ///< 3: the tip moves in F [m]
+    kScale = kTip + 3,              ///< measured positions times (1 + value)
+    kSize
+  };
+
+  T& Joint(JointEntry entry, int joint) { return values_[entry * kMaxJoints + joint]; }
+  const T& Joint(JointEntry entry, int joint) const { return values_[entry * kMaxJoints + joint]; }
+  T& operator[](int entry) { return values_[entry]; }
+  const T& operator[](int entry) const { return values_[entry]; }
+  auto Vector(Entry first) { return values_.template segment<3>(first); }
+  auto Vector(Entry first) const { return values_.template segment<3>(first); }
+
+ private:
+  Eigen::Matrix<T, kSize, 1> values_ = Eigen::Matrix<T, kSize, 1>::Zero();
+};
+
+/// A further recorded column in one moment, as the file has it.
+struct RecordedValue {
+  std::string column;
+  double value = 0;
+};
+
+/// What is known of one moment beside the joint positions; filled once a row. An empty vector, or
+/// an absent value, was not recorded: an effect that needs it adds nothing, and the diagnosis does
+/// not offer it.
+struct Conditions {
+  JointVector q;          ///< as commanded [rad] or [m]
+  JointVector qd;         ///< [rad/s]
+  JointVector qdd;        ///< [rad/s^2]
+  JointVector last_move;  ///< change of q from the row before in execution order [rad]
+  JointVector approach;   ///< sign of each joint's last move that was not zero: -1, 0 (unknown), +1
+  JointVector tau;        ///< measured joint torques [N m]
+  double payload_kg = 0;
+  std::optional<double> t_s;
+  std::optional<double> temp_C;
+  std::optional<double> row;           ///< place in the file's order, the first row being 1
+  std::vector<RecordedValue> further;  ///< recorded columns without a meaning of their own
+
+  // Declared, the same in every moment; see DeclaredConditions.
+  JointVector a_m, d_m;  ///< of the DH table
+  std::optional<double> reference_temperature_C;
+
+  /// What a file's column of that name would hold in this moment, in its unit: t_s, temp_C,
+  /// payload_kg, row, q3_deg (q3_mm of a prismatic joint), qd2_deg_s, qdd1_deg_s2, tau1_Nm, or one
+  /// of `further`; nothing where it is not known. Allocates nothing.
+  std::optional<double> Signal(std::string_view column) const;
+};
+
+/// Conditions with what the cell declares filled in and nothing known of the moment.
+Conditions DeclaredConditions(const CellModel& cell);
+
+}  // namespace plumbline

@@ -1,0 +1,34 @@
+#include "firmware-like/effects/joint_compliance.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "joint_compliance",
+            .meaning = "the joint winds up under its gravity torque",
+            .remedy = "a gearbox property: let the correction carry it; a sudden rise is wear",
+            .parameters = {{"q#", "rad/(N m)", 1, {-2e-5, 2e-4}}},
+            .needs = {Signal::kTorques},
+            .confused_with = {"joint_hardening", "payload_mass", "payload_cog",
+                              "pedestal_compliance", "link_geometry", "counterbalance", "backlash"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      influence.Joint(Influence<T>::kCompliance, term.parameters[k].joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& JointCompliance() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,33 @@
+#include "firmware-like/effects/joint_hardening.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "joint_hardening",
+            .meaning = "the joint's compliance falls as its torque grows",
+            .remedy = "a gearbox property: let the correction carry it",
+            .parameters = {{"q#", "rad/(N m)^3", 1, {0, 1e-6}}},
+            .needs = {Signal::kTorques},
+            .confused_with = {"joint_compliance", "backlash", "gear_periodic"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      influence.Joint(Influence<T>::kHardening, term.parameters[k].joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& JointHardening() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,34 @@
+#include "firmware-like/effects/latency.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "latency",
+            .meaning = "the arm is measured at another moment than its joints are read",
+            .remedy = "synchronise instrument and controller, or measure at a standstill",
+            .parameters = {{"time", "s", 1, {-0.2, 0.5}}},
+            .needs = {Signal::kVelocity},
+            .confused_with = {"approach_lag", "backlash", "dynamic_inertia"}};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm&, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    for (const T& time_s : values) {
+      for (int joint = 0; joint < conditions.qd.size(); ++joint) {
+        influence.Joint(Influence<T>::kTurn, joint) -= time_s * conditions.qd[joint];
+      }
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& Latency() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,44 @@
+#include "firmware-like/effects/link_geometry.h"
+
+#include <array>
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {
+        .id = "link_geometry",
+        .meaning = "the arm's links differ from the declared DH table",
+        .remedy =
+            "a property of this arm: let the correction carry it; a sudden change is a collision",
+        .parameters = {{"a#", "mm", 1e-3, {-5, 5}},
+                       {"d#", "mm", 1e-3, {-5, 5}},
+                       {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}}},
+        .needs = {},
+        .confused_with = {"joint_offset", "thermal_growth", "measurement_scale", "base_frame",
+                          "tool_frame", "joint_compliance"},
+        .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    constexpr std::array kEntries = {Influence<T>::kLengthA, Influence<T>::kOffsetD,
+                                     Influence<T>::kTwistAlpha};
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const TermParameter& parameter = term.parameters[k];
+      const auto entry = kEntries[static_cast<std::size_t>(parameter.spec)];
+      influence.Joint(entry, parameter.joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& LinkGeometry() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

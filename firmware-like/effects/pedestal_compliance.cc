@@ -1,0 +1,31 @@
+#include "firmware-like/effects/pedestal_compliance.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {
+        .id = "pedestal_compliance",
+        .meaning = "the pedestal or the floor tilts as the arm reaches out",
+        .remedy = "check the anchor bolts and the grout; else let the correction carry it",
+        .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-5}}},
+        .needs = {Signal::kTorques},
+        .confused_with = {"joint_compliance", "base_frame", "gravity_direction", "link_geometry"}};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm&, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (const T& compliance : values) influence[Influence<T>::kPedestalCompliance] += compliance;
+  }
+};
+
+}  // namespace
+
+const Effect& PedestalCompliance() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,36 @@
+#include "firmware-like/effects/tool_frame.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {
+        .id = "tool_frame",
+        .meaning = "the tool tip sits elsewhere on the flange than declared",
+        .remedy = "calibrate the tool centre point again, and look for a bent or badly seated tool",
+        .parameters = {{"x", "mm", 1e-3, {-10, 10}},
+                       {"y", "mm", 1e-3, {-10, 10}},
+                       {"z", "mm", 1e-3, {-10, 10}}},
+        .needs = {},
+        .confused_with = {"joint_offset", "link_geometry", "payload_cog", "step_event",
+                          "base_frame"}};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      influence[Influence<T>::kTip + term.parameters[k].spec] += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& ToolFrame() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

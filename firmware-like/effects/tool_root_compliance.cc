@@ -1,0 +1,33 @@
+#include "firmware-like/effects/tool_root_compliance.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {
+        .id = "tool_root_compliance",
+        .meaning = "the tool's seat on the flange tilts under load",
+        .remedy =
+            "check the flange screws and the tool changer's wear; else let the correction carry it",
+        .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-4}}},
+        .needs = {},
+        .confused_with = {"tool_stiffness", "payload_cog", "payload_mass", "tool_shear",
+                          "joint_compliance"}};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm&, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (const T& compliance : values) influence[Influence<T>::kRootCompliance] += compliance;
+  }
+};
+
+}  // namespace
+
+const Effect& ToolRootCompliance() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

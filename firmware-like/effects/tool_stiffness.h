@@ -1,0 +1,12 @@
+// A tool that bends less, or more, than its section says.
+#pragma once
+
+#include "firmware-like/effects/effect.h"
+
+namespace plumbline {
+
+/// E I of the tool times (1 + ratio)   [formats.md]; the bending of the declared beam divides by
+/// it. Unit: 1; above -1. A joined or perforated tool may well have half its nominal stiffness.
+const Effect& ToolStiffness();
+
+}  // namespace plumbline

@@ -1,0 +1,10 @@
+// Angles of the files in SI.
+#pragma once
+
+#include <numbers>
+
+namespace plumbline {
+
+inline constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+}  // namespace plumbline

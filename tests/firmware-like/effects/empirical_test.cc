@@ -1,0 +1,88 @@
+#include "firmware-like/effects/empirical.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "firmware-like/effects/written.h"
+#include "tests/firmware-like/effects/small_cell.h"
+
+namespace plumbline {
+namespace {
+
+using I = Influence<double>;
+
+WrittenEffect Curve(const std::string& driver, const std::vector<std::string>& carriers,
+                    const Eigen::MatrixXd& nodes, double factor = 1) {
+  WrittenEffect written;
+  written.id = "empirical";
+  written.drivers = {driver};
+  written.nodes = nodes;
+  for (const std::string& carrier : carriers) {
+    EffectParameter& parameter = written.parameters.emplace_back();
+    parameter.name = carrier;
+    parameter.value = factor;
+    parameter.unit = "1";
+  }
+  return written;
+}
+
+I Sum(const WrittenEffect& written, const Conditions& moment) {
+  const std::vector<ActiveEffect> effects = {ActiveFromWritten(written, SmallCell())};
+  I influence;
+  AddEffects(effects, moment, influence);
+  return influence;
+}
+
+TEST_CASE("Between nodes the curve is straight, beyond them it stays") {
+  Eigen::MatrixXd nodes(3, 2);
+  nodes << 100, 1, 200, 3, 600, -1;
+  const WrittenEffect written = Curve("t_s", {"base_z"}, nodes);
+  const std::vector<std::pair<double, double>> cases = {{-5, 1},  {100, 1},  {150, 2}, {200, 3},
+                                                        {400, 1}, {600, -1}, {1e6, -1}};
+  for (const auto& [t_s, mm] : cases) {
+    CAPTURE(t_s);
+    Conditions moment;
+    moment.t_s = t_s;
+    CHECK(Sum(written, moment)[I::kBase + 2] == Approx(1e-3 * mm).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("Each carrier has its unit, and the value is a factor") {
+  Eigen::MatrixXd nodes(1, 5);
+  nodes << 0, 2, -3, 1e-4, 0.5;
+  const WrittenEffect written =
+      Curve("air_hPa", {"base_x", "tip_y", "q3", "tool_bending"}, nodes, 0.5);
+  const I influence = Sum(written, KnownMoment());
+  CHECK(influence[I::kBase] == Approx(1e-3));
+  CHECK(influence[I::kTip + 1] == Approx(-1.5e-3));
+  CHECK(influence.Joint(I::kTurn, 2) == Approx(0.5e-4));
+  CHECK(influence[I::kBendRatio] == Approx(0.25));
+}
+
+TEST_CASE("Where the driver is not known, or there is none, nothing is added") {
+  Eigen::MatrixXd nodes(1, 2);
+  nodes << 0, 2;
+  CHECK(Sum(Curve("wind_m_s", {"base_x"}, nodes), KnownMoment())[I::kBase] == 0);
+  Conditions unread;
+  unread.t_s = std::nan("");
+  CHECK(Sum(Curve("t_s", {"base_x"}, nodes), unread)[I::kBase] == 0);
+  WrittenEffect without = Curve("t_s", {"base_x"}, nodes);
+  without.drivers.clear();
+  CHECK(Sum(without, KnownMoment())[I::kBase] == 0);
+  CHECK(Sum(Curve("t_s", {"base_x"}, {}), KnownMoment())[I::kBase] == 0);
+}
+
+TEST_CASE("Drivers and nodes that make no curve are told why") {
+  Eigen::MatrixXd rising(2, 2), falling(2, 2);
+  rising << 0, 1, 1, 1;
+  falling << 1, 1, 1, 1;
+  CHECK(EmpiricalFault({"t_s"}, rising, 1).empty());
+  CHECK(EmpiricalFault({}, rising, 1).find("one driver") != std::string::npos);
+  CHECK(EmpiricalFault({"t_s", "temp_C"}, rising, 1).find("one driver") != std::string::npos);
+  CHECK(EmpiricalFault({"t_s"}, {}, 1).find("needs nodes") != std::string::npos);
+  CHECK(EmpiricalFault({"t_s"}, rising, 2).find("3 in all") != std::string::npos);
+  CHECK(EmpiricalFault({"t_s"}, falling, 1).find("row 2 does not") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace plumbline
