@@ -9,7 +9,10 @@ namespace plumbline {
 namespace {
 
 constexpr double kHeartbeatTimeout_s = 2.0;
-constexpr int kSearchesPerCycle = 2;  // a branch search costs about as much as 20 corrections
+// A branch search that fails costs about as much as 80 corrections (17 starts of 40 iterations).
+constexpr int kSearchesPerCycle = 2;
+constexpr double kShortestPause_s = 0.02;  // between two searches for a point that has no branch
+constexpr double kLongestPause_s = 1.0;
 constexpr double kLargestPayload_kg = 3000;
 constexpr double kCoarseReading_m = 1e-4;
 
@@ -28,13 +31,21 @@ std::uint16_t AlarmOf(InputFault fault) {
   }
 }
 
+/// A payload of that mass and centre; nothing where either is not known.
+std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
+                                    const std::optional<Vec3>& cog_F) {
+  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kLargestPayload_kg;
+  if (!plausible || (*mass_kg > 0 && !cog_F)) return std::nullopt;
+  return Payload{*mass_kg, cog_F.value_or(Vec3::Zero())};
+}
+
 }  // namespace
 
 Machine::Machine(const MachineConfig& config)
     : config_(config),
       corrector_(config.cell, config.limits),
       filter_(config.plausibility),
-      solutions_(config.points.size()) {
+      branches_(config.points.size()) {
   snapshot_.points.resize(config_.points.size());
   for (int i = 0; i < config_.cell.robot.size(); ++i) {
     if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic) {
@@ -43,6 +54,7 @@ Machine::Machine(const MachineConfig& config)
   }
   const JointVector zero = JointVector::Zero(config_.cell.robot.size());
   snapshot_.robot.q = zero;
+  snapshot_.reading.q = zero;
   snapshot_.result.correction.q = zero;
   for (PointResult& point : snapshot_.points) point.correction.q = zero;
 }
@@ -54,17 +66,36 @@ void Machine::Prepare() {
     const Payload payload{point.payload_kg.value_or(0.0),
                           config_.cell.payload_cog_F.value_or(Vec3::Zero())};
     Correction correction;
-    corrector_.Correct(point, payload, std::nullopt, *point.near_q, BranchSearch::kThorough,
-                       correction);
-    if (correction.code == CorrectionCode::kOk) solutions_[k] = correction.q;
+    corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q,
+                       BranchSearch::kThorough, correction);
+    if (correction.code == CorrectionCode::kOk) branches_[k].solution = correction.q;
   }
+}
+
+void Machine::TakeOver(const Machine& former) {
+  for (std::size_t k = 0; k < config_.points.size(); ++k) {
+    for (std::size_t other = 0; other < former.config_.points.size(); ++other) {
+      if (config_.points[k].id != former.config_.points[other].id) continue;
+      snapshot_.points[k] = former.snapshot_.points[other];
+      snapshot_.points[k].valid = false;
+    }
+  }
+  snapshot_.cycle = former.snapshot_.cycle;
+  snapshot_.reading = former.snapshot_.reading;
+  snapshot_.result = former.snapshot_.result;
+  snapshot_.probe = former.snapshot_.probe;
+  last_heartbeat_ = former.last_heartbeat_;
+  heartbeat_seen_s_ = former.heartbeat_seen_s_;
+  acknowledged_ = former.acknowledged_;
 }
 
 const Snapshot& Machine::Cycle(const MachineInput& input) {
   ++snapshot_.cycle;
   snapshot_.now_s = input.now_s;
   snapshot_.alarms = 0;
-  snapshot_.warnings = 0;
+  snapshot_.warnings = input.loop_warnings;
+  snapshot_.probe_taken = false;
+  snapshot_.monitor_restart = false;
   snapshot_.first_error = CorrectionCode::kOk;
 
   JudgeInput(input);
@@ -78,16 +109,18 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
 void Machine::JudgeInput(const MachineInput& input) {
   const LoadedArm& arm = corrector_.arm();
   snapshot_.input_fault = filter_.Judge(arm, input.robot, input.now_s);
+  if (input.robot.sequence != 0) snapshot_.reading = input.robot;
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
   if (snapshot_.input_fault != InputFault::kOk) return;
   snapshot_.robot = input.robot;
+  if (!std::isfinite(snapshot_.robot.temp_C.value_or(0))) snapshot_.robot.temp_C.reset();
   if (!filter_.decoding_checked()) snapshot_.warnings |= warning::kDecodingUnchecked;
-  if (arm.loads().guessed()) snapshot_.warnings |= warning::kMassCentresGuessed;
+  if (arm.centres_guessed()) snapshot_.warnings |= warning::kMassCentresGuessed;
   if (input.robot.mode == RobotMode::kEmergencyStop) snapshot_.alarms |= alarm::kEmergencyStop;
   if (input.robot.q_resolution > 0) {
     LoadedState state;
-    arm.AtActual(input.robot.q, {}, state);
+    arm.AtActual(input.robot.q, {}, {}, state);
     snapshot_.reading_radius_m =
         RadiusHolding95Percent(ReadingCovariance(arm, state, input.robot.q_resolution));
     if (snapshot_.reading_radius_m > kCoarseReading_m) {
@@ -121,37 +154,42 @@ void Machine::ChoosePayload() {
       break;
   }
   cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
-  const std::optional<Payload> payload = PayloadOf(mass_kg);
+  const std::optional<Payload> payload = KnownPayload(mass_kg, cog_F_);
   snapshot_.payload_valid = payload.has_value();
   if (payload) snapshot_.payload = *payload;
 }
 
-std::optional<Payload> Machine::PayloadOf(std::optional<double> mass_kg) const {
-  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kLargestPayload_kg;
-  if (!plausible || (*mass_kg > 0 && !cog_F_)) return std::nullopt;
-  return Payload{*mass_kg, cog_F_.value_or(Vec3::Zero())};
+std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
+  if (own_mass_kg) {
+    return KnownPayload(own_mass_kg,
+                        config_.cell.payload_cog_F ? config_.cell.payload_cog_F : cog_F_);
+  }
+  return snapshot_.payload_valid ? std::optional(snapshot_.payload) : std::nullopt;
 }
 
-std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
-  if (own_mass_kg) return PayloadOf(own_mass_kg);
-  return snapshot_.payload_valid ? std::optional(snapshot_.payload) : std::nullopt;
+Conditions Machine::ConditionsOf(const Payload& payload) const {
+  Conditions conditions;
+  conditions.payload_kg = payload.mass_kg;
+  conditions.t_s = snapshot_.now_s;
+  conditions.temp_C = snapshot_.robot.temp_C;
+  return conditions;
 }
 
 void Machine::RefreshPoints() {
   int searches_left = kSearchesPerCycle;
-  for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    RefreshPoint(k, searches_left);
-    const PointResult& result = snapshot_.points[k];
-    if (!result.valid && snapshot_.first_error == CorrectionCode::kOk) {
-      snapshot_.first_error = result.code;
-    }
+  const std::size_t count = config_.points.size(), first = turn_;
+  for (std::size_t k = 0; k < count; ++k) RefreshPoint((first + k) % count, searches_left);
+  for (const PointResult& result : snapshot_.points) {
+    if (result.valid) continue;
+    snapshot_.first_error = result.code;
+    break;
   }
 }
 
 void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   const AssemblyPoint& point = config_.points[index];
   PointResult& result = snapshot_.points[index];
-  std::optional<JointVector>& solution = solutions_[index];
+  Branch& branch = branches_[index];
   result.valid = false;
   if (snapshot_.input_fault != InputFault::kOk) {
     result.code = CorrectionCode::kNoRobot;
@@ -163,22 +201,28 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     return;
   }
   Correction correction;
-  if (solution) {
-    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, *solution, BranchSearch::kNone,
-                       correction);
+  if (branch.solution) {
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), *branch.solution,
+                       BranchSearch::kNone, correction);
   }
-  // No branch yet, or the one in use is lost: look for the nearest, a few points a cycle.
-  if (correction.code != CorrectionCode::kOk && searches_left > 0 &&
-      (!solution || correction.code == CorrectionCode::kUnreachable ||
-       correction.code == CorrectionCode::kJointLimit)) {
+  // No branch yet, or the one in use is lost: look for the nearest, a few points a cycle in turn.
+  const bool lost = !branch.solution || correction.code == CorrectionCode::kUnreachable ||
+                    correction.code == CorrectionCode::kJointLimit;
+  if (lost && searches_left > 0 && snapshot_.now_s >= branch.search_at_s) {
     --searches_left;
+    turn_ = index + 1;
     const JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
-    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, seed, BranchSearch::kBrief,
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
+    branch.verdict = correction.code;
+    branch.pause_s = std::clamp(2 * branch.pause_s, kShortestPause_s, kLongestPause_s);
+    branch.search_at_s = snapshot_.now_s + branch.pause_s;
+  } else if (lost) {
+    correction.code = branch.verdict;
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
-  solution = correction.q;
+  branch = {correction.q};
   result.correction = correction;
   result.valid = true;
   result.ever_valid = true;
@@ -192,12 +236,6 @@ void Machine::Execute(const MachineInput& input) {
   if (!robot_trusted) result.valid = false;  // the values stay
   if (command.acknowledge && !acknowledged_) result.valid = false;
   acknowledged_ = command.acknowledge;
-  // What stands in the registers when the daemon starts is not a command.
-  if (first_command_) {
-    first_command_ = false;
-    result.sequence = command.sequence;
-    return;
-  }
   if (command.sequence == result.sequence) return;
   result.sequence = command.sequence;
   result.command = command.code;
@@ -205,6 +243,17 @@ void Machine::Execute(const MachineInput& input) {
   result.valid = false;
   if (command.code == PlcCommandCode::kAcknowledge) {
     result.code = CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kRestartMonitor) {
+    snapshot_.monitor_restart = input.probes_recorded;
+    result.code = input.probes_recorded ? CorrectionCode::kOk : CorrectionCode::kNotRecorded;
+    return;
+  }
+  if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
+    result.point_id = 0;
+    result.code = TakeProbe(input);
+    result.valid = result.code == CorrectionCode::kOk;
     return;
   }
   result.point_id =
@@ -231,7 +280,7 @@ void Machine::Execute(const MachineInput& input) {
       point.p_TP = known->p_TP;
       point.orientation_free = known->orientation_free;
       if (known->near_q) seed = *known->near_q;
-      if (solutions_[index]) seed = *solutions_[index];
+      if (branches_[index].solution) seed = *branches_[index].solution;
       break;
     }
     case PlcCommandCode::kCorrectPose:
@@ -249,16 +298,53 @@ void Machine::Execute(const MachineInput& input) {
   if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
   Correction correction;
   if (command.code == PlcCommandCode::kPredictLanding) {
-    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, seed, BranchSearch::kBrief,
-                       correction);
+    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
+                       BranchSearch::kBrief, correction);
   } else {
-    corrector_.Correct(point, *payload, snapshot_.robot.temp_C, seed, BranchSearch::kBrief,
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
   result.correction = correction;
   result.valid = true;
+}
+
+CorrectionCode Machine::TakeProbe(const MachineInput& input) {
+  const PlcCommand& command = input.command;
+  const LoadedArm& arm = corrector_.arm();
+  if (!input.probes_recorded) return CorrectionCode::kNotRecorded;
+  if (!command.probe_W) return CorrectionCode::kBadCommand;
+  if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
+  const std::optional<Payload> payload = PayloadAt(command.payload_kg);
+  if (!payload) return CorrectionCode::kPayloadUnknown;
+  if (arm.torques_missing()) return CorrectionCode::kTorquesUnknown;
+  LoadedState state;
+  if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
+    return CorrectionCode::kNotConverged;
+  }
+
+  Probe& probe = snapshot_.probe;
+  probe.sequence = command.sequence;
+  probe.unix_ms = input.unix_ms;
+  probe.t_s = snapshot_.now_s;
+  probe.q = snapshot_.robot.q;
+  probe.payload_kg = payload->mass_kg;
+  probe.temp_C = snapshot_.robot.temp_C;
+  probe.predicted_W = (1 + state.scale) * state.X_WT.p;
+  probe.measured_W = *command.probe_W;
+  snapshot_.probe_taken = true;
+
+  Correction& told = snapshot_.result.correction;
+  told.code = CorrectionCode::kOk;
+  told.q = probe.q;
+  told.X_BP_command = state.X_BT;
+  told.translation_B = arm.X_WB().R.transpose() * (probe.measured_W - probe.predicted_W);
+  told.rotation_B.setZero();
+  told.uncertainty_m =
+      RadiusHolding95Percent(DeflectionCovariance(arm, state, config_.limits.deflection_sd));
+  told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C);
+  return CorrectionCode::kOk;
 }
 
 void Machine::ReportStatus(const MachineInput& input) {

@@ -37,6 +37,8 @@ struct MachineInput {
   RobotState robot;          ///< the newest reading, old or new
   PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
+  bool probes_recorded = false;     ///< somebody takes what a probe gives
+  std::uint16_t loop_warnings = 0;  ///< warning bits of the drift monitor and its journal
 };
 
 /// Holds the state between cycles: trust in the robot, the solution of each point (the next
@@ -49,6 +51,11 @@ class Machine {
   /// cycles are as short as the others. May take milliseconds a point; not for the cycle.
   void Prepare();
 
+  /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
+  /// result and its probe, the values of the points of equal id (not valid until computed), the
+  /// PLC's levels.
+  void TakeOver(const Machine& former);
+
   /// One cycle. The reference stays valid until the next one.
   const Snapshot& Cycle(const MachineInput& input);
 
@@ -57,23 +64,33 @@ class Machine {
  private:
   void JudgeInput(const MachineInput& input);
   void ChoosePayload();
-  /// A payload of that mass at the centre of gravity in force; nothing where either is not known.
-  std::optional<Payload> PayloadOf(std::optional<double> mass_kg) const;
-  /// The payload for a point or command that may name its own mass.
+  /// The payload for a point or command that may name its own mass: that mass has its centre where
+  /// the cell declares it, and only where the cell does not, where the load now carried has it.
   std::optional<Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
+  /// What effects of the cell read, for the robot at rest with this payload.
+  Conditions ConditionsOf(const Payload& payload) const;
   void RefreshPoints();
   void RefreshPoint(std::size_t index, int& searches_left);
   void Execute(const MachineInput& input);
+  /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
+  CorrectionCode TakeProbe(const MachineInput& input);
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
   Corrector corrector_;
   PlausibilityFilter filter_;
-  std::vector<std::optional<JointVector>> solutions_;  ///< of each point, in the actual posture
-  std::optional<Vec3> cog_F_;                          ///< of what is carried
+  /// What is known of a point's branch.
+  struct Branch {
+    std::optional<JointVector> solution;  ///< of the last cycle: the next one's starting value
+    CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last search, where it failed
+    double pause_s = 0;                                 ///< before the next search, and its moment
+    double search_at_s = 0;
+  };
+  std::vector<Branch> branches_;  ///< one a point
+  std::size_t turn_ = 0;          ///< the point whose turn to search is first
+  std::optional<Vec3> cog_F_;     ///< of what is carried
   std::uint16_t last_heartbeat_ = 0;
   std::optional<double> heartbeat_seen_s_;
-  bool first_command_ = true;
   bool acknowledged_ = false;  ///< the level of the acknowledging coil
   Snapshot snapshot_;
 };

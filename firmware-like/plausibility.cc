@@ -85,12 +85,13 @@ InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& 
     return InputFault::kNotFinite;
   }
   if (!arm.chain().WithinLimits(state.q, limits_.limit_margin_rad)) return InputFault::kJointLimit;
-  const double elapsed_s = std::max(0.0, state.timestamp_s - last_timestamp_s_);
+  const double elapsed_s =
+      std::clamp(state.timestamp_s - changed_s_, 0.0, limits_.slowest_refresh_s);
   const double allowed = limits_.max_joint_step + limits_.max_joint_speed * elapsed_s;
   const bool jumped = have_last_ && (state.q - last_q_).cwiseAbs().maxCoeff() > allowed;
   const JointVector q_before = have_last_ ? last_q_ : state.q;
+  if (!have_last_ || state.q != last_q_) changed_s_ = state.timestamp_s;
   last_q_ = state.q;
-  last_timestamp_s_ = state.timestamp_s;
   have_last_ = true;
   if (jumped) return InputFault::kJump;
   if (state.X_BT) {

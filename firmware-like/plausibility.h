@@ -26,7 +26,10 @@ struct PlausibilityLimits {
   double stale_after_s = 0.1;
   double limit_margin_rad = 0.02;  ///< beyond the declared joint limits
   double max_joint_speed = 12.0;   ///< [rad/s] or [m/s]
-  double max_joint_step = 0.05;    ///< always allowed between two readings
+  /// A controller may refresh its registers more slowly than they are read: the speed counts from
+  /// the last reading that differed, as far back as this.
+  double slowest_refresh_s = 0.15;
+  double max_joint_step = 0.05;  ///< always allowed between two readings
   /// Reported tool pose against forward kinematics, for a robot at rest. While it moves, joints and
   /// tool pose may belong to two moments of one reading: what the flange moved since the reading
   /// before is allowed as well, twice; and once the decoding has been checked, a contradiction
@@ -55,7 +58,7 @@ class PlausibilityFilter {
 
   PlausibilityLimits limits_;
   std::uint64_t sequence_ = 0;
-  double last_timestamp_s_ = 0;
+  double changed_s_ = 0;  ///< timestamp of the reading in which last_q_ was new
   JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;

@@ -28,7 +28,8 @@ inline constexpr std::uint16_t kManual = 1 << 11;
 inline constexpr std::uint16_t kToggle = 1 << 12;  ///< changes every second
 }  // namespace status
 
-/// Bits of the alarm word: what withdraws validity.
+/// Bits of the alarm word: what withdraws validity, and the controller's emergency stop, which does
+/// not: the arm stands, and so do its corrected points.
 namespace alarm {
 inline constexpr std::uint16_t kRobotMissing = 1 << 0;      ///< no reading since the start
 inline constexpr std::uint16_t kRobotStale = 1 << 1;        ///< the last reading is too old
@@ -47,6 +48,9 @@ inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;    ///< it was seen, 
 inline constexpr std::uint16_t kCycleOverrun = 1 << 2;        ///< cycles missed in the last second
 inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint registers cost over 0.1 mm
 inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
+inline constexpr std::uint16_t kDrift = 1 << 5;               ///< the residuals of probes changed
+inline constexpr std::uint16_t kProposalWaiting = 1 << 6;  ///< a corrected model waits for approval
+inline constexpr std::uint16_t kLoopFault = 1 << 7;  ///< journal or diagnosis fail; see the log
 }  // namespace warning
 
 /// A configured point in one cycle. While `valid` is false the values are the last good ones.
@@ -69,6 +73,18 @@ struct CommandResult {
   Correction correction;
 };
 
+/// A measured tip with what was known at that moment.
+struct Probe {
+  std::uint16_t sequence = 0;  ///< of the command
+  std::int64_t unix_ms = 0;
+  double t_s = 0;  ///< monotonic; what effects of time saw
+  JointVector q;   ///< as the controller counts them
+  double payload_kg = 0;
+  std::optional<double> temp_C;
+  Vec3 predicted_W = Vec3::Zero();  ///< loaded tip by the model in force [m]
+  Vec3 measured_W = Vec3::Zero();
+};
+
 struct Snapshot {
   double now_s = 0;  ///< monotonic
   std::uint64_t cycle = 0;
@@ -76,13 +92,17 @@ struct Snapshot {
   InputFault input_fault = InputFault::kMissing;
   CorrectionCode first_error = CorrectionCode::kOk;  ///< of the first point that is not valid
   double data_age_s = 0;                             ///< of the robot reading
-  RobotState robot;                                  ///< as decoded
+  RobotState robot;                    ///< the last that was trusted; what is computed with
+  RobotState reading;                  ///< the newest as decoded, trusted or not; to look at
   std::uint16_t prismatic_joints = 0;  ///< bit i: joint i slides, its count is in metres
   bool payload_valid = false;
   Payload payload;              ///< in force for points without their own
   double reading_radius_m = 0;  ///< 95 % radius at the tip from the steps of the joint registers
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
+  bool monitor_restart = false;  ///< asked for in this cycle
+  bool probe_taken = false;      ///< in this cycle; `probe` is the newest
+  Probe probe;
 };
 
 }  // namespace plumbline

@@ -74,6 +74,8 @@ const char* Describe(CorrectionCode code) {
       return "bad command";
     case CorrectionCode::kPending:
       return "pending";
+    case CorrectionCode::kNotRecorded:
+      return "probes are not recorded";
   }
   return "?";
 }
@@ -82,7 +84,7 @@ Corrector::Corrector(const CellModel& cell, const CorrectionLimits& limits)
     : cell_(cell), arm_(cell), limits_(limits) {}
 
 void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
-                        std::optional<double> temp_C, const JointVector& seed, BranchSearch search,
+                        const Conditions& conditions, const JointVector& seed, BranchSearch search,
                         Correction& correction) const {
   const Pose X_BP = arm_.X_WB().Inverse() * point.X_WP;
   if (arm_.torques_missing()) {
@@ -96,7 +98,7 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
   }
   LoadedState state;
   const auto loaded_point = [&](const JointVector& theta, Posture& posture) {
-    arm_.AtActual(theta, payload, state);
+    arm_.AtActual(theta, payload, conditions, state);
     posture = state.posture;
     return PointOfTip(state.X_BT, point.p_TP);
   };
@@ -106,16 +108,16 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
                           theta, outcome);
   correction.iterations = outcome.iterations;
   if (correction.code == CorrectionCode::kOk) {
-    Judge(X_BP, point.p_TP, point.orientation_free, payload, temp_C, theta, correction);
+    Judge(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
   }
 }
 
 void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
-                      const Payload& payload, std::optional<double> temp_C,
+                      const Payload& payload, const Conditions& conditions,
                       const JointVector& theta, Correction& correction) const {
   const PoseTarget target{X_BP, orientation_free};
   LoadedState state;
-  arm_.AtActual(theta, payload, state);
+  arm_.AtActual(theta, payload, conditions, state);
   const Pose X_BP_reached = PointOfTip(state.X_BT, p_TP);
   const Vec6 error = PoseError(target, X_BP_reached);
   correction.residual_m = error.head<3>().norm();
@@ -128,7 +130,7 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_wanted.transpose());
   correction.uncertainty_m =
       RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
-  correction.extrapolated = OutsideDomain(cell_, correction.q, payload.mass_kg, temp_C);
+  correction.extrapolated = OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C);
 
   Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -143,7 +145,8 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
 }
 
 void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-                        const JointVector& seed, BranchSearch search, Correction& landing) const {
+                        const Conditions& conditions, const JointVector& seed, BranchSearch search,
+                        Correction& landing) const {
   if (arm_.torques_missing()) {
     landing.code = CorrectionCode::kTorquesUnknown;
     return;
@@ -158,7 +161,7 @@ void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& paylo
   landing.iterations = outcome.iterations;
   if (landing.code != CorrectionCode::kOk) return;
   LoadedState state;
-  if (!arm_.AtCommanded(landing.q, payload, state)) {
+  if (!arm_.AtCommanded(landing.q, payload, conditions, state)) {
     landing.code = CorrectionCode::kNotConverged;
     return;
   }
@@ -167,7 +170,7 @@ void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& paylo
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
   landing.uncertainty_m =
       RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
-  landing.extrapolated = OutsideDomain(cell_, landing.q, payload.mass_kg, std::nullopt);
+  landing.extrapolated = OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

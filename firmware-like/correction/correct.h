@@ -22,6 +22,7 @@ enum class CorrectionCode : std::uint8_t {
   kUnknownPoint = 9,    ///< no assembly point of that number
   kBadCommand = 10,     ///< the command's code or values make no sense
   kPending = 11,        ///< not computed yet
+  kNotRecorded = 12,    ///< probes are not recorded: no [loop], or its journal is behind
 };
 
 /// Short words for a code, for the log and the register map.
@@ -37,15 +38,15 @@ struct CorrectionLimits {
 /// A corrected point, or the code that says why there is none.
 struct Correction {
   CorrectionCode code = CorrectionCode::kPending;
+  bool extrapolated = false;  ///< outside the calibrated range
+  int iterations = 0;
   JointVector q;                      ///< joints that the command leads to [rad]
   Pose X_BP_command;                  ///< pose to command for the unloaded tool point, in B
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
   double uncertainty_m = 0;           ///< radius that holds 95 % of where the loaded tip lands
-  bool extrapolated = false;          ///< outside the calibrated range
   double residual_m = 0;              ///< of the model at the solution
   double residual_rad = 0;
-  int iterations = 0;
 };
 
 /// What may be spent on a correction: the local solution only, or a search for other branches.
@@ -61,19 +62,21 @@ class Corrector {
 
   const LoadedArm& arm() const { return arm_; }
 
+  /// @param conditions  what the cell's effects read: temperature, time, the way there
   /// @param seed    joint positions near which the solution is wanted, shape (n)
   /// @param search  how hard to look for the branch nearest to the seed
-  void Correct(const AssemblyPoint& point, const Payload& payload, std::optional<double> temp_C,
+  void Correct(const AssemblyPoint& point, const Payload& payload, const Conditions& conditions,
                const JointVector& seed, BranchSearch search, Correction& correction) const;
 
   /// The reverse: where the loaded tool point lands that is commanded to X_BP (unloaded).
   /// `landing.X_BP_command` then is the pose reached.
-  void Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload, const JointVector& seed,
-               BranchSearch search, Correction& landing) const;
+  void Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+               const Conditions& conditions, const JointVector& seed, BranchSearch search,
+               Correction& landing) const;
 
  private:
   void Judge(const Pose& X_BP_wanted, const Vec3& p_TP, bool orientation_free,
-             const Payload& payload, std::optional<double> temp_C, const JointVector& theta,
+             const Payload& payload, const Conditions& conditions, const JointVector& theta,
              Correction& correction) const;
 
   CellModel cell_;

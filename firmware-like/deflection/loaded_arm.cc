@@ -2,9 +2,23 @@
 
 #include <algorithm>
 
+#include "firmware-like/deflection/equations.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
+namespace {
+
+constexpr double kSettled_rad = 1e-12;
+constexpr int kMostPasses = 50;
+
+}  // namespace
+
+template void LoadedArm::Equations<double>(const JointVector&, const Payload&,
+                                           const Influence<double>*, const JointVector&,
+                                           LoadedStateOf<double>&) const;
+template void LoadedArm::Equations<Dual>(const JointVectorOf<Dual>&, const PayloadOf<Dual>&,
+                                         const Influence<Dual>*, const JointVector&,
+                                         LoadedStateOf<Dual>&) const;
 
 LoadedArm::LoadedArm(const CellModel& cell)
     : chain_(cell.robot),
@@ -12,47 +26,97 @@ LoadedArm::LoadedArm(const CellModel& cell)
       tip_compliance_(TipComplianceOf(cell.tool)),
       X_WB_(cell.robot.X_WB),
       X_FT_{Mat3::Identity(), cell.tool.tcp_F},
+      base_rpy_(RollPitchYawFromRotation(cell.robot.X_WB.R)),
+      g_W_(cell.robot.g_W),
       g_B_(cell.robot.X_WB.R.transpose() * cell.robot.g_W),
       beam_tip_F_(0, 0, cell.tool.Length()),
       bends_(!cell.tool.rigid),
-      compliance_(chain_.size()) {
+      compliance_(chain_.size()),
+      effects_(ActiveEffectsOf(cell)) {
   for (int i = 0; i < chain_.size(); ++i) {
     compliance_[i] =
         cell.robot.joints[static_cast<std::size_t>(i)].compliance_rad_per_Nm.value_or(0.0);
-    compliant_ = compliant_ || compliance_[i] != 0;
+    if (compliance_[i] == 0) continue;
+    torques_missing_ = torques_missing_ || !loads_.known(i);
+    centres_guessed_ = centres_guessed_ || loads_.guessed(i);
   }
+  for (const ActiveEffect& effect : effects_) {
+    if (!effect.term.effect->traits().Needs(Signal::kTorques, effect.term.word)) continue;
+    for (const TermParameter& parameter : effect.term.parameters) {
+      const int joint = std::max(0, parameter.joint);  // of none: the whole arm's weight
+      effect_torques_missing_ = effect_torques_missing_ || !loads_.known(joint);
+      centres_guessed_ = centres_guessed_ || loads_.guessed(joint);
+    }
+  }
+  for (const ToolSegment& segment : cell.tool.segments) {
+    shear_m_per_N_ +=
+        segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
+  }
+  declared_ = DeclaredConditions(cell);
 }
 
 void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
-                         LoadedState& state) const {
-  chain_.Evaluate(theta, state.posture);
-  loads_.Torques(state.posture, g_B_, payload, state.tau);
-  state.sag = compliance_.cwiseProduct(state.tau);
-  const Pose& X_BF = state.posture.X_BF();
-  Pose X_FT = X_FT_;
-  if (bends_) {
-    const Vec3 g_F = X_BF.R.transpose() * g_B_;
-    const Vec3 force_F = payload.mass_kg * g_F;
-    const Vec3 moment_F = (payload.cog_F - beam_tip_F_).cross(force_F);
-    const Vec6 bend = tip_compliance_.Bend(force_F, moment_F, g_F);
-    state.bend_F = bend.head<3>();
-    state.slope_F = bend.tail<3>();
-    X_FT.p += state.bend_F;
-    X_FT.R = RotationFromVector(state.slope_F);
+                         const Conditions& conditions, LoadedState& state) const {
+  if (effects_.empty()) {
+    Equations<double>(theta, payload, nullptr, conditions.tau, state);
+    state.X_BT = X_WB_.Inverse() * state.X_WT;
+    return;
   }
-  state.X_BT = X_BF * X_FT;
+  // Effects read the command, which is known only with the sag: a few passes settle it.
+  Conditions moment = MomentOf(theta, conditions);
+  for (int pass = 0; pass < 6; ++pass) {
+    Influence<double> influence;
+    AddEffects(effects_, moment, influence);
+    Equations<double>(theta, payload, &influence, conditions.tau, state);
+    const double change = (theta - state.sag - moment.q).cwiseAbs().maxCoeff();
+    moment.q = theta - state.sag;
+    if (change < kSettled_rad) break;
+  }
+  state.X_BT = X_WB_.Inverse() * state.X_WT;
 }
 
 bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
-                            LoadedState& state) const {
-  JointVector theta = q;
-  for (int pass = 0; pass < 50; ++pass) {
-    AtActual(theta, payload, state);
-    const double change = (q + state.sag - theta).cwiseAbs().maxCoeff();
-    if (!compliant_ || change < 1e-12) return true;
-    theta = q + state.sag;
+                            const Conditions& conditions, LoadedState& state) const {
+  bool settled = false;
+  if (effects_.empty()) {
+    settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
+  } else {
+    Influence<double> influence;
+    AddEffects(effects_, MomentOf(q, conditions), influence);
+    settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
-  return false;
+  state.X_BT = X_WB_.Inverse() * state.X_WT;
+  return settled;
+}
+
+bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
+                            const Influence<double>* influence, const JointVector& measured_tau,
+                            LoadedStateOf<double>& state) const {
+  // A gap jumps where its torque changes sign; a joint whose load hangs between both sides of the
+  // gap has no posture that solves the equations, and stays within it.
+  double gap = 0;
+  for (int i = 0; influence != nullptr && i < size(); ++i) {
+    gap = std::max(gap, std::abs(influence->Joint(Influence<double>::kLoadGap, i)));
+  }
+  JointVector theta = q;
+  double change = 0;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    Equations<double>(theta, payload, influence, measured_tau, state);
+    change = (q + state.sag - theta).cwiseAbs().maxCoeff();
+    if (change < kSettled_rad) return true;
+    const double share = pass < kMostPasses / 2 ? 1.0 : 2.0 / (pass + 4 - kMostPasses / 2);
+    theta += share * (q + state.sag - theta);
+  }
+  return change < 2.5 * gap;
+}
+
+Conditions LoadedArm::MomentOf(const JointVector& q, const Conditions& conditions) const {
+  Conditions moment = conditions;
+  moment.q = q;
+  moment.a_m = declared_.a_m;
+  moment.d_m = declared_.d_m;
+  moment.reference_temperature_C = declared_.reference_temperature_C;
+  return moment;
 }
 
 Pose LoadedArm::UnloadedTip(const JointVector& q) const {

@@ -1,28 +1,37 @@
-// The declared model: where the tip of the loaded arm really is.
+// The model: where the tip of the loaded arm really is, declared deflections and effects together.
 #pragma once
 
 #include "firmware-like/beam/tip_compliance.h"
+#include "firmware-like/effects/written.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
 
 namespace plumbline {
 
 /// The loaded arm in one posture.
-struct LoadedState {
-  Posture posture;              ///< frames of the sagged arm in B
-  JointVector tau;              ///< gravity torques [N m]
-  JointVector sag;              ///< joint deflections s = compliance tau [rad]
-  Vec3 bend_F = Vec3::Zero();   ///< tip displacement of the tool in F [m]
-  Vec3 slope_F = Vec3::Zero();  ///< rotation vector of the tip section in F [rad]
-  Pose X_BT;                    ///< the loaded tip
+template <typename T>
+struct LoadedStateOf {
+  PostureOf<T> posture;                   ///< frames of the sagged arm in B
+  JointVectorOf<T> tau;                   ///< gravity torques [N m]
+  JointVectorOf<T> sag;                   ///< joint deflections s [rad], effects included
+  Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
+  Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
+  PoseOf<T> X_WT;                         ///< the loaded tip in W, as the instrument is aligned
+  T scale = T(0);                         ///< the instrument reads (1 + scale) p_WT
 };
 
-/// Joint and tool deflection of a cell under gravity.
-///   theta_i = sign_i (q_i + s_i) + offset_i,  s_i = compliance_i tau_i(q + s)
-///   X_BT = X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F)
+struct LoadedState : LoadedStateOf<double> {
+  Pose X_BT;  ///< the loaded tip in the *declared* base, whatever effects do to the base
+};
+
+/// Joint and tool deflection of a cell under gravity, and what its effects add.
+///   theta_i = sign_i (q_i + s_i) + offset_i
+///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + turn_i
+///   X_WT = X_WB * pedestal * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the straight tool) x F, and its own weight. Valid for bend/length
-/// below 0.05. The torques are those of formats.md, "The declared model, exactly".
+/// below 0.05. The torques are those of formats.md, "The declared model, exactly"; effects see the
+/// measured torques where there are any.
 class LoadedArm {
  public:
   /// @param cell  as the configuration reader has checked it
@@ -33,32 +42,67 @@ class LoadedArm {
   const Pose& X_WB() const { return X_WB_; }
   const Pose& X_FT() const { return X_FT_; }  ///< of the unloaded tool
   int size() const { return chain_.size(); }
+  bool bends() const { return bends_; }
 
-  /// True where joints yield but torques cannot be computed, because a link's mass is not declared.
-  bool torques_missing() const { return compliant_ && !loads_.known(); }
+  /// True where a joint yields, as declared or by an effect, but its torque is unknown: the mass of
+  /// a link outwards of it is not declared.
+  /// @param measured  torques are given with the conditions, so that effects need no masses
+  bool torques_missing(bool measured = false) const {
+    return torques_missing_ || (effect_torques_missing_ && !measured);
+  }
+  /// True where a joint yields to a link whose centre of mass is a guess.
+  bool centres_guessed() const { return centres_guessed_; }
 
-  /// The arm whose joints *really* stand at theta = q + s: no iteration is needed, and the
-  /// command that leads there is theta - state.sag. Allocates nothing.
-  void AtActual(const JointVector& theta, const Payload& payload, LoadedState& state) const;
+  const std::vector<ActiveEffect>& effects() const { return effects_; }
+
+  /// The arm whose joints *really* stand at theta = q + s: the command that leads there is
+  /// theta - state.sag. Allocates nothing.
+  /// @param conditions  what the cell's effects read; its q is found here
+  void AtActual(const JointVector& theta, const Payload& payload, const Conditions& conditions,
+                LoadedState& state) const;
 
   /// The arm that was *commanded* to q; solves theta = q + s(theta) to 1e-12 rad.
   /// @return false where the fixed point was not reached (an arm softer than any real one)
   [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
-                                 LoadedState& state) const;
+                                 const Conditions& conditions, LoadedState& state) const;
+
+  /// The same with the effects already summed.
+  [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
+                                 const Influence<double>* influence,
+                                 const JointVector& measured_tau,
+                                 LoadedStateOf<double>& state) const;
+
+  /// The equations themselves, at actual joint positions theta, for numbers of any type.
+  /// @param influence     what effects add in this moment; null: nothing
+  /// @param measured_tau  joint torques that effects see in place of the computed; may be empty
+  template <typename T>
+  void Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
+                 const Influence<T>* influence, const JointVector& measured_tau,
+                 LoadedStateOf<T>& state) const;
 
   /// Tip of the same arm without load and deflection: what the controller believes.
   Pose UnloadedTip(const JointVector& q) const;
+
+  /// `conditions` at joints q, with what the cell declares filled in.
+  Conditions MomentOf(const JointVector& q, const Conditions& conditions) const;
 
  private:
   Chain chain_;
   GravityLoads loads_;
   TipCompliance tip_compliance_;
   Pose X_WB_, X_FT_;
+  Vec3 base_rpy_;
+  Vec3 g_W_;
   Vec3 g_B_;
-  Vec3 beam_tip_F_;  ///< (0, 0, length): where the payload's moment is taken
+  Vec3 beam_tip_F_;           ///< (0, 0, length): where the payload's moment is taken
+  double shear_m_per_N_ = 0;  ///< sum L / (G A) of the tool's segments
   bool bends_;
-  bool compliant_ = false;
+  bool torques_missing_ = false;
+  bool effect_torques_missing_ = false;
+  bool centres_guessed_ = false;
   JointVector compliance_;
+  std::vector<ActiveEffect> effects_;
+  Conditions declared_;
 };
 
 /// The cell with the base and tip of one session; the cell itself where it knows no sessions, and

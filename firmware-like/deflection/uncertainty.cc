@@ -1,6 +1,9 @@
 #include "firmware-like/deflection/uncertainty.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "firmware-like/deflection/sensitivity.h"
 
 namespace plumbline {
 
@@ -20,6 +23,38 @@ Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double re
   Jacobian jacobian;
   arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
   return resolution * resolution / 12 * jacobian.topRows<3>() * jacobian.topRows<3>().transpose();
+}
+
+Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                      const Conditions& conditions) {
+  Mat3 covariance = Mat3::Zero();
+  if (arm.effects().empty()) return covariance;
+  const Conditions moment = arm.MomentOf(q, conditions);
+  Influence<double> influence;
+  AddEffects(arm.effects(), moment, influence);
+  Sensitivity sensitivity;
+  if (!SensitivityAt(arm, q, payload, influence, moment.tau, sensitivity)) return covariance;
+  for (const ActiveEffect& active : arm.effects()) {
+    const auto count = static_cast<int>(active.values.size());
+    if (active.covariance.rows() != count) continue;
+    Eigen::Matrix<double, 3, Eigen::Dynamic> columns(3, count);
+    columns.setZero();
+    for (int first = 0; first < count; first += kDualWidth) {
+      std::vector<Dual> values(active.values.begin(), active.values.end());
+      const int last = std::min(count, first + kDualWidth);
+      for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
+      Influence<Dual> slope;
+      active.term.effect->Add(active.term, std::span<const Dual>(values), moment, slope);
+      for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+        for (int k = first; k < last; ++k) {
+          const double of_entry = slope[entry].v[k - first];
+          if (of_entry != 0) columns.col(k) += of_entry * sensitivity.dp.col(entry);
+        }
+      }
+    }
+    covariance += columns * active.covariance * columns.transpose();
+  }
+  return covariance;
 }
 
 double RadiusHolding95Percent(const Mat3& covariance) {

@@ -16,6 +16,12 @@ Mat3 DeflectionCovariance(const LoadedArm& arm, const LoadedState& state, double
 /// [rad]: uniform within a step, variance resolution^2 / 12.
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution);
 
+/// Covariance of the measured tip position [m^2] in W by the deviations of the cell's effects,
+///   C = sum_e J_e Sigma_e J_e^T, J_e the tip's derivative to the effect's parameters.
+/// An effect without a covariance adds nothing. Zero where the sagged posture does not settle.
+Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                      const Conditions& conditions);
+
 /// Radius [m] of the ball that holds 95 % of a zero-mean normal error of covariance C [m^2].
 /// |e|^2 is taken as a chi^2_nu, a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite 1946], its
 /// quantile by Wilson & Hilferty (1931). Within 2 % of the exact radius for every C.

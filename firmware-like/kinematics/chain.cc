@@ -1,5 +1,6 @@
 #include "firmware-like/kinematics/chain.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace plumbline {
@@ -12,6 +13,7 @@ Chain::Chain(const Robot& robot)
     links_[static_cast<std::size_t>(i)] = {joint.type,
                                            joint.a_m,
                                            joint.d_m,
+                                           joint.alpha_rad,
                                            joint.theta_offset_rad,
                                            static_cast<double>(joint.sign),
                                            std::cos(joint.alpha_rad),
@@ -27,36 +29,6 @@ Chain::Chain(const Robot& robot)
 
 bool Chain::WithinLimits(const JointVector& q, double margin) const {
   return ((q.array() >= lower_.array() - margin) && (q.array() <= upper_.array() + margin)).all();
-}
-
-void Chain::Evaluate(const JointVector& q, Posture& posture) const {
-  posture.size = size_;
-  Pose X_BL;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) {
-    const Link& link = links_[i];
-    const double count = link.sign * q[static_cast<Eigen::Index>(i)];
-    const bool turns = link.type == JointType::kRevolute;
-    const double theta = link.offset + (turns ? count : 0.0);
-    const double d = link.d + (turns ? 0.0 : count);
-    const double c = std::cos(theta), s = std::sin(theta);
-    const double ca = link.cos_alpha, sa = link.sin_alpha;
-    Pose X;  // of this frame in the one before
-    if (convention_ == DhConvention::kDistal) {
-      posture.axis_B[i] = link.sign * X_BL.R.col(2);
-      posture.point_B[i] = X_BL.p;
-      X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, 0, sa, ca;
-      X.p << link.a * c, link.a * s, d;
-    } else {
-      X.R << c, -s, 0, s * ca, c * ca, -sa, s * sa, c * sa, ca;
-      X.p << link.a, -sa * d, ca * d;
-    }
-    X_BL = X_BL * X;
-    posture.X_BL[i] = X_BL;
-    if (convention_ == DhConvention::kProximal) {
-      posture.axis_B[i] = link.sign * X_BL.R.col(2);
-      posture.point_B[i] = X_BL.p;
-    }
-  }
 }
 
 void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const {

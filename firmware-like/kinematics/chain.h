@@ -2,9 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <vector>
 
-#include "firmware-like/model/cell_model.h"
+#include "firmware-like/effects/influence.h"
 
 namespace plumbline {
 
@@ -12,15 +13,18 @@ namespace plumbline {
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
 /// Frames of an arm in one posture, all in B.
-struct Posture {
+template <typename T>
+struct PostureOf {
   int size = 0;
-  std::array<Pose, kMaxJoints> X_BL;     ///< frame after joint i ("that joint's DH frame")
-  std::array<Vec3, kMaxJoints> axis_B;   ///< positive direction of joint i's own count
-  std::array<Vec3, kMaxJoints> point_B;  ///< a point on that axis [m]
+  std::array<PoseOf<T>, kMaxJoints> X_BL;     ///< frame after joint i ("that joint's DH frame")
+  std::array<Vec3Of<T>, kMaxJoints> axis_B;   ///< positive direction of joint i's own count
+  std::array<Vec3Of<T>, kMaxJoints> point_B;  ///< a point on that axis [m]
 
   /// The flange F: the frame after the last joint.
-  const Pose& X_BF() const { return X_BL[static_cast<std::size_t>(size - 1)]; }
+  const PoseOf<T>& X_BF() const { return X_BL[static_cast<std::size_t>(size - 1)]; }
 };
+
+using Posture = PostureOf<double>;
 
 /// A serial arm by Denavit-Hartenberg parameters.
 ///   dh  (distal):   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i)      [Denavit & Hartenberg 1955]
@@ -42,7 +46,12 @@ class Chain {
   double Reach() const { return reach_m_; }
 
   /// Frames at joint positions q [rad] or [m], shape (n). Allocates nothing.
-  void Evaluate(const JointVector& q, Posture& posture) const;
+  /// @param change  changes of a, d and alpha; null where the table stands as declared
+  template <typename T>
+  void Evaluate(const JointVectorOf<T>& q, const Influence<T>* change, PostureOf<T>& posture) const;
+  void Evaluate(const JointVector& q, Posture& posture) const {
+    Evaluate<double>(q, nullptr, posture);
+  }
 
   /// Columns of a point p_BQ [m] that moves with the flange.
   void JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
@@ -50,7 +59,7 @@ class Chain {
  private:
   struct Link {
     JointType type;
-    double a, d, offset, sign, cos_alpha, sin_alpha;
+    double a, d, alpha, offset, sign, cos_alpha, sin_alpha;
   };
 
   DhConvention convention_;
@@ -59,5 +68,46 @@ class Chain {
   JointVector lower_, upper_;
   double reach_m_ = 0;
 };
+
+template <typename T>
+void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
+                     PostureOf<T>& posture) const {
+  using std::cos, std::sin;
+  posture.size = size_;
+  PoseOf<T> X_BL;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) {
+    const Link& link = links_[i];
+    const int joint = static_cast<int>(i);
+    const T count = link.sign * q[joint];
+    const bool turns = link.type == JointType::kRevolute;
+    const T theta = turns ? T(link.offset + count) : T(link.offset);
+    T a(link.a), d = turns ? T(link.d) : T(link.d + count);
+    T ca(link.cos_alpha), sa(link.sin_alpha);
+    if (change != nullptr) {
+      a += change->Joint(Influence<T>::kLengthA, joint);
+      d += change->Joint(Influence<T>::kOffsetD, joint);
+      const T alpha = link.alpha + change->Joint(Influence<T>::kTwistAlpha, joint);
+      ca = cos(alpha);
+      sa = sin(alpha);
+    }
+    const T c = cos(theta), s = sin(theta), zero(0);
+    PoseOf<T> X;  // of this frame in the one before
+    if (convention_ == DhConvention::kDistal) {
+      posture.axis_B[i] = link.sign * X_BL.R.col(2);
+      posture.point_B[i] = X_BL.p;
+      X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, zero, sa, ca;
+      X.p << a * c, a * s, d;
+    } else {
+      X.R << c, -s, zero, s * ca, c * ca, -sa, s * sa, c * sa, ca;
+      X.p << a, -sa * d, ca * d;
+    }
+    X_BL = X_BL * X;
+    posture.X_BL[i] = X_BL;
+    if (convention_ == DhConvention::kProximal) {
+      posture.axis_B[i] = link.sign * X_BL.R.col(2);
+      posture.point_B[i] = X_BL.p;
+    }
+  }
+}
 
 }  // namespace plumbline

@@ -9,10 +9,13 @@
 namespace plumbline {
 
 /// What the flange carries beyond the tool.
-struct Payload {
-  double mass_kg = 0;
-  Vec3 cog_F = Vec3::Zero();  ///< centre of gravity in F [m]
+template <typename T>
+struct PayloadOf {
+  T mass_kg = T(0);
+  Vec3Of<T> cog_F = Vec3Of<T>::Zero();  ///< centre of gravity in F [m]
 };
+
+using Payload = PayloadOf<double>;
 
 /// The masses of a cell, each at a point of the frame it moves with.
 ///   tau_i = axis_i . sum_k (r_k - o_i) x (m_k g)   (revolute, [N m])
@@ -24,16 +27,20 @@ class GravityLoads {
   /// A link without a centre of mass is taken half way along its DH offset (see guessed()).
   explicit GravityLoads(const CellModel& cell);
 
-  /// False where a link has no declared mass: torques of the joints before it are unknown.
-  bool known() const { return known_; }
-  /// True where a centre of mass is a guess.
-  bool guessed() const { return guessed_; }
+  /// True where each link from that joint (0..n-1) outwards has a declared mass: tau_i is known.
+  bool known(int joint) const { return joint >= known_from_; }
+  /// True where a link from that joint outwards weighs, and its centre of mass is a guess.
+  bool guessed(int joint) const { return joint < guessed_before_; }
   /// Tool body and mount [kg].
   double tool_mass_kg() const { return tool_mass_kg_; }
+  /// First moment of the tool's body, without the mount, about F's origin [kg m].
+  const Vec3& tool_body_kg_m() const { return tool_body_kg_m_; }
 
   /// Torques in one posture, shape (n). g_B in B [m/s^2]. Allocates nothing.
-  void Torques(const Posture& posture, const Vec3& g_B, const Payload& payload,
-               JointVector& tau) const;
+  /// @return  the moment of all this weight about B's origin, in B [N m]
+  template <typename T>
+  Vec3Of<T> Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B, const PayloadOf<T>& payload,
+                    JointVectorOf<T>& tau) const;
 
  private:
   struct LinkMass {
@@ -44,8 +51,34 @@ class GravityLoads {
   std::vector<JointType> types_;
   double tool_mass_kg_ = 0;
   Vec3 tool_com_F_ = Vec3::Zero();
-  bool known_ = true;
-  bool guessed_ = false;
+  Vec3 tool_body_kg_m_ = Vec3::Zero();
+  int known_from_ = 0;
+  int guessed_before_ = 0;
 };
+
+template <typename T>
+Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B,
+                                const PayloadOf<T>& payload, JointVectorOf<T>& tau) const {
+  tau.resize(posture.size);
+  // sum m r and sum m of everything outward of the joint; gravity is uniform.
+  const PoseOf<T>& X_BF = posture.X_BF();
+  const Vec3Of<T> tool_com_F = tool_com_F_.cast<T>();
+  T mass_kg = tool_mass_kg_ + payload.mass_kg;
+  Vec3Of<T> moment_kg_m =
+      tool_mass_kg_ * (X_BF * tool_com_F) + payload.mass_kg * (X_BF * payload.cog_F);
+  for (int i = posture.size - 1; i >= 0; --i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vec3Of<T> com_L = links_[k].com_L.template cast<T>();
+    mass_kg += links_[k].mass_kg;
+    moment_kg_m += links_[k].mass_kg * (posture.X_BL[k] * com_L);
+    if (types_[k] == JointType::kRevolute) {
+      const Vec3Of<T> arm_kg_m = moment_kg_m - mass_kg * posture.point_B[k];
+      tau[i] = posture.axis_B[k].dot(arm_kg_m.cross(g_B));
+    } else {
+      tau[i] = mass_kg * posture.axis_B[k].dot(g_B);
+    }
+  }
+  return moment_kg_m.cross(g_B);
+}
 
 }  // namespace plumbline

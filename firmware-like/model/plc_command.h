@@ -15,6 +15,9 @@ enum class PlcCommandCode : std::uint16_t {
   kCorrectPoseScaled = 3,  ///< likewise as int16 0.1 mm and mrad (rotation vector)
   kPredictLanding = 4,     ///< where the loaded tool point lands if the pose is commanded as it is
   kAcknowledge = 5,        ///< the result was read; free it
+  kProbe = 6,              ///< the tip was measured there: record it, with what the model predicts
+  kProbeFine = 7,          ///< likewise as int32 0.001 mm
+  kRestartMonitor = 8,     ///< forget the drift alarm; begin with a new reference
 };
 
 /// One command; a new sequence number executes it, once.
@@ -24,6 +27,7 @@ struct PlcCommand {
   std::uint16_t point_id = 0;
   bool pose_valid = false;           ///< every number of the pose is finite
   Pose X_BP;                         ///< of kCorrectPose*, kPredictLanding: tool point in B
+  std::optional<Vec3> probe_W;       ///< of kProbe*: measured tip in W; absent where not finite
   std::optional<double> payload_kg;  ///< to be used instead of what the robot carries
   bool acknowledge = false;          ///< its rising edge frees the result, as kAcknowledge does
   std::uint16_t heartbeat = 0;       ///< any change says that the PLC lives

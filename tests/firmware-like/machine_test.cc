@@ -80,6 +80,45 @@ TEST_CASE("a point without taught joints takes the branch nearest to the robot")
   CHECK((snapshot.points[0].correction.q - cell.taught).cwiseAbs().maxCoeff() < 0.75);
 }
 
+TEST_CASE("points that nothing reaches do not keep the later ones from being searched") {
+  Cell cell;
+  for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
+  for (const int id : {1, 2, 3}) {
+    AssemblyPoint far;
+    far.id = id;
+    far.X_WP.p = Vec3(50, 0, 0);
+    cell.config.points.insert(cell.config.points.begin(), far);
+  }
+  const Snapshot& snapshot = cell.Running();
+  CHECK(snapshot.points[3].valid);
+  CHECK(snapshot.points[4].valid);
+  // What was found out of a point stays said while its next search is not due.
+  for (int k = 0; k < 300; ++k) {
+    cell.Next();
+    for (const std::size_t far : {0, 1, 2}) {
+      REQUIRE(snapshot.points[far].code == CorrectionCode::kUnreachable);
+    }
+    REQUIRE((snapshot.alarms & alarm::kPointRefused) != 0);
+    REQUIRE(snapshot.first_error == CorrectionCode::kUnreachable);
+  }
+}
+
+TEST_CASE("a refused point without a branch is tried again within about a second") {
+  Cell cell;
+  for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
+  const double loaded_m = cell.Running().points[0].correction.translation_B.norm();
+  cell.input.robot.payload_kg = 0;
+  const double empty_m = cell.Next().points[0].correction.translation_B.norm();
+  cell.config.limits.max_translation_m = (loaded_m + empty_m) / 2;
+  cell.machine.reset();
+  cell.input.robot.payload_kg = 60;
+  for (int k = 0; k < 1000; ++k) cell.Next();
+  REQUIRE(cell.Next().points[0].code == CorrectionCode::kTooLarge);
+  cell.input.robot.payload_kg = 0;
+  for (int k = 0; k < 101; ++k) cell.Next();
+  CHECK(cell.Next().points[0].valid);
+}
+
 TEST_CASE("stale input withdraws validity; the values stay") {
   Cell cell;
   cell.Running();
@@ -137,16 +176,27 @@ TEST_CASE("the payload comes from the robot, a table, or is fixed") {
     const Snapshot& snapshot = cell.Running();
     CHECK(correction_of(snapshot) == Approx(at_60));
     CHECK(snapshot.points[1].correction.translation_B.norm() < at_60);
+    // Its centre of gravity is the cell's, whatever the robot carries just now.
+    cell.input.robot.payload_cog_F = Vec3(0.5, 0.5, 3.0);
+    CHECK(correction_of(cell.Next()) == Approx(at_60));
+  }
+  SECTION("a point's own has the centre in force only where the cell declares none") {
+    cell.input.robot.payload_cog_F = cell.config.cell.payload_cog_F;
+    cell.config.cell.payload_cog_F.reset();
+    cell.config.points[0].payload_kg = 60;
+    cell.machine.reset();
+    cell.input.robot.payload_kg = 10;
+    CHECK(correction_of(cell.Running()) == Approx(at_60));
   }
 }
 
 TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
   Cell cell;
-  cell.input.command.sequence = 41;  // left over from before the start
+  // Registers are 0 at the start; without a new sequence number nothing in them is a command.
   cell.input.command.code = PlcCommandCode::kCorrectPoint;
   cell.input.command.point_id = 9;
   CHECK_FALSE(cell.Running().result.valid);
-  CHECK(cell.Next().result.sequence == 41);
+  CHECK(cell.Next().result.code == CorrectionCode::kPending);
 
   cell.input.command.sequence = 42;
   const CommandResult first = cell.Next().result;
@@ -213,6 +263,167 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
   }
 }
 
+TEST_CASE("a probe is taken once, with what the model predicts at that moment") {
+  Cell cell;
+  cell.input.probes_recorded = true;
+  cell.Running();
+  PlcCommand& command = cell.input.command;
+  command.code = PlcCommandCode::kProbe;
+  const LoadedArm arm(cell.config.cell);
+  LoadedState state;
+  REQUIRE(arm.AtCommanded(cell.taught, {60, *cell.config.cell.payload_cog_F}, {}, state));
+  const Vec3 predicted_W = state.X_WT.p;
+  const Vec3 miss_W(1e-3, -2e-3, 3e-3);
+  command.probe_W = predicted_W + miss_W;
+  command.sequence = 1;
+  cell.input.unix_ms = 1800000000123;
+  cell.input.robot.temp_C = 24.5;
+
+  const Snapshot& taken = cell.Next();
+  REQUIRE(taken.probe_taken);
+  CHECK(taken.result.valid);
+  CHECK(taken.probe.sequence == 1);
+  CHECK(taken.probe.unix_ms == 1800000000123);
+  CHECK(taken.probe.t_s == cell.input.now_s);
+  CHECK(taken.probe.q == cell.taught);
+  CHECK(taken.probe.payload_kg == 60);
+  CHECK(taken.probe.temp_C == 24.5);
+  CHECK((taken.probe.predicted_W - predicted_W).norm() < 1e-12);
+  CHECK((taken.probe.measured_W - predicted_W - miss_W).norm() < 1e-12);
+  CHECK((taken.result.correction.X_BP_command.p - state.X_BT.p).norm() < 1e-12);
+  CHECK((arm.X_WB().R * taken.result.correction.translation_B - miss_W).norm() < 1e-12);
+  CHECK_FALSE(cell.Next().probe_taken);  // the same sequence
+
+  SECTION("with the mass that the command names") {
+    command.payload_kg = 20;
+    command.sequence = 2;
+    CHECK(cell.Next().probe.payload_kg == 20);
+    CHECK((cell.Next().probe.predicted_W - predicted_W).norm() > 1e-4);
+  }
+  struct Refusal {
+    const char* name;
+    void (*spoil)(Cell& cell);
+    CorrectionCode code;
+  };
+  const Refusal refusals[] = {
+      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+       CorrectionCode::kNotRecorded},
+      {"not a number", [](Cell& c) { c.input.command.probe_W.reset(); },
+       CorrectionCode::kBadCommand},
+      {"no payload", [](Cell& c) { c.input.robot.payload_kg.reset(); },
+       CorrectionCode::kPayloadUnknown},
+      {"robot not trusted", [](Cell& c) { c.input.robot.q[0] = 99; }, CorrectionCode::kNoRobot},
+  };
+  for (const Refusal& refusal : refusals) {
+    DYNAMIC_SECTION(refusal.name) {
+      refusal.spoil(cell);
+      command.sequence = 3;
+      const Snapshot& refused = cell.Next();
+      CHECK_FALSE(refused.probe_taken);
+      CHECK_FALSE(refused.result.valid);
+      CHECK(refused.result.code == refusal.code);
+    }
+  }
+  SECTION("restarting the monitor is handed on once") {
+    command.code = PlcCommandCode::kRestartMonitor;
+    command.sequence = 4;
+    CHECK(cell.Next().monitor_restart);
+    CHECK_FALSE(cell.Next().monitor_restart);
+  }
+  SECTION("warnings of the loop stand among the machine's own") {
+    cell.input.loop_warnings = warning::kDrift;
+    CHECK((cell.Next().warnings & warning::kDrift) != 0);
+    CHECK((cell.Next().status & status::kWarning) != 0);
+    cell.input.loop_warnings = 0;
+    CHECK((cell.Next().warnings & warning::kDrift) == 0);
+  }
+}
+
+TEST_CASE("a new configuration goes on from the values of the former one") {
+  Cell cell;
+  cell.Running();
+  cell.input.command.sequence = 42;
+  cell.input.command.code = PlcCommandCode::kCorrectPoint;
+  cell.input.command.point_id = 9;
+  cell.input.command.acknowledge = true;
+  cell.input.command.heartbeat = 5;
+  const Snapshot before = cell.Next();
+  REQUIRE(before.result.valid);
+
+  MachineConfig changed = cell.config;
+  std::swap(changed.points[0], changed.points[1]);
+  changed.points[1].id = 8;
+  Machine next(changed);
+  next.Prepare();
+  next.TakeOver(*cell.machine);
+  cell.machine.emplace(next);
+  SECTION("values stay, not valid until the robot is trusted; a new point has none") {
+    const Snapshot& after = cell.Next();
+    CHECK(after.result.sequence == 42);
+    CHECK(after.result.point_id == 9);
+    CHECK(after.result.unix_ms == before.result.unix_ms);
+    CHECK(after.result.correction.X_BP_command.p == before.result.correction.X_BP_command.p);
+    CHECK_FALSE(after.result.valid);
+    CHECK_FALSE(after.points[0].valid);
+    CHECK(after.points[0].ever_valid);
+    CHECK(after.points[0].sequence == before.points[1].sequence);
+    CHECK(after.points[0].correction.X_BP_command.p == before.points[1].correction.X_BP_command.p);
+    CHECK_FALSE(after.points[1].ever_valid);
+    CHECK((after.status & status::kPlcHeartbeatSeen) != 0);
+    CHECK(cell.Running().points[0].valid);
+  }
+  SECTION("the level of the acknowledging coil is no new edge, and a new command is executed") {
+    cell.Next();
+    cell.Next();
+    cell.input.command.sequence = 43;
+    const CommandResult result = cell.Next().result;
+    CHECK(result.sequence == 43);
+    CHECK(result.valid);
+  }
+  SECTION("a command that arrives with the first cycle is answered") {
+    cell.input.command.sequence = 43;
+    const CommandResult result = cell.Next().result;
+    CHECK(result.sequence == 43);
+    CHECK(result.code == CorrectionCode::kNoRobot);
+  }
+}
+
+TEST_CASE("what probes and the monitor's restart were answered outlasts a new configuration") {
+  for (const PlcCommandCode code :
+       {PlcCommandCode::kProbe, PlcCommandCode::kProbeFine, PlcCommandCode::kRestartMonitor}) {
+    CAPTURE(static_cast<int>(code));
+    Cell cell;
+    cell.input.probes_recorded = true;
+    cell.Running();
+    cell.input.command.code = code;
+    cell.input.command.probe_W = Vec3(1, 2, 3);
+    cell.input.command.sequence = 77;
+    const Snapshot before = cell.Next();
+    REQUIRE(before.result.code == CorrectionCode::kOk);
+    REQUIRE(before.probe_taken != before.monitor_restart);
+
+    Machine next(cell.config);
+    next.Prepare();
+    next.TakeOver(*cell.machine);
+    cell.machine.emplace(next);
+    for (int cycle = 0; cycle < 5; ++cycle) {
+      const Snapshot& after = cell.Next();
+      CHECK_FALSE(after.probe_taken);  // not a second time
+      CHECK_FALSE(after.monitor_restart);
+      CHECK(after.result.command == code);
+      CHECK(after.result.sequence == 77);
+      CHECK(after.result.code == CorrectionCode::kOk);
+      CHECK(after.result.unix_ms == before.result.unix_ms);
+      CHECK(after.result.correction.translation_B == before.result.correction.translation_B);
+      CHECK(after.probe.sequence == before.probe.sequence);
+      CHECK(after.probe.measured_W == before.probe.measured_W);
+    }
+    cell.input.command.sequence = 78;
+    const Snapshot& again = cell.Next();
+    CHECK((again.probe_taken || again.monitor_restart));
+  }
+}
+
 TEST_CASE("the PLC's heartbeat is seen while it changes") {
   Cell cell;
   CHECK((cell.Running().status & status::kPlcHeartbeatSeen) == 0);
@@ -222,6 +433,35 @@ TEST_CASE("the PLC's heartbeat is seen while it changes") {
   const Snapshot& snapshot = cell.Next();
   CHECK((snapshot.status & status::kPlcHeartbeatSeen) == 0);
   CHECK((snapshot.warnings & warning::kPlcHeartbeatLost) != 0);
+}
+
+TEST_CASE("a reading that is not trusted is shown, and not computed with") {
+  Cell cell;
+  cell.input.robot.X_BT = Pose();
+  cell.input.robot.X_BT->p.x() = 10;
+  const Snapshot& snapshot = cell.Running();
+  CHECK(snapshot.input_fault == InputFault::kTcpMismatch);
+  CHECK(snapshot.reading.q == cell.taught);
+  CHECK(snapshot.reading.X_BT->p.x() == 10);
+  CHECK(snapshot.robot.q.isZero());
+}
+
+TEST_CASE("a temperature that is not a number is none") {
+  Cell cell;
+  cell.input.robot.temp_C = 21;
+  CHECK((cell.Running().status & status::kTemperatureValid) != 0);
+  cell.input.robot.temp_C = std::nan("");
+  CHECK((cell.Next().status & status::kTemperatureValid) == 0);
+  CHECK(cell.Next().points[0].valid);
+}
+
+TEST_CASE("a guessed centre of mass is a warning where a joint yields to it, not on a rigid arm") {
+  Cell cell;
+  for (Joint& joint : cell.config.cell.robot.joints) joint.link_com_m.reset();
+  CHECK((cell.Running().warnings & warning::kMassCentresGuessed) != 0);
+  for (Joint& joint : cell.config.cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  cell.machine.reset();
+  CHECK((cell.Running().warnings & warning::kMassCentresGuessed) == 0);
 }
 
 TEST_CASE("coarse joint registers are told with what they cost") {

@@ -56,7 +56,7 @@ TEST_CASE("nonsense is refused, and trust comes back by itself") {
       {"a joint is not a number", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = nan; }},
       {"a joint is infinite", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = 1 / 0.0; }},
       {"a joint outside its limits", InputFault::kJointLimit, [](RobotState& s) { s.q[4] = 2.3; }},
-      {"a joint jumps", InputFault::kJump, [](RobotState& s) { s.q[0] += 0.3; }},
+      {"a joint jumps", InputFault::kJump, [](RobotState& s) { s.q[0] += 0.5; }},
       {"a joint is missing", InputFault::kJointCount,
        [](RobotState& s) { s.q = JointVector::Zero(5); }},
       {"the tool pose is not a number", InputFault::kNotFinite,
@@ -84,6 +84,20 @@ TEST_CASE("nonsense is refused, and trust comes back by itself") {
     stream.Trusted();
     CHECK(stream.Next() == InputFault::kOk);
   }
+}
+
+TEST_CASE("registers refreshed every 100 ms do not jump, whatever a joint's speed and the cycle") {
+  Stream stream;
+  REQUIRE(stream.Trusted() == InputFault::kOk);
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    if (cycle % 10 == 0) stream.state.q[0] += cycle < 100 ? 0.2 : -0.2;  // 115 deg/s
+    CAPTURE(cycle);
+    REQUIRE(stream.Next() == InputFault::kOk);
+  }
+  // However long it has stood still, what no joint does in the slowest refresh is a jump.
+  for (int cycle = 0; cycle < 100; ++cycle) stream.Next();
+  stream.state.q[0] += 2;
+  CHECK(stream.Next() == InputFault::kJump);
 }
 
 TEST_CASE("a reading grows stale, and fresh ones have to earn trust anew") {

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tests/file_text.h"
+
 namespace plumbline::test {
 namespace {
 
@@ -40,13 +42,6 @@ constexpr const char* kPrintCards = "*NODE PRINT,NSET=AXIS\nU\n*END STEP\n";
 
 std::string NodeCard(int node, const Vec3& p) {
   return fmt::format("{},{:.10g},{:.10g},{:.10g}\n", node, p.x(), p.y(), p.z());
-}
-
-std::string ReadAll(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 /// Node numbers of the set AXIS and their z, from the deck's own comment lines "** z NODE Z".
@@ -172,8 +167,8 @@ std::vector<AxisNode> SolveWithCalculix(const std::string& deck) {
   std::ofstream(path / "beam.inp") << deck;
   const int status =
       std::system(fmt::format("cd '{}' && ccx beam > beam.log 2>&1", folder).c_str());
-  const std::string log = ReadAll(path / "beam.log");
-  std::istringstream lines(ReadAll(path / "beam.dat"));
+  const std::string log = FileText(path / "beam.log");
+  std::istringstream lines(FileText(path / "beam.dat"));
   std::filesystem::remove_all(path);
 
   const std::map<int, double> z_of_node = AxisNodes(deck);

@@ -54,81 +54,68 @@ void Compare(const char* what, const std::string& deck, const Tool& tool, const 
 
 }  // namespace
 
-TEST_CASE("the paper's beam, 1800 x 50 x 50 mm") {
+TEST_CASE("beams of every section against rows of B32R elements") {
   if (Skip()) return;
-  const Material material{200e9, 0.3, 7850};
-  const Tool tool = BeamTool({{1.8, RectangleSection(0.05, 0.05), material}});
-  const std::vector<DeckSegment> segments{{1.8, "RECT", {0.05, 0.05}, material, 90}};
-  DeckLoad load;
-  SECTION("point load") {
-    load.tip_force_F = Vec3(0, 100, 0);
-    Compare("paper's beam, 100 N (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
-  }
-  SECTION("own weight") {
-    load.g_F = Vec3(0, 9.80665, 0);
-    Compare("paper's beam, own weight (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
+  const Material paper_steel{200e9, 0.3, 7850};
+  const Tool paper = BeamTool({{1.8, RectangleSection(0.05, 0.05), paper_steel}});
+  const std::vector<DeckSegment> paper_deck{{1.8, "RECT", {0.05, 0.05}, paper_steel, 90}};
+  const Tool skew = BeamTool({{1.2, RectangleSection(0.03, 0.05), kSteel}});
+  const Tool stepped = BeamTool({{1.0, RectangleSection(0.06, 0.06), kSteel},
+                                 {0.8, RectangleSection(0.04, 0.04), kAluminium}});
+  const std::vector<DeckSegment> stepped_deck{{1.0, "RECT", {0.06, 0.06}, kSteel, 80},
+                                              {0.8, "RECT", {0.04, 0.04}, kAluminium, 80}};
+  const BeamTheory shear = BeamTheory::kTimoshenko;
+  struct Case {
+    const char* what;
+    Tool tool;
+    std::vector<DeckSegment> deck;
+    DeckLoad load;
+  };
+  const Case cases[] = {
+      {"paper's beam, 1800 x 50 x 50 mm, 100 N (Euler-Bernoulli)",
+       paper,
+       paper_deck,
+       {.tip_force_F = {0, 100, 0}}},
+      {"paper's beam, own weight (Euler-Bernoulli)", paper, paper_deck, {.g_F = {0, 9.80665, 0}}},
+      {"30 x 50 mm, skew load and own weight (Euler-Bernoulli)",
+       skew,
+       {{1.2, "RECT", {0.03, 0.05}, kSteel, 90}},
+       {{60, -150, 0}, {4, -8, 0}}},
+      {"stepped beam of two materials, 200 N (Euler-Bernoulli)",
+       stepped,
+       stepped_deck,
+       {.tip_force_F = {0, 200, 0}}},
+      {"stepped beam, own weight (Euler-Bernoulli)",
+       stepped,
+       stepped_deck,
+       {.g_F = {9.80665, 0, 0}}},
+      {"square tube 60 x 4 mm, 500 N (Timoshenko)",
+       BeamTool({{1.0, SquareTubeSection(0.06, 0.004), kSteel}}, shear),
+       {{1.0, "BOX", {0.06, 0.06, 0.004, 0.004, 0.004, 0.004}, kSteel, 120}},
+       {.tip_force_F = {0, 500, 0}}},
+      {"tube 60 x 4 mm, 500 N (Timoshenko)",
+       BeamTool({{1.5, TubeSection(0.06, 0.004, 0.3), kSteel}}, shear),
+       {{1.5, "PIPE", {0.03, 0.004}, kSteel, 120}},
+       {.tip_force_F = {0, 500, 0}}},
+      {"ten heights long, 5 kN and own weight (Timoshenko)",
+       BeamTool({{1.0, RectangleSection(0.06, 0.1), kSteel}}, shear),
+       {{1.0, "RECT", {0.06, 0.1}, kSteel, 80}},
+       {{0, 5000, 0}, {0, 9.80665, 0}}},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.what);
+    Compare(c.what, BeamDeck(c.deck, c.load), c.tool, c.load);
   }
 }
 
-TEST_CASE("a rectangle bent about both axes, force and own weight together") {
-  if (Skip()) return;
-  const Tool tool = BeamTool({{1.2, RectangleSection(0.03, 0.05), kSteel}});
-  const DeckLoad load{Vec3(60, -150, 0), Vec3(4, -8, 0)};
-  Compare("30 x 50 mm, skew load (Euler-Bernoulli)",
-          BeamDeck({{1.2, "RECT", {0.03, 0.05}, kSteel, 90}}, load), tool, load);
-}
-
-TEST_CASE("a stepped beam of two materials") {
-  if (Skip()) return;
-  const Tool tool = BeamTool({{1.0, RectangleSection(0.06, 0.06), kSteel},
-                              {0.8, RectangleSection(0.04, 0.04), kAluminium}});
-  const std::vector<DeckSegment> segments{{1.0, "RECT", {0.06, 0.06}, kSteel, 80},
-                                          {0.8, "RECT", {0.04, 0.04}, kAluminium, 80}};
-  DeckLoad load;
-  SECTION("point load") {
-    load.tip_force_F = Vec3(0, 200, 0);
-    Compare("stepped beam, 200 N (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
-  }
-  SECTION("own weight") {
-    load.g_F = Vec3(9.80665, 0, 0);
-    Compare("stepped beam, own weight (Euler-Bernoulli)", BeamDeck(segments, load), tool, load);
-  }
-}
-
-TEST_CASE("hollow sections") {
-  if (Skip()) return;
-  DeckLoad load;
-  load.tip_force_F = Vec3(0, 500, 0);
-  SECTION("square tube") {
-    const Tool tool =
-        BeamTool({{1.0, SquareTubeSection(0.06, 0.004), kSteel}}, BeamTheory::kTimoshenko);
-    Compare("square tube 60 x 4 mm, 500 N (Timoshenko)",
-            BeamDeck({{1.0, "BOX", {0.06, 0.06, 0.004, 0.004, 0.004, 0.004}, kSteel, 120}}, load),
-            tool, load);
-  }
-  SECTION("tube") {
-    const Tool tool =
-        BeamTool({{1.5, TubeSection(0.06, 0.004, 0.3), kSteel}}, BeamTheory::kTimoshenko);
-    Compare("tube 60 x 4 mm, 500 N (Timoshenko)",
-            BeamDeck({{1.5, "PIPE", {0.03, 0.004}, kSteel, 120}}, load), tool, load);
-  }
-}
-
-TEST_CASE("a short beam needs Timoshenko's shear") {
+TEST_CASE("a beam five heights long, as a solid, needs Timoshenko's shear") {
   if (Skip()) return;
   const DeckLoad load{Vec3(0, 5000, 0), Vec3(0, 9.80665, 0)};
   const Section section = RectangleSection(0.06, 0.1);
-  SECTION("five heights long, as a solid") {
-    const std::string deck = SolidDeck(0.06, 0.1, 0.5, kSteel, {2, 4, 20}, load);
-    const Tool thick = BeamTool({{0.5, section, kSteel}}, BeamTheory::kTimoshenko);
-    Compare("solid C3D20R, L/h = 5, 5 kN (Timoshenko)", deck, thick, load);
-    const Tool thin = BeamTool({{0.5, section, kSteel}});
-    const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
-    CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.02);
-  }
-  SECTION("ten heights long, as B32R") {
-    const Tool thick = BeamTool({{1.0, section, kSteel}}, BeamTheory::kTimoshenko);
-    Compare("B32R, L/h = 10, 5 kN (Timoshenko)",
-            BeamDeck({{1.0, "RECT", {0.06, 0.1}, kSteel, 80}}, load), thick, load);
-  }
+  const std::string deck = SolidDeck(0.06, 0.1, 0.5, kSteel, {2, 4, 20}, load);
+  const Tool thick = BeamTool({{0.5, section, kSteel}}, BeamTheory::kTimoshenko);
+  Compare("solid C3D20R, L/h = 5, 5 kN (Timoshenko)", deck, thick, load);
+  const Tool thin = BeamTool({{0.5, section, kSteel}});
+  const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
+  CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.02);
 }

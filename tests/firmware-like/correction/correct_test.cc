@@ -24,7 +24,7 @@ Correction Solve(const CellModel& cell, const AssemblyPoint& point, const JointV
                  const CorrectionLimits& limits = {}, double payload_kg = 60) {
   Correction correction;
   Corrector(cell, limits)
-      .Correct(point, {payload_kg, *cell.payload_cog_F}, std::nullopt, seed, BranchSearch::kBrief,
+      .Correct(point, {payload_kg, *cell.payload_cog_F}, {}, seed, BranchSearch::kBrief,
                correction);
   return correction;
 }
@@ -42,7 +42,7 @@ Pose Landed(const CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
   };
   REQUIRE(SolvePose(arm.chain(), {X_BP_command}, rigid, 60, q).converged);
   LoadedState state;
-  REQUIRE(arm.AtCommanded(q, {payload_kg, *cell.payload_cog_F}, state));
+  REQUIRE(arm.AtCommanded(q, {payload_kg, *cell.payload_cog_F}, {}, state));
   return {state.X_BT.R, state.X_BT * p_TP};
 }
 
@@ -79,8 +79,8 @@ TEST_CASE("landing tells where an uncorrected command ends") {
   const AssemblyPoint point = PointAt(cell, q);
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
-  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, q, BranchSearch::kNone,
-                              landing);
+  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
+                              BranchSearch::kNone, landing);
   REQUIRE(landing.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);
   CHECK((landing.X_BP_command.p - landed.p).norm() < 1e-9);

@@ -16,8 +16,8 @@ TEST_CASE("a rigid cell's loaded tip is where forward kinematics puts it") {
   std::mt19937 random(10);
   const JointVector q = test::RandomPosture(cell, random);
   LoadedState state;
-  REQUIRE(arm.AtCommanded(q, {50, Vec3(0, 0, 1)}, state));
-  CHECK((state.X_BT.p - arm.UnloadedTip(q).p).norm() == 0);
+  REQUIRE(arm.AtCommanded(q, {50, Vec3(0, 0, 1)}, {}, state));
+  CHECK((state.X_BT.p - arm.UnloadedTip(q).p).norm() < 1e-12);
 }
 
 TEST_CASE("the sagged posture is a fixed point, and the way back is exact") {
@@ -28,8 +28,8 @@ TEST_CASE("the sagged posture is a fixed point, and the way back is exact") {
     const JointVector q = test::RandomPosture(cell, random);
     const Payload payload{80, *cell.payload_cog_F};
     LoadedState commanded, actual;
-    REQUIRE(arm.AtCommanded(q, payload, commanded));
-    arm.AtActual(q + commanded.sag, payload, actual);
+    REQUIRE(arm.AtCommanded(q, payload, {}, commanded));
+    arm.AtActual(q + commanded.sag, payload, {}, actual);
     CHECK((actual.X_BT.p - commanded.X_BT.p).norm() < 1e-10);
     CHECK((q + actual.sag - (q + commanded.sag)).norm() < 1e-11);
   }
@@ -43,7 +43,7 @@ TEST_CASE("a horizontal arm sags by compliance times torque, done by hand") {
   cell.tool.tcp_F = Vec3::Zero();
   const LoadedArm arm(cell);
   LoadedState state;
-  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {20, Vec3::Zero()}, state));
+  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {20, Vec3::Zero()}, {}, state));
   // tau = -(10 kg * 0.5 m + 20 kg * 1 m) * 10 m/s^2 cos(s) = -250 N m cos(s)
   const double sag = -250e-5;
   CHECK(state.tau[0] == Approx(-250 * std::cos(sag)).epsilon(1e-9));
@@ -62,7 +62,7 @@ TEST_CASE("the tool bends as the closed form says") {
   for (int trial = 0; trial < 20; ++trial) {
     const JointVector q = test::RandomPosture(cell, random);
     LoadedState state;
-    REQUIRE(arm.AtCommanded(q, {m, *cell.payload_cog_F}, state));
+    REQUIRE(arm.AtCommanded(q, {m, *cell.payload_cog_F}, {}, state));
     const Vec3 g_F = (cell.robot.X_WB.R * state.posture.X_BF().R).transpose() * cell.robot.g_W;
     const Vec3 F = m * g_F, M = (*cell.payload_cog_F - Vec3(0, 0, L)).cross(F);
     const Vec3 w = material.density_kg_m3 * section.area_m2 * g_F;
@@ -76,6 +76,68 @@ TEST_CASE("the tool bends as the closed form says") {
           Approx(F.x() * L * L / (2 * EI) + M.y() * L / EI + w.x() * L * L * L / (6 * EI)));
     CHECK(state.slope_F.x() ==
           Approx(-F.y() * L * L / (2 * EI) + M.x() * L / EI - w.y() * L * L * L / (6 * EI)));
+  }
+}
+
+TEST_CASE("what is not declared of a link counts where a joint inward of it yields, only") {
+  struct Case {
+    const char* name;
+    std::size_t yields;   ///< the only joint that does; 6: none
+    std::size_t unknown;  ///< the link that lacks its mass, or its centre
+    bool counts;
+  };
+  const Case cases[] = {
+      {"rigid arm", 6, 3, false},
+      {"the link itself", 3, 3, true},
+      {"a link beyond", 1, 3, true},
+      {"a link before", 4, 3, false},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    CellModel cell = test::HeavyArm();
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (i != c.yields) cell.robot.joints[i].compliance_rad_per_Nm.reset();
+    }
+    CHECK_FALSE(LoadedArm(cell).centres_guessed());
+    cell.robot.joints[c.unknown].link_com_m.reset();
+    CHECK(LoadedArm(cell).centres_guessed() == c.counts);
+    CHECK_FALSE(LoadedArm(cell).torques_missing());
+    cell.robot.joints[c.unknown].link_mass_kg.reset();
+    CHECK(LoadedArm(cell).torques_missing() == c.counts);
+  }
+}
+
+TEST_CASE("an effect of the joint torques needs the masses outward of its joint, or the torques") {
+  struct Case {
+    const char* name;
+    WrittenEffect effect;
+    std::size_t unknown;
+    bool counts;
+  };
+  const auto effect = [](const char* id, const char* parameter, const char* unit) {
+    WrittenEffect written;
+    written.id = id;
+    written.parameters.emplace_back();
+    written.parameters[0].name = parameter;
+    written.parameters[0].value = 1e-7;
+    written.parameters[0].unit = unit;
+    return written;
+  };
+  const Case cases[] = {
+      {"a link beyond", effect("joint_compliance", "q2", "rad/(N m)"), 3, true},
+      {"a link before", effect("joint_compliance", "q5", "rad/(N m)"), 3, false},
+      {"the whole arm", effect("pedestal_compliance", "compliance", "rad/(N m)"), 0, true},
+      {"no torques", effect("joint_offset", "q2", "rad"), 3, false},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    CellModel cell = test::HeavyArm();
+    for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+    cell.effects = {c.effect};
+    CHECK_FALSE(LoadedArm(cell).torques_missing());
+    cell.robot.joints[c.unknown].link_mass_kg.reset();
+    CHECK(LoadedArm(cell).torques_missing() == c.counts);
+    CHECK_FALSE(LoadedArm(cell).torques_missing(true));
   }
 }
 

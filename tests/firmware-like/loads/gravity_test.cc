@@ -51,8 +51,8 @@ TEST_CASE("gravity torques are the derivative of gravity's work (virtual work)")
   rail.link_com_m = Vec3(0.1, 0.2, 0.3);
   cell.robot.joints.insert(cell.robot.joints.begin(), rail);
   const GravityLoads loads(cell);
-  REQUIRE(loads.known());
-  CHECK_FALSE(loads.guessed());
+  REQUIRE(loads.known(0));
+  CHECK_FALSE(loads.guessed(0));
   const Vec3 g_B(0.3, -0.5, -9.7);
   const Payload payload{60, Vec3(0.05, -0.1, 1.3)};
   const Chain chain(cell.robot);
@@ -75,11 +75,16 @@ TEST_CASE("gravity torques are the derivative of gravity's work (virtual work)")
   }
 }
 
-TEST_CASE("a link without mass makes torques unknown, without a centre a guess") {
+TEST_CASE("a link without mass leaves unknown the torques up to it, without a centre guessed") {
   CellModel cell = test::HeavyArm();
   cell.robot.joints[3].link_com_m.reset();
-  CHECK(GravityLoads(cell).guessed());
-  CHECK(GravityLoads(cell).known());
+  CHECK(GravityLoads(cell).guessed(3));
+  CHECK_FALSE(GravityLoads(cell).guessed(4));
+  CHECK(GravityLoads(cell).known(0));
+  cell.robot.joints[3].link_mass_kg = 0;
+  CHECK_FALSE(GravityLoads(cell).guessed(0));  // what weighs nothing has no centre to guess
   cell.robot.joints[3].link_mass_kg.reset();
-  CHECK_FALSE(GravityLoads(cell).known());
+  CHECK_FALSE(GravityLoads(cell).known(0));
+  CHECK_FALSE(GravityLoads(cell).known(3));
+  CHECK(GravityLoads(cell).known(4));
 }

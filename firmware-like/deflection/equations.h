@@ -1,0 +1,106 @@
+// The arm's equations for numbers of any type; include where LoadedArm::Equations is instantiated.
+#pragma once
+
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline {
+
+/// exp([v]x) to the third order: the rotations of effects are milliradians, the rest is below
+/// 1e-12.
+template <typename T>
+Mat3Of<T> SmallRotation(const Vec3Of<T>& v) {
+  const T zero(0);
+  Mat3Of<T> K;
+  K << zero, -v.z(), v.y(), v.z(), zero, -v.x(), -v.y(), v.x(), zero;
+  const Mat3Of<T> K2 = K * K;
+  return Mat3Of<T>::Identity() + K + 0.5 * K2 + (K * K2) / 6.0;
+}
+
+template <typename T>
+Mat3Of<T> RotationFromRpy(const Vec3Of<T>& rpy) {
+  using std::cos, std::sin;
+  const T cr = cos(rpy[0]), sr = sin(rpy[0]), cp = cos(rpy[1]), sp = sin(rpy[1]);
+  const T cy = cos(rpy[2]), sy = sin(rpy[2]);
+  Mat3Of<T> R;
+  R << cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,  //
+      sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,   //
+      -sp, cp * sr, cp * cr;
+  return R;
+}
+
+template <typename T>
+void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
+                          const Influence<T>* influence, const JointVector& measured_tau,
+                          LoadedStateOf<T>& state) const {
+  using I = Influence<T>;
+  PoseOf<T> X_WB{X_WB_.R.cast<T>(), X_WB_.p.cast<T>()};
+  Vec3Of<T> g_B = g_B_.cast<T>();
+  PayloadOf<T> load = payload;
+  if (influence != nullptr) {
+    X_WB.R = RotationFromRpy<T>(base_rpy_.cast<T>() + influence->Vector(I::kBaseRollPitchYaw));
+    X_WB.p += influence->Vector(I::kBase);
+    const Vec3Of<T> turn_W((*influence)[I::kGravityTurnX], (*influence)[I::kGravityTurnY], T(0));
+    g_B = X_WB.R.transpose() * (SmallRotation<T>(turn_W) * g_W_.cast<T>());
+    load.mass_kg += (*influence)[I::kPayloadMass];
+    load.cog_F += influence->Vector(I::kPayloadCog);
+  }
+
+  chain_.Evaluate(theta, influence, state.posture);
+  const Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
+  state.sag.resize(size());
+  for (int i = 0; i < size(); ++i) {
+    T s = compliance_[i] * state.tau[i];
+    if (influence != nullptr) {
+      const T tau = measured_tau.size() > i ? T(measured_tau[i]) : state.tau[i];
+      const T& softer = influence->Joint(I::kCompliance, i);
+      const T& torque = influence->Joint(I::kTorque, i);
+      s += softer * tau + (compliance_[i] + softer) * torque + influence->Joint(I::kTurn, i) -
+           influence->Joint(I::kHardening, i) * tau * tau * tau;
+      if (tau > T(0)) s += influence->Joint(I::kLoadGap, i);
+      if (tau < T(0)) s -= influence->Joint(I::kLoadGap, i);
+    }
+    state.sag[i] = s;
+  }
+
+  const PoseOf<T>& X_BF = state.posture.X_BF();
+  PoseOf<T> X_FT{X_FT_.R.cast<T>(), X_FT_.p.cast<T>()};
+  const Vec3Of<T> g_F = X_BF.R.transpose() * g_B;
+  const Vec3Of<T> force_F = load.mass_kg * g_F;
+  if (bends_) {
+    const Vec3Of<T> moment_F = (load.cog_F - beam_tip_F_.cast<T>()).cross(force_F);
+    Eigen::Matrix<T, 6, 1> bend = tip_compliance_.C_wrench.leftCols<3>().cast<T>() * force_F +
+                                  tip_compliance_.C_wrench.rightCols<3>().cast<T>() * moment_F +
+                                  tip_compliance_.C_gravity.cast<T>() * g_F;
+    if (influence != nullptr) {
+      bend *= 1.0 + (*influence)[I::kBendRatio];
+      const T shear = (*influence)[I::kShear] * shear_m_per_N_;
+      bend[0] += shear * force_F[0];
+      bend[1] += shear * force_F[1];
+    }
+    state.bend_F = bend.template head<3>();
+    state.slope_F = bend.template tail<3>();
+  } else {
+    state.bend_F.setZero();
+    state.slope_F.setZero();
+  }
+  if (influence != nullptr) {
+    const Vec3Of<T> body_kg_m = loads_.tool_body_kg_m().cast<T>();
+    Vec3Of<T> root = load.cog_F.cross(force_F) + body_kg_m.cross(g_F);
+    root[2] = T(0);
+    root *= (*influence)[I::kRootCompliance];
+    state.bend_F += root.cross(X_FT_.p.cast<T>());
+    state.slope_F += root;
+    X_FT.p += influence->Vector(I::kTip);
+    state.scale = (*influence)[I::kScale];
+  }
+  X_FT.p += state.bend_F;
+  X_FT.R = SmallRotation<T>(state.slope_F);
+  PoseOf<T> X_BT = X_BF * X_FT;
+  if (influence != nullptr) {
+    const Mat3Of<T> R = SmallRotation<T>((*influence)[I::kPedestalCompliance] * base_moment);
+    X_BT = PoseOf<T>{R * X_BT.R, R * X_BT.p};
+  }
+  state.X_WT = X_WB * X_BT;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,131 @@
+#include "firmware-like/deflection/sensitivity.h"
+
+#include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+using I = Influence<double>;
+
+namespace {
+
+/// A step that moves the tip by about 0.1 mm.
+double StepOf(int entry) {
+  const int kind = entry / kMaxJoints;
+  if (entry < I::kFirst) {
+    constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-1, 1e-5, 1e-5, 1e-5};
+    return kSteps[kind];
+  }
+  switch (entry) {
+    case I::kPayloadMass:
+      return 1e-2;
+    case I::kBendRatio:
+    case I::kShear:
+      return 1e-4;
+    case I::kRootCompliance:
+    case I::kPedestalCompliance:
+      return 1e-9;
+    default:
+      return 1e-5;
+  }
+}
+
+Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+             const Influence<double>& influence) {
+  LoadedStateOf<double> state;
+  REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
+  return (1 + state.scale) * state.X_WT.p;
+}
+
+}  // namespace
+
+TEST_CASE("the tip's gradient to every influence is its central difference") {
+  CellModel cell = test::HeavyArm();
+  cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
+  const LoadedArm arm(cell);
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 5; ++trial) {
+    const JointVector q = test::RandomPosture(cell, random);
+    const Payload payload{40.0 * trial, *cell.payload_cog_F};
+    Influence<double> at;
+    if (trial > 2) {  // not only where nothing acts
+      at.Joint(I::kCompliance, 1) = 2e-7;
+      at.Joint(I::kLengthA, 2) = 1e-3;
+      at[I::kBendRatio] = -0.2;
+      at[I::kBase] = 1e-3;
+      at[I::kScale] = 1e-4;
+    }
+    Sensitivity sensitivity;
+    REQUIRE(SensitivityAt(arm, q, payload, at, {}, sensitivity));
+    CHECK((sensitivity.p_W - PointAt(arm, q, payload, at)).norm() < 1e-13);
+    for (int entry = 0; entry < I::kSize; ++entry) {
+      if (entry < I::kFirst && entry % kMaxJoints >= arm.size()) {
+        CHECK(sensitivity.dp.col(entry).norm() == 0);
+        continue;
+      }
+      const double step = StepOf(entry);
+      Influence<double> more = at, less = at;
+      more[entry] += step;
+      less[entry] -= step;
+      const Vec3 difference =
+          (PointAt(arm, q, payload, more) - PointAt(arm, q, payload, less)) / (2 * step);
+      CAPTURE(trial, entry, difference.transpose(), sensitivity.dp.col(entry).transpose());
+      const double scale = difference.norm() + 1e-9 / step;
+      CHECK((difference - sensitivity.dp.col(entry)).norm() < 1e-5 * scale);
+    }
+  }
+}
+
+TEST_CASE("a joint whose load hangs between both sides of a gap stays within the gap") {
+  CellModel cell;
+  cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-4)};
+  cell.robot.g_W = Vec3(0, -9.81, 0);
+  cell.payload_cog_F = Vec3::Zero();
+  const LoadedArm arm(cell);
+  Influence<double> influence;
+  influence.Joint(I::kLoadGap, 0) = 1e-3;
+  JointVector q(1);
+  q << 1.5707963267948966;  // upright: the torque changes sign within the gap
+  LoadedStateOf<double> state;
+  REQUIRE(arm.AtCommanded(q, {}, &influence, {}, state));
+  CHECK(std::abs(state.sag[0]) < 2e-3);
+}
+
+TEST_CASE("the covariance by the effects is that of drawn parameters") {
+  CellModel cell = test::HeavyArm();
+  WrittenEffect effect;
+  effect.id = "joint_compliance";
+  effect.scope = {"q2", "q3"};
+  effect.parameters.resize(2);
+  effect.parameters[0].name = "q2";
+  effect.parameters[1].name = "q3";
+  effect.parameters[0].value = 2e-7;
+  effect.parameters[1].value = 3e-7;
+  effect.covariance.resize(2, 2);
+  effect.covariance << 4e-18, -1e-18, -1e-18, 9e-18;
+  cell.effects = {effect};
+  std::mt19937 random(3);
+  const JointVector q = test::RandomPosture(cell, random);
+  const Payload payload{60, *cell.payload_cog_F};
+  const Mat3 told = EffectCovariance(LoadedArm(cell), q, payload, {});
+  const Eigen::Matrix2d root = effect.covariance.topLeftCorner<2, 2>().llt().matrixL();
+  std::normal_distribution<double> normal;
+  LoadedState state;
+  REQUIRE(LoadedArm(cell).AtCommanded(q, payload, {}, state));
+  const Vec3 middle = state.X_WT.p;
+  Mat3 drawn = Mat3::Zero();
+  constexpr int kDraws = 4000;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Eigen::Vector2d off = root * Eigen::Vector2d(normal(random), normal(random));
+    CellModel other = cell;
+    for (int k = 0; k < 2; ++k) {
+      other.effects[0].parameters[static_cast<std::size_t>(k)].value += off[k];
+    }
+    REQUIRE(LoadedArm(other).AtCommanded(q, payload, {}, state));
+    drawn += (state.X_WT.p - middle) * (state.X_WT.p - middle).transpose() / kDraws;
+  }
+  CHECK((told - drawn).norm() < 0.1 * drawn.norm());
+}

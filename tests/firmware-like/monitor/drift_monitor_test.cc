@@ -1,0 +1,155 @@
+#include "firmware-like/monitor/drift_monitor.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "firmware-like/monitor/run_length.h"
+
+using namespace plumbline;
+
+namespace {
+
+constexpr double kSigma = 5e-5;
+
+class Noise {
+ public:
+  explicit Noise(unsigned seed) : random_(seed) {}
+  Vec3 Next(double sigma = kSigma) {
+    return sigma * Vec3(normal_(random_), normal_(random_), normal_(random_));
+  }
+  Vec3 Direction() { return Next().normalized(); }
+  bool Chance(double share) { return std::uniform_real_distribution(0.0, 1.0)(random_) < share; }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+MonitorDesign Design(int reference_probes) {
+  MonitorWish wish;
+  wish.reference_probes = reference_probes;
+  return MonitorDesignFor(wish);
+}
+
+}  // namespace
+
+TEST_CASE("no direction is farther than 28 degrees from a watched axis") {
+  Noise noise(1);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 direction = noise.Direction();
+    double nearest = 0;
+    for (const Vec3& axis : DriftMonitor::Axes()) {
+      nearest = std::max(nearest, std::abs(axis.dot(direction)));
+    }
+    REQUIRE(nearest > std::cos(28 * 3.14159265358979 / 180));
+  }
+}
+
+TEST_CASE("a step alarms with its direction, its size and where it began") {
+  for (const int reference : {0, 20}) {
+    CAPTURE(reference);
+    const MonitorDesign design = Design(reference);
+    int began_off = 0, shift_off = 0, runs = 0;
+    for (unsigned seed = 0; seed < 300; ++seed) {
+      Noise noise(seed);
+      DriftMonitor monitor(design);
+      const Vec3 shift_m = 3e-4 * noise.Direction();
+      int delay = 0;
+      for (int i = 0; i < 60; ++i) monitor.Update(noise.Next());
+      if (monitor.alarm()) continue;  // a false one: counted by the run length's test
+      while (!monitor.alarm() && delay < 100) {
+        monitor.Update(noise.Next() + shift_m);
+        ++delay;
+      }
+      ++runs;
+      REQUIRE(monitor.alarm());
+      CHECK(delay <= 12);
+      const DriftAlarm& alarm = *monitor.alarm();
+      CHECK(alarm.probe == static_cast<std::uint64_t>(60 + delay));
+      const bool close = (alarm.shift_m - shift_m).norm() < 1.5e-4 &&
+                         alarm.shift_m.normalized().dot(shift_m.normalized()) > 0.85;
+      shift_off += close ? 0 : 1;
+      began_off += alarm.began == 61 ? 0 : 1;
+    }
+    CHECK(runs > 290);
+    // Noise just before the step may be taken for its beginning.
+    CHECK(shift_off < runs / 20);
+    CHECK(began_off < runs / 2);
+  }
+}
+
+TEST_CASE("wild probes, alone or by two, raise nothing and are told") {
+  for (const int wild : {1, 2}) {
+    DriftMonitor monitor(Design(10));
+    Noise noise(7);
+    for (int i = 0; i < 400; ++i) {
+      const bool is_wild = i > 20 && i % 50 < wild;
+      const ProbeVerdict verdict =
+          monitor.Update(noise.Next() + (is_wild ? Vec3(0, 0.02, 0) : Vec3::Zero()));
+      CHECK(verdict.wild == is_wild);
+      CHECK_FALSE(verdict.raised);
+    }
+    CHECK_FALSE(monitor.alarm());
+  }
+}
+
+TEST_CASE("a wild probe among those of the reference does not move it") {
+  DriftMonitor monitor(Design(10));
+  Noise noise(3);
+  for (int i = 0; i < 10; ++i) {
+    CHECK(monitor.learning());
+    CHECK(monitor.Update(noise.Next() + (i == 4 ? Vec3(0.05, 0, 0) : Vec3::Zero())).learning);
+  }
+  CHECK_FALSE(monitor.learning());
+  CHECK(monitor.reference_m().norm() < 4 * kSigma / std::sqrt(10.0) + 3 * kSigma / 10);
+  CHECK(monitor.sigma_m() == kSigma);
+}
+
+TEST_CASE("a constant offset is the reference's; without reference probes it alarms") {
+  const Vec3 offset_m(0, 0, 1e-3);
+  Noise noise(5);
+  DriftMonitor against_itself(Design(20)), against_model(Design(0));
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 residual_m = offset_m + noise.Next();
+    against_itself.Update(residual_m);
+    against_model.Update(residual_m);
+  }
+  CHECK_FALSE(against_itself.alarm());
+  REQUIRE(against_model.alarm());
+  CHECK(against_model.alarm()->probe < 12);
+  CHECK(against_model.alarm()->began == 1);
+}
+
+TEST_CASE("a slow drift cannot hide") {
+  DriftMonitor monitor(Design(20));
+  Noise noise(11);
+  double drift_m = 0;
+  for (int i = 0; i < 2000 && !monitor.alarm(); ++i) {
+    if (i > 20) drift_m += 5e-7;  // a hundredth of sigma a probe
+    monitor.Update(noise.Next() + Vec3(drift_m, 0, 0));
+  }
+  REQUIRE(monitor.alarm());
+  CHECK(drift_m < 1.5e-4);
+}
+
+TEST_CASE("more scatter than declared is taken from the reference, and is no alarm") {
+  DriftMonitor monitor(Design(20));
+  Noise noise(13);
+  for (int i = 0; i < 3000; ++i) monitor.Update(noise.Next(4 * kSigma));
+  CHECK(monitor.sigma_m() > 2.5 * kSigma);
+  CHECK(monitor.sigma_m() < 6 * kSigma);
+  CHECK_FALSE(monitor.alarm());
+}
+
+TEST_CASE("after a restart nothing is left") {
+  DriftMonitor monitor(Design(0)), fresh(Design(0));
+  for (int i = 0; i < 20; ++i) monitor.Update(Vec3(1e-3, 0, 0));
+  REQUIRE(monitor.alarm());
+  monitor.Restart();
+  CHECK_FALSE(monitor.alarm());
+  Noise noise(17);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 residual_m = noise.Next();
+    CHECK(monitor.Update(residual_m).statistic == fresh.Update(residual_m).statistic);
+  }
+}

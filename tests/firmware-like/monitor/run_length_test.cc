@@ -1,0 +1,120 @@
+// The computed run length and threshold against plain simulation.
+#include "firmware-like/monitor/run_length.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+using namespace plumbline;
+
+namespace {
+
+/// Mean length and its standard error of simulated runs of one cumulative sum.
+std::pair<double, double> SimulatedRunLength(const MonitorDesign& design, double offset,
+                                             double outlier_share, int runs) {
+  std::mt19937_64 random(42);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  double sum = 0, square_sum = 0;
+  for (int run = 0; run < runs; ++run) {
+    double chart = 0, length = 0;
+    while (chart <= design.threshold) {
+      double step = offset + normal(random);
+      if (const double u = uniform(random); std::abs(u) < outlier_share) step = u < 0 ? -99 : 99;
+      step = std::min(std::max(step, -design.clip), design.clip);
+      chart = std::max(0.0, chart + step - design.allowance);
+      ++length;
+    }
+    sum += length;
+    square_sum += length * length;
+  }
+  const double mean = sum / runs;
+  return {mean, std::sqrt((square_sum / runs - mean * mean) / runs)};
+}
+
+}  // namespace
+
+TEST_CASE("the run length of plain sums is that of the published table") {
+  // One-sided sum, allowance 0.5, no clipping: D. M. Hawkins and D. H. Olwell, "Cumulative Sum
+  // Charts and Charting for Quality Improvement" (1998): two-sided 168 at h = 4, 465 at h = 5.
+  MonitorDesign design;
+  design.allowance = 0.5;
+  design.clip = 50;
+  design.threshold = 4;
+  CHECK(MeanRunLength(design, 0, 0) == Approx(2 * 168.0).epsilon(0.01));
+  design.threshold = 5;
+  CHECK(MeanRunLength(design, 0, 0) == Approx(2 * 465.0).epsilon(0.01));
+}
+
+TEST_CASE("the run length of clipped sums is that of a simulation") {
+  struct Case {
+    double allowance, threshold, offset, outlier_share;
+  };
+  // Thresholds that are no multiple of clip - allowance, where the run length jumps.
+  const Case cases[] = {{1, 3, 0, 0},      {1, 3, 0.2, 0},       {0.5, 6, 0, 0}, {1, 4.3, 0, 0.02},
+                        {1, 5, 0.3, 0.05}, {0.5, 5, -0.2, 0.02}, {1, 4.3, 3, 0}};
+  for (const Case& c : cases) {
+    CAPTURE(c.allowance, c.threshold, c.offset, c.outlier_share);
+    MonitorDesign design;
+    design.allowance = c.allowance;
+    design.threshold = c.threshold;
+    const auto [mean, error] = SimulatedRunLength(design, c.offset, c.outlier_share, 4000);
+    const double computed = MeanRunLength(design, c.offset, c.outlier_share);
+    CHECK(std::abs(computed - mean) < 4 * error + 0.03 * mean);  // the chain's grid: 3 %
+  }
+}
+
+TEST_CASE("thresholds move as they must") {
+  MonitorWish wish;
+  const double usual = MonitorDesignFor(wish).threshold;
+  MonitorWish strict = wish;
+  strict.false_alarms_per_year = 0.01;
+  CHECK(MonitorDesignFor(strict).threshold > usual);
+  MonitorWish rare = wish;
+  rare.probes_per_day = 1;
+  CHECK(MonitorDesignFor(rare).threshold < usual);
+  MonitorWish estimated = wish;
+  estimated.reference_probes = 20;
+  CHECK(MonitorDesignFor(estimated).threshold > usual);
+  estimated.reference_probes = 100;
+  CHECK(MonitorDesignFor(estimated).threshold < MonitorDesignFor([&] {
+                                                  MonitorWish few = estimated;
+                                                  few.reference_probes = 20;
+                                                  return few;
+                                                }())
+                                                    .threshold);
+}
+
+TEST_CASE("simulated years have at most as many false alarms as were asked for") {
+  struct Case {
+    double probes_per_day;
+    int reference_probes;
+    double outlier_share;
+    int years;
+  };
+  const Case cases[] = {{24, 0, 0, 150}, {24, 20, 0, 150}, {24, 20, 0.05, 150}, {4, 10, 0, 300}};
+  for (const Case& c : cases) {
+    CAPTURE(c.probes_per_day, c.reference_probes, c.outlier_share);
+    MonitorWish wish;
+    wish.probes_per_day = c.probes_per_day;
+    wish.reference_probes = c.reference_probes;
+    DriftMonitor monitor(MonitorDesignFor(wish));
+    std::mt19937_64 random(4711);
+    std::normal_distribution<double> normal(0, wish.sigma_m);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int alarms = 0;
+    for (int year = 0; year < c.years; ++year) {
+      monitor.Restart();
+      for (int i = 0; i < static_cast<int>(365.25 * c.probes_per_day); ++i) {
+        Vec3 residual_m(normal(random), normal(random), normal(random));
+        if (uniform(random) < c.outlier_share) residual_m *= 30;
+        if (!monitor.Update(residual_m).raised) continue;
+        ++alarms;
+        monitor.Restart();
+      }
+    }
+    CHECK(alarms <= c.years + 3 * std::sqrt(static_cast<double>(c.years)));
+    // With the wild probes that were counted with; a threshold that is too high costs delay.
+    if (c.outlier_share == wish.outlier_share) CHECK(alarms > c.years / 4);
+  }
+}
