@@ -1,0 +1,124 @@
+#include "firmware-like/monitor/drift_monitor.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
+
+double MedianOf(std::array<double, kMostReferenceProbes>& values, int count) {
+  const auto middle = values.begin() + count / 2;
+  std::nth_element(values.begin(), middle, values.begin() + count);
+  if (count % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+}  // namespace
+
+const std::array<Vec3, DriftMonitor::kAxes>& DriftMonitor::Axes() {
+  static const std::array<Vec3, kAxes> axes = [] {
+    std::array<Vec3, kAxes> list = {Vec3(1, 0, 0),  Vec3(0, 1, 0), Vec3(0, 0, 1),  Vec3(1, 1, 0),
+                                    Vec3(1, -1, 0), Vec3(1, 0, 1), Vec3(1, 0, -1), Vec3(0, 1, 1),
+                                    Vec3(0, 1, -1), Vec3(1, 1, 1), Vec3(1, 1, -1), Vec3(1, -1, 1),
+                                    Vec3(-1, 1, 1)};
+    for (Vec3& axis : list) axis.normalize();
+    return list;
+  }();
+  return axes;
+}
+
+DriftMonitor::DriftMonitor(const MonitorDesign& design) : design_(design) {
+  assert(design_.sigma_m > 0 && design_.threshold > 0 && design_.clip > design_.allowance);
+  assert(design_.reference_probes >= 0 && design_.reference_probes <= kMostReferenceProbes);
+  Restart();
+}
+
+void DriftMonitor::Restart() {
+  reference_known_ = design_.reference_probes == 0;
+  reference_m_.setZero();
+  sigma_m_ = design_.sigma_m;
+  probes_ = 0;
+  statistic_ = 0;
+  charts_.fill({});
+  alarm_.reset();
+}
+
+ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
+  assert(residual_m.allFinite());
+  ++probes_;
+  ProbeVerdict verdict;
+  if (!reference_known_) {
+    Learn(residual_m);
+    verdict.learning = true;
+    return verdict;
+  }
+  const Vec3 z = (residual_m - reference_m_) / sigma_m_;
+  verdict.wild = z.norm() > design_.clip * std::sqrt(3.0);
+  double largest = 0;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    for (const int sense : {0, 1}) {
+      Chart& chart = charts_[2 * axis + static_cast<std::size_t>(sense)];
+      const Vec3 direction = sense == 0 ? Axes()[axis] : -Axes()[axis];
+      const bool over = Advance(chart, direction, z);
+      if (over && !alarm_ && chart.sum > largest) verdict.raised = true;
+      largest = std::max(largest, chart.sum);
+    }
+  }
+  statistic_ = largest / design_.threshold;
+  verdict.statistic = statistic_;
+  if (verdict.raised) {
+    const auto leading =
+        std::max_element(charts_.begin(), charts_.end(),
+                         [](const Chart& a, const Chart& b) { return a.sum < b.sum; });
+    const auto taken = static_cast<double>(probes_ - leading->began + 1);
+    alarm_ = {probes_, leading->began, sigma_m_ * leading->total / taken};
+  }
+  return verdict;
+}
+
+bool DriftMonitor::Advance(Chart& chart, const Vec3& direction, const Vec3& z) {
+  const double step = std::clamp(direction.dot(z), -design_.clip, design_.clip);
+  if (chart.sum == 0) {
+    chart.began = probes_;
+    chart.total.setZero();
+  }
+  chart.sum = std::max(0.0, chart.sum + step - design_.allowance);
+  // Wild probes enter the estimate shortened, not turned.
+  const double limit = 3 * design_.clip;
+  chart.total += z.norm() > limit ? Vec3(z * (limit / z.norm())) : z;
+  return chart.sum > design_.threshold;
+}
+
+void DriftMonitor::Learn(const Vec3& residual_m) {
+  const int count = static_cast<int>(probes_);
+  learned_[static_cast<std::size_t>(count - 1)] = residual_m;
+  if (count < design_.reference_probes) return;
+
+  std::array<double, kMostReferenceProbes> values;
+  Vec3 median;
+  for (int k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
+    median[k] = MedianOf(values, count);
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    values[i] = (learned_[i] - median).squaredNorm();
+  }
+  const double variance = MedianOf(values, count) / kMedianOfChiSquare3;
+  const double declared = design_.sigma_m * design_.sigma_m;
+  // sd of the variance from a median of N squared norms is about 1.37 sqrt(2 / (3 N)) of it
+  const double beyond = 1 + 4 * 1.37 * std::sqrt(2.0 / (3.0 * count));
+  if (count >= 8 && variance > beyond * declared) sigma_m_ = std::sqrt(variance);
+
+  const double limit_m = design_.clip * sigma_m_;
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    sum += (learned_[i] - median).cwiseMax(-limit_m).cwiseMin(limit_m);
+  }
+  reference_m_ = median + sum / count;
+  reference_known_ = true;
+}
+
+}  // namespace plumbline

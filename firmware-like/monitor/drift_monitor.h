@@ -1,0 +1,94 @@
+// Watches the residuals of probes for a change that noise does not explain.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "firmware-like/geometry/pose.h"
+
+namespace plumbline {
+
+/// Most probes that a reference may be estimated from; fixes the storage.
+inline constexpr int kMostReferenceProbes = 100;
+
+/// How the monitor decides; MonitorDesignFor() of run_length.h computes it.
+struct MonitorDesign {
+  double sigma_m = 5e-5;     ///< scatter of one probe, one axis
+  int reference_probes = 0;  ///< 0: the reference is the model (a residual of zero)
+  double allowance = 1;      ///< k: change per probe that is let pass [sigma]
+  double threshold = 10;     ///< h [sigma]
+  double clip = 3;           ///< a probe counts at most this much [sigma]
+};
+
+/// A change that noise does not explain.
+struct DriftAlarm {
+  std::uint64_t probe = 0;      ///< number of the probe that raised it, the first one being 1
+  std::uint64_t began = 0;      ///< the first probe that took part
+  Vec3 shift_m = Vec3::Zero();  ///< estimated change, clipped probes included, frame of the probes
+};
+
+/// What one probe was to the monitor.
+struct ProbeVerdict {
+  bool learning = false;  ///< it went into the reference; nothing was judged
+  bool wild = false;      ///< farther than clip sqrt(3) sigma from the reference
+  double statistic = 0;   ///< the largest sum divided by the threshold
+  bool raised = false;    ///< this probe raised the alarm
+};
+
+/// Two-sided cumulative sums of the whitened residual along 13 axes: the three coordinate axes,
+/// the six diagonals of the faces and the four of the cube, so that every direction has one within
+/// 28 degrees. With z = (r - reference) / sigma, for each of the 26 signed directions u:
+///   S := max(0, S + min(max(u.z, -clip), clip) - allowance);   alarm where S > threshold
+/// [E. S. Page, Biometrika 41 (1954) 100; clipped increments: winsorised]. One wild probe adds at
+/// most clip - allowance, which is far below any threshold that MonitorDesignFor() gives.
+///
+/// The reference stands once it is there: a slow drift cannot be followed away. It is the mean of
+/// the first probes, each clipped about their median. Where these scatter by more than sigma_m
+/// explains (over 4 standard deviations of the estimate), their own scatter is used from then on.
+/// Allocates nothing; no clock.
+class DriftMonitor {
+ public:
+  explicit DriftMonitor(const MonitorDesign& design);
+
+  /// @param residual_m  measured minus predicted [m], finite
+  ProbeVerdict Update(const Vec3& residual_m);
+
+  /// Forgets everything, the reference too.
+  void Restart();
+
+  const MonitorDesign& design() const { return design_; }
+  std::uint64_t probes() const { return probes_; }
+  bool learning() const { return !reference_known_; }
+  Vec3 reference_m() const { return reference_m_; }
+  double sigma_m() const { return sigma_m_; }  ///< in use: declared, or that of the reference
+  double statistic() const { return statistic_; }
+  /// Stands from the probe that raised it until Restart().
+  const std::optional<DriftAlarm>& alarm() const { return alarm_; }
+
+  static constexpr int kAxes = 13;
+  /// Unit vectors of the axes; each is watched in both senses.
+  static const std::array<Vec3, kAxes>& Axes();
+
+ private:
+  struct Chart {
+    double sum = 0;
+    std::uint64_t began = 0;    ///< first probe since the sum was last zero
+    Vec3 total = Vec3::Zero();  ///< of the clipped whitened residuals since then
+  };
+
+  void Learn(const Vec3& residual_m);
+  bool Advance(Chart& chart, const Vec3& direction, const Vec3& z);
+
+  MonitorDesign design_;
+  std::array<Vec3, kMostReferenceProbes> learned_;
+  bool reference_known_ = false;
+  Vec3 reference_m_ = Vec3::Zero();
+  double sigma_m_ = 0;
+  std::uint64_t probes_ = 0;
+  double statistic_ = 0;
+  std::array<Chart, std::size_t{2} * kAxes> charts_;
+  std::optional<DriftAlarm> alarm_;
+};
+
+}  // namespace plumbline
