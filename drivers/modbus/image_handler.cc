@@ -14,7 +14,6 @@ ImageHandler::ImageHandler(const Latest<RegisterImage>& images, const CommandAre
 std::size_t ImageHandler::Handle(std::span<const std::uint8_t> request,
                                  std::span<std::uint8_t, kMaxPduBytes> response) {
   const std::lock_guard lock(mutex_);
-  commands_.busy = busy_.load(std::memory_order_relaxed);
   const auto image = images_.Read();
   const PduReply reply = HandlePdu(request, *image, commands_, identification_, response);
   if (reply.wrote != PduReply::Wrote::kNothing) {

@@ -1,7 +1,6 @@
 // Answers requests from the newest image, and hands what clients wrote to the cycle.
 #pragma once
 
-#include <atomic>
 #include <mutex>
 
 #include "drivers/latest.h"
@@ -22,16 +21,12 @@ class ImageHandler : public RequestHandler {
   std::size_t Handle(std::span<const std::uint8_t> request,
                      std::span<std::uint8_t, kMaxPduBytes> response) override;
 
-  /// While set, writes are refused with exception 06. Any thread.
-  void SetBusy(bool busy) { busy_.store(busy, std::memory_order_relaxed); }
-
   /// What clients have written, by whole requests. One reader: the cycle.
   Latest<CommandArea>::Guard Commands() const { return published_.Read(); }
 
  private:
   const Latest<RegisterImage>& images_;
   const DeviceIdentification identification_;
-  std::atomic<bool> busy_{false};
   std::mutex mutex_;  ///< of commands_ and of the writing side of published_
   CommandArea commands_;
   Latest<CommandArea> published_;

@@ -93,12 +93,6 @@ PduReply ReadBits(const Call& call) {
   return {.size = 2 + bytes};
 }
 
-/// Whether clients may write there now.
-Exception CheckWrite(const CommandArea& commands, bool inside) {
-  if (!inside) return Exception::kIllegalAddress;
-  return commands.busy ? Exception::kBusy : Exception::kNone;
-}
-
 void StoreRegisters(const Call& call, std::uint16_t first, int count, std::size_t offset) {
   std::uint16_t* target = call.commands.registers.At(first);
   for (int i = 0; i < count; ++i) target[i] = call.Word(offset + 2 * static_cast<std::size_t>(i));
@@ -108,8 +102,7 @@ PduReply WriteSingleCoil(const Call& call) {
   if (call.request.size() != 5) return call.Refuse(Exception::kIllegalValue);
   const std::uint16_t address = call.Word(1), value = call.Word(3);
   if (value != 0x0000 && value != 0xFF00) return call.Refuse(Exception::kIllegalValue);
-  const Exception exception = CheckWrite(call.commands, call.commands.coils.Contains(address, 1));
-  if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.coils.Contains(address, 1)) return call.Refuse(Exception::kIllegalAddress);
   *call.commands.coils.At(address) = value != 0 ? 1 : 0;
   return call.Echo(5, Wrote::kCoils, address, 1);
 }
@@ -117,9 +110,7 @@ PduReply WriteSingleCoil(const Call& call) {
 PduReply WriteSingleRegister(const Call& call) {
   if (call.request.size() != 5) return call.Refuse(Exception::kIllegalValue);
   const std::uint16_t address = call.Word(1);
-  const Exception exception =
-      CheckWrite(call.commands, call.commands.registers.Contains(address, 1));
-  if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.registers.Contains(address, 1)) return call.Refuse(Exception::kIllegalAddress);
   StoreRegisters(call, address, 1, 3);
   return call.Echo(5, Wrote::kRegisters, address, 1);
 }
@@ -131,8 +122,7 @@ PduReply WriteCoils(const Call& call) {
   if (count < 1 || count > 1968 || call.request[5] != bytes || call.request.size() != 6 + bytes) {
     return call.Refuse(Exception::kIllegalValue);
   }
-  const Exception exception = CheckWrite(call.commands, call.commands.coils.Contains(first, count));
-  if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.coils.Contains(first, count)) return call.Refuse(Exception::kIllegalAddress);
   std::uint8_t* target = call.commands.coils.At(first);
   for (unsigned i = 0; i < count; ++i) {
     target[i] = static_cast<std::uint8_t>((call.request[6 + i / 8] >> (i % 8)) & 1U);
@@ -147,9 +137,9 @@ PduReply WriteRegisters(const Call& call) {
       call.request.size() != 6U + 2U * count) {
     return call.Refuse(Exception::kIllegalValue);
   }
-  const Exception exception =
-      CheckWrite(call.commands, call.commands.registers.Contains(first, count));
-  if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.registers.Contains(first, count)) {
+    return call.Refuse(Exception::kIllegalAddress);
+  }
   StoreRegisters(call, first, count, 6);
   return call.Echo(5, Wrote::kRegisters, first, count);
 }
@@ -158,9 +148,7 @@ PduReply WriteRegisters(const Call& call) {
 PduReply MaskWriteRegister(const Call& call) {
   if (call.request.size() != 7) return call.Refuse(Exception::kIllegalValue);
   const std::uint16_t address = call.Word(1), and_mask = call.Word(3), or_mask = call.Word(5);
-  const Exception exception =
-      CheckWrite(call.commands, call.commands.registers.Contains(address, 1));
-  if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.registers.Contains(address, 1)) return call.Refuse(Exception::kIllegalAddress);
   std::uint16_t& value = *call.commands.registers.At(address);
   value = static_cast<std::uint16_t>((value & and_mask) | (or_mask & ~and_mask));
   return call.Echo(7, Wrote::kRegisters, address, 1);
@@ -175,12 +163,11 @@ PduReply ReadWriteRegisters(const Call& call) {
     return call.Refuse(Exception::kIllegalValue);
   }
   const std::uint16_t* source = nullptr;
-  Exception exception = FindRegisters(call, read_first, read_count, source);
-  if (exception == Exception::kNone) {
-    exception =
-        CheckWrite(call.commands, call.commands.registers.Contains(write_first, write_count));
-  }
+  const Exception exception = FindRegisters(call, read_first, read_count, source);
   if (exception != Exception::kNone) return call.Refuse(exception);
+  if (!call.commands.registers.Contains(write_first, write_count)) {
+    return call.Refuse(Exception::kIllegalAddress);
+  }
   StoreRegisters(call, write_first, write_count, 10);
   PduReply reply = AnswerRegisters(call, source, read_count);
   reply.wrote = Wrote::kRegisters;

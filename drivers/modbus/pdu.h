@@ -20,7 +20,6 @@ enum class Exception : std::uint8_t {
   kIllegalAddress = 2,  ///< a gap, beyond the end, or a write outside the command area
   kIllegalValue = 3,    ///< count, value, or a length that contradicts the count
   kServerFailure = 4,   ///< the image is smaller than its readable addresses
-  kBusy = 6,            ///< the command area takes no writes now
   kGatewayTargetFailed = 0x0B,
 };
 

@@ -66,7 +66,6 @@ struct WritableWindow {
 struct CommandArea {
   WritableWindow<std::uint16_t> registers;
   WritableWindow<std::uint8_t> coils;  ///< 0 or 1
-  bool busy = false;                   ///< writes are refused with exception 06
 };
 
 }  // namespace plumbline::modbus

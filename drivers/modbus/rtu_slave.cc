@@ -38,6 +38,15 @@ std::string ErrnoText() {
   return std::generic_category().message(errno);
 }
 
+std::string CannotOpenText(int error) {
+  const char* remedy =
+      error == ENOENT ? "; is the adapter plugged in, and is this its name (ls /dev/serial/by-id)?"
+      : error == EACCES ? "; may its user open it (usually by the group dialout)?"
+      : error == ENOTTY ? "; it is no serial line"
+                        : "";
+  return "cannot be opened: " + std::generic_category().message(error) + remedy;
+}
+
 /// Raw, 8 bits, no flow control, modem lines ignored.
 bool ConfigureLine(int fd, const RtuSlaveOptions& options) {
   termios line{};
@@ -126,7 +135,7 @@ void RtuSlave::Run() {
 bool RtuSlave::OpenDevice() {
   fd_ = ::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0 || !ConfigureLine(fd_, options_)) {
-    Lost(options_.device + ": " + ErrnoText());
+    Lost(CannotOpenText(errno));
     return false;
   }
   receiver_.Clear();
@@ -172,7 +181,7 @@ bool RtuSlave::ReadBytes() {
     return true;
   }
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
-  Lost(options_.device + ": " + (size == 0 ? "hung up" : ErrnoText()));
+  Lost("lost: " + (size == 0 ? "hung up" : ErrnoText()));
   return false;
 }
 

@@ -24,7 +24,8 @@ struct RtuSlaveOptions {
   std::uint8_t unit_id = 1;  ///< 1..247
   /// Silence after which an incomplete frame is given up; USB adapters deliver a frame in pieces.
   double patience_s = 0.02;
-  /// Called in the slave's thread when the line is lost (with the reason) and restored (empty).
+  /// Called in the slave's thread when the line is lost or cannot be opened (with the
+  /// reason and what to do), and when it is restored (empty).
   std::function<void(const std::string& lost_because)> on_change{};
 };
 

@@ -10,26 +10,18 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <system_error>
 #include <utility>
-
-#include "drivers/modbus/pdu.h"
 
 namespace plumbline::modbus {
 namespace {
 
-constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, for answers to leave
 constexpr std::int64_t kListenPause_ns = 100'000'000;
 constexpr int kAcceptsPerRound = 8;
 // Told once for what has come, which spares the kernel a second look at every answered client. So
 // whoever has more to say than one receive takes, or has ended, is watched anew.
 constexpr std::uint32_t kReadable = EPOLLIN | EPOLLRDHUP | EPOLLET;
 constexpr std::uint32_t kListenerTag = 0xFFFFFFFF, kWakeTag = 0xFFFFFFFE;
-
-constexpr std::size_t kInputBytes = kMaxTcpFrameBytes;
-// Every frame of one full input buffer finds room for the longest answer.
-constexpr std::size_t kOutputBytes = kInputBytes / kMinTcpFrameBytes * kMaxTcpFrameBytes;
 
 std::int64_t Now_ns() {
   return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -45,18 +37,6 @@ std::string ErrnoText() {
 }
 
 }  // namespace
-
-struct TcpServer::Client {
-  int fd = -1;
-  IpAddress address{};
-  bool asked = false;                ///< has made a request
-  bool sending = false;              ///< answers wait; nothing is received meanwhile
-  std::int64_t last_request_ns = 0;  ///< or when it connected
-  std::int64_t deadline_ns = 0;      ///< of the incomplete frame or of the sending; 0: none
-  std::size_t in_size = 0, out_begin = 0, out_end = 0;
-  std::array<std::uint8_t, kInputBytes> in;
-  std::array<std::uint8_t, kOutputBytes> out;
-};
 
 Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& options,
                                                     RequestHandler& handler) {
@@ -102,7 +82,7 @@ TcpServer::~TcpServer() {
     ::eventfd_write(wake_fd_, 1);
     thread_.join();
   }
-  for (Client& client : clients_) Close(client);
+  for (TcpConnection& client : clients_) Close(client);
   for (const int fd : {listen_fd_, epoll_fd_, wake_fd_, spare_fd_}) {
     if (fd >= 0) ::close(fd);
   }
@@ -178,32 +158,27 @@ bool TcpServer::Admit(int fd, const IpAddress& address) {
     Tell(TcpServerEvent::Kind::kStranger, address);
     return false;
   }
-  Client* client = FindSlot(address);
+  TcpConnection* client = FindSlot(address);
   if (client == nullptr) {
     Tell(TcpServerEvent::Kind::kNoRoom, address);
     return false;
   }
   ConfigureClientSocket(fd);
-  client->fd = fd;
-  client->address = address;
-  client->asked = client->sending = false;
-  client->last_request_ns = now_ns_;
-  client->deadline_ns = 0;
-  client->in_size = client->out_begin = client->out_end = 0;
+  client->Open(fd, address, now_ns_);
   Watch(*client, EPOLL_CTL_ADD, kReadable);
   Add(counters_.accepted, 1);
   Add(counters_.clients, 1);
   return true;
 }
 
-TcpServer::Client* TcpServer::FindSlot(const IpAddress& newcomer) {
-  for (Client& client : clients_) {
-    if (client.fd < 0) return &client;
+TcpConnection* TcpServer::FindSlot(const IpAddress& newcomer) {
+  for (TcpConnection& client : clients_) {
+    if (!client.open()) return &client;
   }
-  Client* evicted = ChooseEvicted(newcomer);
+  TcpConnection* evicted = ChooseEvicted(newcomer);
   if (evicted != nullptr) {
     Add(counters_.evicted, 1);
-    Tell(TcpServerEvent::Kind::kEvicted, evicted->address);
+    Tell(TcpServerEvent::Kind::kEvicted, evicted->address());
     Close(*evicted);
   }
   return evicted;
@@ -211,16 +186,18 @@ TcpServer::Client* TcpServer::FindSlot(const IpAddress& newcomer) {
 
 /// The longest idle; whoever has not asked anything yet goes first. With an allow list the only
 /// connection of another address stays: that is the slot kept for it.
-TcpServer::Client* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
-  Client* chosen = nullptr;
-  for (Client& client : clients_) {
-    const auto same_address = [&](const Client& other) { return other.address == client.address; };
-    if (!allow_.empty() && client.address != newcomer &&
+TcpConnection* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
+  TcpConnection* chosen = nullptr;
+  for (TcpConnection& client : clients_) {
+    const auto same_address = [&](const TcpConnection& other) {
+      return other.address() == client.address();
+    };
+    if (!allow_.empty() && client.address() != newcomer &&
         std::count_if(clients_.begin(), clients_.end(), same_address) == 1) {
       continue;
     }
-    if (chosen == nullptr || std::pair(client.asked, client.last_request_ns) <
-                                 std::pair(chosen->asked, chosen->last_request_ns)) {
+    if (chosen == nullptr || std::pair(client.asked(), client.last_request_ns()) <
+                                 std::pair(chosen->asked(), chosen->last_request_ns())) {
       chosen = &client;
     }
   }
@@ -242,114 +219,43 @@ void TcpServer::RefuseForLackOfDescriptors() {
   if (fd < 0 || spare_fd_ < 0) WatchListener(false);
 }
 
-void TcpServer::Serve(Client& client, std::uint32_t events) {
-  if (client.fd < 0) return;
-  if (!client.sending) {
-    const bool drained = Receive(client);
-    const bool ending = (events & (EPOLLRDHUP | EPOLLERR | EPOLLHUP)) != 0;
-    if (client.fd >= 0 && !client.sending && (!drained || ending)) {
-      Watch(client, EPOLL_CTL_MOD, kReadable);
-    }
+void TcpServer::Serve(TcpConnection& client, std::uint32_t events) {
+  if (!client.open()) return;
+  const bool was_sending = client.sending();
+  bool watch_anew = (events & (EPOLLRDHUP | EPOLLERR | EPOLLHUP)) != 0;
+  bool alive = true;
+  if (!was_sending) {
+    const TcpConnection::Received received = client.Receive();
+    watch_anew = watch_anew || received == TcpConnection::Received::kMore;
+    alive = received != TcpConnection::Received::kEnded && Answer(client);
   } else if ((events & (EPOLLOUT | EPOLLERR | EPOLLHUP)) != 0) {
-    Send(client);
+    alive = client.Send(now_ns_);
   }
-}
-
-/// One receive, however much there is. @return whether nothing is left to receive
-bool TcpServer::Receive(Client& client) {
-  const std::size_t room = client.in.size() - client.in_size;
-  const ssize_t received = ::recv(client.fd, client.in.data() + client.in_size, room, 0);
-  if (received < 0 && (errno == EAGAIN || errno == EINTR)) return errno == EAGAIN;
-  if (received <= 0) {
-    Close(client);
-    return true;
-  }
-  client.in_size += static_cast<std::size_t>(received);
-  const bool intact = AnswerFrames(client);
-  if (client.out_end > 0) Send(client);
-  if (!intact && client.fd >= 0) {
-    Tell(TcpServerEvent::Kind::kBrokenFrame, client.address);
-    Close(client);
-    return true;
-  }
-  if (client.fd >= 0 && !client.sending && client.in_size > 0 && client.deadline_ns == 0) {
-    SetDeadline(client);
-  }
-  return static_cast<std::size_t>(received) < room;
-}
-
-/// Answers the complete frames into the output buffer and keeps the rest. @return false where the
-/// stream cannot be followed further
-bool TcpServer::AnswerFrames(Client& client) {
-  std::size_t begin = 0;
-  TcpFrame frame;
-  for (;;) {
-    frame = CutTcpFrame({client.in.data() + begin, client.in_size - begin});
-    if (frame.state != TcpFrame::State::kComplete) break;
-    Answer(client, frame);
-    begin += frame.size;
-  }
-  if (begin > 0) {
-    client.deadline_ns = 0;  // of the frame that is complete now
-    client.in_size -= begin;
-    if (client.in_size > 0) {
-      std::memmove(client.in.data(), client.in.data() + begin, client.in_size);
-    }
-  }
-  return frame.state != TcpFrame::State::kBroken;
-}
-
-void TcpServer::Answer(Client& client, const TcpFrame& frame) {
-  std::uint8_t* out = client.out.data() + client.out_end;
-  const std::span<std::uint8_t, kMaxPduBytes> response(out + kMbapBytes, kMaxPduBytes);
-  const bool for_us =
-      frame.unit == unit_id_ || frame.unit == 0 || frame.unit == 1 || frame.unit == 255;
-  const std::size_t size =
-      for_us ? handler_.Handle(frame.pdu, response)
-             : WriteException(frame.pdu[0], Exception::kGatewayTargetFailed, response);
-  client.asked = true;
-  client.last_request_ns = now_ns_;
-  Add(counters_.requests, 1);
-  if (size == 0) return;
-  WriteMbap(std::span<std::uint8_t, kMbapBytes>(out, kMbapBytes), frame.transaction, frame.unit,
-            size);
-  client.out_end += kMbapBytes + size;
-}
-
-void TcpServer::Send(Client& client) {
-  const ssize_t sent = ::send(client.fd, client.out.data() + client.out_begin,
-                              client.out_end - client.out_begin, MSG_NOSIGNAL);
-  if (sent < 0 && errno != EAGAIN && errno != EINTR) {
+  if (!alive) {
     Close(client);
     return;
   }
-  if (sent > 0) client.out_begin += static_cast<std::size_t>(sent);
-  if (client.out_begin == client.out_end) {
-    client.out_begin = client.out_end = 0;
-    if (client.sending) {
-      client.sending = false;
-      client.deadline_ns = 0;
-      if (client.in_size > 0) SetDeadline(client);
-      Watch(client, EPOLL_CTL_MOD, kReadable);
-    }
-  } else if (!client.sending) {
-    client.sending = true;
-    SetDeadline(client);
-    Watch(client, EPOLL_CTL_MOD, EPOLLOUT);
+  if (client.sending() != was_sending) {
+    Watch(client, EPOLL_CTL_MOD, client.sending() ? EPOLLOUT : kReadable);
+  } else if (!was_sending && watch_anew) {
+    Watch(client, EPOLL_CTL_MOD, kReadable);
   }
+  if (earliest_ns_ == 0) earliest_ns_ = client.deadline_ns();
 }
 
-void TcpServer::Close(Client& client) {
-  if (client.fd < 0) return;
-  ::close(client.fd);
-  client.fd = -1;
-  client.deadline_ns = 0;
+/// Answers what was received. @return false where the connection is lost or beyond repair
+bool TcpServer::Answer(TcpConnection& client) {
+  const TcpConnection::Answered answered = client.AnswerFrames(handler_, unit_id_, now_ns_);
+  Add(counters_.requests, answered.requests);
+  if (!client.Send(now_ns_)) return false;
+  if (!answered.intact) Tell(TcpServerEvent::Kind::kBrokenFrame, client.address());
+  return answered.intact;
+}
+
+void TcpServer::Close(TcpConnection& client) {
+  if (!client.open()) return;
+  client.Close();
   Add(counters_.clients, static_cast<std::uint64_t>(-1));
-}
-
-void TcpServer::SetDeadline(Client& client) {
-  client.deadline_ns = now_ns_ + kPatience_ns;
-  if (earliest_ns_ == 0) earliest_ns_ = client.deadline_ns;
 }
 
 void TcpServer::CloseOverdue() {
@@ -364,15 +270,15 @@ void TcpServer::CloseOverdue() {
       later(listen_again_ns_);
     }
   }
-  for (Client& client : clients_) {
-    if (client.deadline_ns == 0) continue;
-    if (now_ns_ < client.deadline_ns) {
-      later(client.deadline_ns);
+  for (TcpConnection& client : clients_) {
+    if (client.deadline_ns() == 0) continue;
+    if (now_ns_ < client.deadline_ns()) {
+      later(client.deadline_ns());
       continue;
     }
-    Add(client.sending ? counters_.not_reading : counters_.timeouts, 1);
-    Tell(client.sending ? TcpServerEvent::Kind::kNotReading : TcpServerEvent::Kind::kFrameTimeout,
-         client.address);
+    Add(client.sending() ? counters_.not_reading : counters_.timeouts, 1);
+    Tell(client.sending() ? TcpServerEvent::Kind::kNotReading : TcpServerEvent::Kind::kFrameTimeout,
+         client.address());
     Close(client);
   }
 }
@@ -397,10 +303,10 @@ void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const 
   on_event_({.kind = kind, .peer = text.data()});
 }
 
-void TcpServer::Watch(const Client& client, int operation, std::uint32_t events) const {
+void TcpServer::Watch(const TcpConnection& client, int operation, std::uint32_t events) const {
   epoll_event event{.events = events,
                     .data = {.u32 = static_cast<std::uint32_t>(&client - clients_.data())}};
-  ::epoll_ctl(epoll_fd_, operation, client.fd, &event);
+  ::epoll_ctl(epoll_fd_, operation, client.fd(), &event);
 }
 
 }  // namespace plumbline::modbus

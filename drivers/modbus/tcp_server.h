@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
+#include "drivers/modbus/tcp_connection.h"
 #include "drivers/modbus/tcp_socket.h"
 #include "firmware-like/result.h"
 
@@ -70,8 +70,6 @@ class TcpServer {
   TcpServerCounters counters() const;
 
  private:
-  struct Client;
-
   TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
             RequestHandler& handler);
 
@@ -79,21 +77,17 @@ class TcpServer {
   void AcceptNewcomers();
   int Accept(IpAddress& peer) const;
   bool Admit(int fd, const IpAddress& address);
-  Client* FindSlot(const IpAddress& newcomer);
-  Client* ChooseEvicted(const IpAddress& newcomer);
+  TcpConnection* FindSlot(const IpAddress& newcomer);
+  TcpConnection* ChooseEvicted(const IpAddress& newcomer);
   void RefuseForLackOfDescriptors();
-  void Serve(Client& client, std::uint32_t events);
-  bool Receive(Client& client);
-  bool AnswerFrames(Client& client);
-  void Answer(Client& client, const TcpFrame& frame);
-  void Send(Client& client);
-  void Close(Client& client);
-  void SetDeadline(Client& client);
+  void Serve(TcpConnection& client, std::uint32_t events);
+  bool Answer(TcpConnection& client);
+  void Close(TcpConnection& client);
   void CloseOverdue();
   int WaitTime_ms() const;
   void WatchListener(bool on);
   void Tell(TcpServerEvent::Kind kind, const IpAddress& address) const;
-  void Watch(const Client& client, int operation, std::uint32_t events) const;
+  void Watch(const TcpConnection& client, int operation, std::uint32_t events) const;
 
   struct AtomicCounters {
     std::atomic<std::uint64_t> clients{0}, accepted{0}, refused{0}, evicted{0}, timeouts{0},
@@ -104,7 +98,7 @@ class TcpServer {
   const std::uint8_t unit_id_;
   const std::vector<IpAddress> allow_;
   const std::function<void(const TcpServerEvent&)> on_event_;
-  std::vector<Client> clients_;
+  std::vector<TcpConnection> clients_;
   int listen_fd_, epoll_fd_ = -1, wake_fd_ = -1, spare_fd_ = -1;
   int port_ = 0;
   std::int64_t now_ns_ = 0;       ///< of this round

@@ -145,6 +145,14 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
   command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
                        angles.norm() < 100;
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
+  if (command.code == PlcCommandCode::kProbe) {
+    if (position_m.allFinite() && position_m.norm() < 1e3) command.probe_W = position_m;
+  } else if (command.code == PlcCommandCode::kProbeFine) {
+    const auto fine = [&](std::uint16_t address) {
+      return ValueOfField(FieldType::kI32, window, at(address), convention.little_word_first);
+    };
+    command.probe_W = 1e-6 * Vec3(fine(1032), fine(1034), fine(1036));
+  }
   return command;
 }
 

@@ -71,14 +71,14 @@ double FinePosition(Source s) {
 }
 template <int K>
 double Joint(Source s) {
-  if (K >= s.snapshot.robot.q.size()) return 0;
+  if (K >= s.snapshot.reading.q.size()) return 0;
   const bool slides = (s.snapshot.prismatic_joints >> K) & 1;
-  return (slides ? kMillimetres : kDegrees) * s.snapshot.robot.q[K];
+  return (slides ? kMillimetres : kDegrees) * s.snapshot.reading.q[K];
 }
 template <int K>
 double Tcp(Source s) {
-  if (!s.snapshot.robot.X_BT) return 0;
-  const Pose& X_BT = *s.snapshot.robot.X_BT;
+  if (!s.snapshot.reading.X_BT) return 0;
+  const Pose& X_BT = *s.snapshot.reading.X_BT;
   return K < 3 ? kMillimetres * X_BT.p[K % 3] : Angle_deg(X_BT, s, K % 3);
 }
 template <int K>
@@ -94,12 +94,22 @@ double PointAngle_deg(Source s) {
   return Angle_deg(s.point->correction.X_BP_command, s, K);
 }
 
+template <int K>
+double ProbeResidual(Source s) {
+  return kMillimetres * s.environment.loop.residual_m[K];
+}
+template <int K>
+double ProbeResidualScaled(Source s) {
+  return 1e5 * s.environment.loop.residual_m[K];
+}
+
 double InputBits(Source s) {
   const Snapshot& snapshot = s.snapshot;
+  const RobotState& reading = snapshot.reading;
   int bits = snapshot.input_fault == InputFault::kOk ? 1 : 0;
-  if (snapshot.robot.X_BT) bits |= 2;
+  if (reading.X_BT && reading.X_BT->p.allFinite() && reading.X_BT->R.allFinite()) bits |= 2;
   if (snapshot.payload_valid) bits |= 4;
-  if (snapshot.robot.temp_C) bits |= 8;
+  if (reading.temp_C && std::isfinite(*reading.temp_C)) bits |= 8;
   return bits;
 }
 
@@ -188,7 +198,7 @@ const std::array kFields = {
     MapField{132, kU64, "result_time", "ms", "wall clock, since 1970-01-01 UTC",
              [](Source s) { return static_cast<double>(s.snapshot.result.unix_ms); }},
     MapField{136, kU16, "result_model", "", "version of the cell model that was used",
-             [](Source s) -> double { return s.environment.model_version; }},
+             [](Source s) -> double { return s.environment.loop.applied; }},
     MapField{137, kU16, "result_orientation", "", "as register 3",
              [](Source s) { return static_cast<double>(s.convention.orientation); }},
     MapField{138, kU16, "result_crc", "", "Modbus CRC16 of registers 100-137, high bytes first",
@@ -228,9 +238,9 @@ const std::array kFields = {
              [](Source s) { return static_cast<double>(s.snapshot.input_fault); }},
     MapField{302, kU16, "robot_mode", "code",
              "0 unknown, 1 not ready, 2 running, 3 manual, 4 stopped, 5 emergency stop",
-             [](Source s) { return static_cast<double>(s.snapshot.robot.mode); }},
+             [](Source s) { return static_cast<double>(s.snapshot.reading.mode); }},
     MapField{303, kU16, "joints", "", "number of joints",
-             [](Source s) { return static_cast<double>(s.snapshot.robot.q.size()); }},
+             [](Source s) { return static_cast<double>(s.snapshot.reading.q.size()); }},
     MapField{304, kFloat, "q1", "deg", "joint 1 as decoded (mm where prismatic)", Joint<0>},
     MapField{306, kFloat, "q2", "deg", "", Joint<1>},
     MapField{308, kFloat, "q3", "deg", "", Joint<2>},
@@ -250,7 +260,7 @@ const std::array kFields = {
     MapField{334, kFloat, "cog_y", "mm", "", Cog_mm<1>},
     MapField{336, kFloat, "cog_z", "mm", "", Cog_mm<2>},
     MapField{338, kFloat, "temperature", "degC", "as the controller reports it",
-             [](Source s) { return s.snapshot.robot.temp_C.value_or(0.0); }},
+             [](Source s) { return s.snapshot.reading.temp_C.value_or(0.0); }},
     MapField{340, kFloat, "reading_radius", "mm",
              "95 % radius at the tip that the steps of the joint registers cost",
              [](Source s) { return kMillimetres * s.snapshot.reading_radius_m; }},
@@ -259,6 +269,31 @@ const std::array kFields = {
     MapField{346, kFloat, "q10", "deg", "", Joint<9>},
     MapField{348, kFloat, "q11", "deg", "", Joint<10>},
     MapField{350, kFloat, "q12", "deg", "", Joint<11>},
+    // 400-419 probes, drift monitor, model
+    MapField{400, kU16, "loop_state", "bits",
+             "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
+             "taken, 4 diagnosis at work, 5 journal or diagnosis failed",
+             [](Source s) -> double { return s.environment.loop.state; }},
+    MapField{401, kU16, "model_applied", "", "version of the cell model in force",
+             [](Source s) -> double { return s.environment.loop.applied; }},
+    MapField{402, kU16, "model_proposed", "", "version that waits for approval, 0: none",
+             [](Source s) -> double { return s.environment.loop.proposed; }},
+    MapField{403, kU16, "model_declared", "", "version of the configured cell file",
+             [](Source s) -> double { return s.environment.loop.declared; }},
+    MapField{404, kU32, "probes", "", "probes written to the journal since the start",
+             [](Source s) -> double { return s.environment.loop.probes; }},
+    MapField{406, kFloat, "drift_statistic", "", "the monitor alarms above 1",
+             [](Source s) { return s.environment.loop.statistic; }},
+    MapField{408, kFloat, "residual_x", "mm",
+             "last probe, measured minus predicted, measurement frame", ProbeResidual<0>},
+    MapField{410, kFloat, "residual_y", "mm", "", ProbeResidual<1>},
+    MapField{412, kFloat, "residual_z", "mm", "", ProbeResidual<2>},
+    MapField{414, kU16, "drift_statistic_scaled", "0.01", "as register 406",
+             [](Source s) { return 100 * s.environment.loop.statistic; }},
+    MapField{415, kI16, "residual_x_scaled", "0.01 mm", "as registers 408-413",
+             ProbeResidualScaled<0>},
+    MapField{416, kI16, "residual_y_scaled", "0.01 mm", "", ProbeResidualScaled<1>},
+    MapField{417, kI16, "residual_z_scaled", "0.01 mm", "", ProbeResidualScaled<2>},
 };
 
 const std::array kPointFields = {
@@ -285,9 +320,12 @@ const std::array kPointFields = {
 };
 
 constexpr std::array kCommandFields = {
-    CommandField{1000, kU16, "command_code", "code",
-                 "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
-                 "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge"},
+    CommandField{
+        1000, kU16, "command_code", "code",
+        "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
+        "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge, 6 record a "
+        "probe (measured tip in 1002-1007, measurement frame), 7 likewise from 1032-1037, "
+        "8 restart the drift monitor"},
     CommandField{1001, kU16, "command_point", "", "id of the point, for code 1"},
     CommandField{1002, kFloat, "command_x", "mm",
                  "wanted pose of the tool point, robot base frame"},
@@ -306,7 +344,50 @@ constexpr std::array kCommandFields = {
     CommandField{1025, kI16, "command_rz_scaled", "mrad", ""},
     CommandField{1030, kU16, "plc_heartbeat", "", "change it at least every 2 s"},
     CommandField{1031, kU16, "plc_flags", "bits", "bit 0: operated by hand"},
+    CommandField{1032, kI32, "probe_x_fine", "0.001 mm",
+                 "measured tip for code 7, measurement frame"},
+    CommandField{1034, kI32, "probe_y_fine", "0.001 mm", ""},
+    CommandField{1036, kI32, "probe_z_fine", "0.001 mm", ""},
     CommandField{1039, kU16, "command_sequence", "", "write it last; a new value executes, once"},
+};
+
+constexpr std::array kStatusBits = {
+    BitMeaning{status::kReady, "ready"},
+    BitMeaning{status::kBusy,
+               "busy (kept free: a command is answered within one cycle, the echo tells when)"},
+    BitMeaning{status::kResultValid, "result valid"},
+    BitMeaning{status::kRobotLink, "robot link"},
+    BitMeaning{status::kWarning, "warning"},
+    BitMeaning{status::kError, "error"},
+    BitMeaning{status::kLensCalibrated, "lens calibrated"},
+    BitMeaning{status::kExtrapolating, "extrapolating"},
+    BitMeaning{status::kTemperatureValid, "temperature valid"},
+    BitMeaning{status::kPayloadValid, "payload valid"},
+    BitMeaning{status::kPlcHeartbeatSeen, "PLC heartbeat seen"},
+    BitMeaning{status::kManual, "manual"},
+    BitMeaning{status::kToggle, "toggle (changes every second)"},
+};
+
+constexpr std::array kAlarmBits = {
+    BitMeaning{alarm::kRobotMissing, "nothing read from the robot"},
+    BitMeaning{alarm::kRobotStale, "robot input stale"},
+    BitMeaning{alarm::kRobotImplausible, "robot input implausible"},
+    BitMeaning{alarm::kDecodingWrong, "reported tool pose contradicts the joints"},
+    BitMeaning{alarm::kPayloadUnknown, "payload unknown"},
+    BitMeaning{alarm::kTorquesUnknown, "link masses not declared"},
+    BitMeaning{alarm::kPointRefused, "a point has no correction"},
+    BitMeaning{alarm::kEmergencyStop, "emergency stop reported"},
+};
+
+constexpr std::array kWarningBits = {
+    BitMeaning{warning::kDecodingUnchecked, "decoding not checked against a tool pose"},
+    BitMeaning{warning::kPlcHeartbeatLost, "PLC heartbeat lost"},
+    BitMeaning{warning::kCycleOverrun, "cycle overrun"},
+    BitMeaning{warning::kCoarseJoints, "joint registers cost over 0.1 mm"},
+    BitMeaning{warning::kMassCentresGuessed, "a link's centre of mass is guessed"},
+    BitMeaning{warning::kDrift, "the residuals of probes changed (drift alarm)"},
+    BitMeaning{warning::kProposalWaiting, "a corrected model waits for approval"},
+    BitMeaning{warning::kLoopFault, "journal or diagnosis failed"},
 };
 
 }  // namespace
@@ -349,6 +430,15 @@ std::span<const MapField> plc_map::Fields() {
 }
 std::span<const MapField> plc_map::PointFields() {
   return kPointFields;
+}
+std::span<const BitMeaning> plc_map::StatusBits() {
+  return kStatusBits;
+}
+std::span<const BitMeaning> plc_map::AlarmBits() {
+  return kAlarmBits;
+}
+std::span<const BitMeaning> plc_map::WarningBits() {
+  return kWarningBits;
 }
 std::span<const CommandField> plc_map::Commands() {
   return kCommandFields;

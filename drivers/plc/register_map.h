@@ -15,6 +15,25 @@ enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
 int RegisterCount(FieldType type);
 const char* NameOf(FieldType type);
 
+/// Bits of register 400.
+namespace loop_state {
+inline constexpr std::uint16_t kRecording = 1 << 0;  ///< probes are taken
+inline constexpr std::uint16_t kAlarm = 1 << 1;
+inline constexpr std::uint16_t kProposalWaiting = 1 << 2;
+inline constexpr std::uint16_t kLearning = 1 << 3;    ///< the monitor's reference is being taken
+inline constexpr std::uint16_t kDiagnosing = 1 << 4;  ///< the diagnosis is at work
+inline constexpr std::uint16_t kFault = 1 << 5;       ///< journal or diagnosis failed; see the log
+}  // namespace loop_state
+
+/// What the loop of probes, monitor and model tells the PLC.
+struct PlcLoop {
+  std::uint16_t state = 0;                      ///< loop_state bits
+  int applied = 0, proposed = 0, declared = 0;  ///< model versions, 0: none
+  std::uint32_t probes = 0;                     ///< in the journal, on disk, since the start
+  double statistic = 0;                         ///< of the monitor; it alarms above 1
+  Vec3 residual_m = Vec3::Zero();               ///< of the last probe, measured minus predicted, W
+};
+
 /// What the registers tell beside the snapshot.
 struct PlcEnvironment {
   std::uint16_t heartbeat = 0;
@@ -25,7 +44,7 @@ struct PlcEnvironment {
   double cycle_period_s = 0;
   double longest_cycle_s = 0;  ///< since the start
   std::uint32_t overruns = 0;
-  std::uint16_t model_version = 0;
+  PlcLoop loop;
 };
 
 /// How orientations and 32-bit values stand in the map.
@@ -62,6 +81,12 @@ struct CommandField {
   const char* meaning;
 };
 
+/// One bit of a word, by its mask.
+struct BitMeaning {
+  std::uint16_t mask;
+  const char* meaning;
+};
+
 namespace plc_map {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
@@ -71,9 +96,10 @@ inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
+inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
-inline constexpr int kMostPoints = 500;
+inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
 
 /// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
 inline constexpr std::uint16_t kBits = 48;
@@ -91,6 +117,10 @@ inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm register
 std::span<const MapField> Fields();
 /// Entries of the block of one point, offsets ascending.
 std::span<const MapField> PointFields();
+/// Bits of the status, alarm and warning words, ascending.
+std::span<const BitMeaning> StatusBits();
+std::span<const BitMeaning> AlarmBits();
+std::span<const BitMeaning> WarningBits();
 /// Registers of the command window.
 std::span<const CommandField> Commands();
 }  // namespace plc_map

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/robot/host_name.h"
+
 namespace plumbline {
 namespace {
 
@@ -23,6 +25,11 @@ LinkResult ResultFromErrno(int error) {
   if (error == ETIMEDOUT) return LinkResult::kTimeout;
   if (error >= MODBUS_ENOBASE) return LinkResult::kProtocol;
   return LinkResult::kLost;
+}
+
+bool SetTimeout(_modbus* context, double timeout_s) {
+  const auto microseconds = static_cast<std::uint32_t>(std::lround(1e6 * timeout_s));
+  return modbus_set_response_timeout(context, microseconds / 1000000, microseconds % 1000000) == 0;
 }
 
 }  // namespace
@@ -42,11 +49,10 @@ Result<ModbusClient> ModbusClient::Create(_modbus* context, std::string peer, bo
   if (modbus_set_slave(context, unit_id) != 0) {
     return Error{fmt::format("{}: unit id {} is not 0..247 or 255", client.peer_, unit_id)};
   }
-  const auto microseconds = static_cast<std::uint32_t>(std::lround(1e6 * timeout_s));
-  if (!(timeout_s > 0 && timeout_s < 3600) ||
-      modbus_set_response_timeout(context, microseconds / 1000000, microseconds % 1000000) != 0) {
+  if (!(timeout_s > 0 && timeout_s < 3600) || !SetTimeout(context, timeout_s)) {
     return Error{fmt::format("{}: time-out of {} s", client.peer_, timeout_s)};
   }
+  client.timeout_s_ = timeout_s;
   // No time-out between bytes: the one of the response then holds for the whole of it.
   modbus_set_byte_timeout(context, 0, 0);
   return client;
@@ -55,8 +61,13 @@ Result<ModbusClient> ModbusClient::Create(_modbus* context, std::string peer, bo
 Result<ModbusClient> ModbusClient::Tcp(const TcpAddress& address, int unit_id, double timeout_s,
                                        Clock clock) {
   const std::string service = std::to_string(address.port);
-  return Create(modbus_new_tcp_pi(address.host.c_str(), service.c_str()),
-                fmt::format("{}:{}", address.host, address.port), false, unit_id, timeout_s, clock);
+  Result<ModbusClient> client =
+      Create(modbus_new_tcp_pi(address.host.c_str(), service.c_str()),
+             fmt::format("{}:{}", address.host, address.port), false, unit_id, timeout_s, clock);
+  if (!client) return client;
+  ModbusClient named = std::move(client).value();
+  named.host_ = address.host;
+  return named;
 }
 
 Result<ModbusClient> ModbusClient::Rtu(const SerialLine& line, int unit_id, double timeout_s,
@@ -72,7 +83,12 @@ LinkResult ModbusClient::Connect() {
   if (clock_() < next_attempt_s_) return LinkResult::kWaiting;
   errno = 0;
   if (modbus_connect(context_.get()) != 0) {
-    if (errno == 0) errno = EHOSTUNREACH;  // the name was not resolved
+    // libmodbus says ECONNREFUSED, or nothing, of a name that has no address.
+    const int error = errno;
+    if (!serial_ && (error == 0 || error == ECONNREFUSED)) {
+      if (const char* why = WhyUnresolved(host_)) return FailUnresolved(why);
+    }
+    errno = error == 0 ? EHOSTUNREACH : error;
     return Fail(0, 0, 0);
   }
   connected_ = true;
@@ -127,6 +143,10 @@ LinkResult ModbusClient::WriteOne(int address, std::uint16_t word) {
   return Fail(6, address, 1);
 }
 
+void ModbusClient::LimitTimeout(double most_s) {
+  SetTimeout(context_.get(), std::clamp(most_s, 1e-3, timeout_s_));
+}
+
 LinkResult ModbusClient::Fail(int function, int first, int count) {
   const int error = errno;
   const auto room = problem_.size();
@@ -137,12 +157,24 @@ LinkResult ModbusClient::Fail(int function, int first, int count) {
                                        function, count, first, modbus_strerror(error));
   problem_size_ = std::min(written.size, room);
   const LinkResult result = ResultFromErrno(error);
-  if (result == LinkResult::kException) return result;
+  if (result != LinkResult::kException) Close();
+  return result;
+}
+
+LinkResult ModbusClient::FailUnresolved(const char* why) {
+  const auto written = fmt::format_to_n(
+      problem_.begin(), problem_.size(),
+      "{}: the name is not known ({}); check robot.host, or give the address", peer_, why);
+  problem_size_ = std::min(written.size, problem_.size());
+  Close();
+  return LinkResult::kLost;
+}
+
+void ModbusClient::Close() {
   modbus_close(context_.get());
   connected_ = false;
   next_attempt_s_ = clock_() + wait_s_;
   wait_s_ = std::min(2 * wait_s_, kLongestWait_s);
-  return result;
 }
 
 }  // namespace plumbline

@@ -60,6 +60,10 @@ class ModbusClient {
   LinkResult Write(int first, std::span<const std::uint16_t> words);  ///< FC16, holding
   LinkResult WriteOne(int address, std::uint16_t word);               ///< FC06, holding
 
+  /// From now on a request waits at most `most_s`, or the time-out that the client was made with
+  /// where that is shorter.
+  void LimitTimeout(double most_s);
+
   /// The other side is well: the next fault waits kFirstWait_s again.
   void KeepAlive() { wait_s_ = kFirstWait_s; }
 
@@ -75,12 +79,16 @@ class ModbusClient {
   static Result<ModbusClient> Create(_modbus* context, std::string peer, bool serial, int unit_id,
                                      double timeout_s, Clock clock);
   LinkResult Fail(int function, int first, int count);  ///< function 0: connecting
+  LinkResult FailUnresolved(const char* why);
+  void Close();  ///< until the next attempt is due
   /// Nothing lies unread from before (RTU: it is thrown away); else errno says what is wrong.
   bool ReadyForRequest();
 
   std::unique_ptr<_modbus, Release> context_;
   std::string peer_;
+  std::string host_;  ///< of TCP
   bool serial_ = false;
+  double timeout_s_ = 0;
   Clock clock_;
   bool connected_ = false;
   std::uint64_t connections_ = 0;

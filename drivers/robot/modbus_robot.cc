@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace plumbline {
@@ -103,25 +104,47 @@ LinkResult ModbusRobot::Push(std::span<const PushPoint> points) {
   if (!can_push_) return Refuse(LinkResult::kPushRefused, "push is not enabled");
   client_problem_ = true;
   if (!client_.connected()) return LinkResult::kWaiting;
-  if (connection_ != client_.connections()) {
-    connection_ = client_.connections();
-    gate_.Forget();
-  }
+  NoteConnection();
   const PushOrder order = gate_.Next(points, clock_());
   if (order.action == PushOrder::Action::kWrite) return WritePoint(order.point);
   if (order.action == PushOrder::Action::kNothing) return LinkResult::kOk;
-  const LinkResult result = Withdraw(order.point);
+  const LinkResult result = Withdraw(order.point.slot);
   if (result != LinkResult::kOk || order.action == PushOrder::Action::kWithdraw) return result;
   return Refuse(
       LinkResult::kPushRefused,
-      fmt::format("point {} in slot {} moved by {:.3f} mm at once, more than {:.3f} mm: "
+      fmt::format("point {} in slot {} moved by {:.3f} mm, more than {:.3f} mm: "
                   "withdrawn until it stays",
                   order.point.id, order.point.slot, 1e3 * order.step_m, 1e3 * limits_.max_step_m));
 }
 
-LinkResult ModbusRobot::Withdraw(const PushPoint& point) {
-  const LinkResult result = client_.WriteOne(FirstOf(point.slot) + push_.sequence_place, 0);
-  if (result == LinkResult::kOk) gate_.Written(point.slot, false, clock_());
+LinkResult ModbusRobot::WithdrawAll(double within_s) {
+  if (!can_push_) return LinkResult::kOk;
+  const double end_s = clock_() + within_s;
+  client_problem_ = true;
+  NoteConnection();
+  LinkResult worst = LinkResult::kOk;
+  for (int slot = 0; slot < push_.slots; ++slot) {
+    if (!gate_.MayHold(slot)) continue;
+    if (!client_.connected()) return worst == LinkResult::kOk ? LinkResult::kWaiting : worst;
+    const double left_s = end_s - clock_();
+    if (left_s <= 0) return Refuse(LinkResult::kTimeout, "no time left to withdraw every slot");
+    client_.LimitTimeout(left_s);
+    if (const LinkResult result = Withdraw(slot); result != LinkResult::kOk) worst = result;
+  }
+  client_.LimitTimeout(std::numeric_limits<double>::infinity());
+  return worst;
+}
+
+/// Over a new connection nothing is known of the slots.
+void ModbusRobot::NoteConnection() {
+  if (connection_ == client_.connections()) return;
+  connection_ = client_.connections();
+  gate_.Forget();
+}
+
+LinkResult ModbusRobot::Withdraw(int slot) {
+  const LinkResult result = client_.WriteOne(FirstOf(slot) + push_.sequence_place, 0);
+  if (result == LinkResult::kOk) gate_.Withdrawn(slot, clock_());
   return result;
 }
 
@@ -134,7 +157,8 @@ LinkResult ModbusRobot::WritePoint(const PushPoint& point) {
     result = WriteSlot(point, wanted);
     if (result != LinkResult::kPushMismatch) return result;
   }
-  if (const LinkResult withdrawn = Withdraw(point); withdrawn != LinkResult::kOk) return withdrawn;
+  if (const LinkResult withdrawn = Withdraw(point.slot); withdrawn != LinkResult::kOk)
+    return withdrawn;
   const std::string_view reason =
       fit == PushFit::kFits ? "the registers do not hold what was written" : FitText(fit);
   return Refuse(result, fmt::format("point {} in slot {} from register {}: {}", point.id,
@@ -182,7 +206,7 @@ LinkResult ModbusRobot::WriteSlot(const PushPoint& point, std::span<const std::u
   result = client_.WriteOne(first + push_.sequence_place, next);
   if (result != LinkResult::kOk) return result;
   sequence = next;
-  gate_.Written(point.slot, true, clock_());
+  gate_.Written(point, clock_());
   return LinkResult::kOk;
 }
 

@@ -23,6 +23,7 @@ class ModbusRobot : public RobotDevice {
 
   LinkResult Read(RobotState& state) override;
   LinkResult Push(std::span<const PushPoint> points) override;
+  LinkResult WithdrawAll(double within_s) override;
   std::string_view problem() const override;
 
  private:
@@ -32,7 +33,8 @@ class ModbusRobot : public RobotDevice {
   void NoteReading(RobotState& state);
   LinkResult WritePoint(const PushPoint& point);
   LinkResult WriteSlot(const PushPoint& point, std::span<const std::uint16_t> wanted);
-  LinkResult Withdraw(const PushPoint& point);
+  LinkResult Withdraw(int slot);
+  void NoteConnection();
   bool SamePoint(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b) const;
   int FirstOf(int slot) const { return push_.first + slot * push_.stride; }
   LinkResult Refuse(LinkResult result, std::string_view text);

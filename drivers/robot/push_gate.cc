@@ -1,11 +1,14 @@
 #include "drivers/robot/push_gate.h"
 
+#include <algorithm>
+
 namespace plumbline {
 
 PushGate::PushGate(int slots, const PushLimits& limits)
     : limits_(limits), slots_(static_cast<std::size_t>(slots)) {}
 
 void PushGate::Judge(const PushPoint& point, Slot& slot) const {
+  slot.named = true;
   if (!point.valid) {
     slot.asked = false;
     slot.steady = false;
@@ -13,6 +16,9 @@ void PushGate::Judge(const PushPoint& point, Slot& slot) const {
   }
   const bool follows = slot.asked && slot.asked_id == point.id;
   slot.step_m = follows ? (point.X_BT.p - slot.asked_p).norm() : 0;
+  if (slot.holds_point && slot.ever_written && slot.written_id == point.id) {
+    slot.step_m = std::max(slot.step_m, (point.X_BT.p - slot.written_p).norm());
+  }
   slot.steady = slot.step_m <= limits_.max_step_m;  // a NaN is not steady
   slot.asked = true;
   slot.asked_p = point.X_BT.p;
@@ -52,9 +58,23 @@ PushOrder PushGate::Next(std::span<const PushPoint> points, double now_s) {
   return chosen;
 }
 
-void PushGate::Written(int slot, bool valid, double now_s) {
+bool PushGate::MayHold(int slot) const {
+  const Slot& asked = slots_[static_cast<std::size_t>(slot)];
+  return asked.named && asked.holds_point;
+}
+
+void PushGate::Written(const PushPoint& point, double now_s) {
+  Slot& written = slots_[static_cast<std::size_t>(point.slot)];
+  written.holds_point = true;
+  written.written_p = point.X_BT.p;
+  written.written_id = point.id;
+  written.written_s = now_s;
+  written.ever_written = true;
+}
+
+void PushGate::Withdrawn(int slot, double now_s) {
   Slot& written = slots_[static_cast<std::size_t>(slot)];
-  written.holds_point = valid;
+  written.holds_point = false;
   written.written_s = now_s;
   written.ever_written = true;
 }

@@ -20,8 +20,8 @@ struct ReplayRow {
 
 struct ReplayRows {
   std::vector<ReplayRow> rows;
-  double rows_per_s = 100;
-  bool loop = false;  ///< false holds the last row
+  double rows_per_s = 1;  ///< recorded poses are stations, not a trajectory
+  bool loop = true;       ///< false holds the last row
 };
 
 /// The first Read() shows the first row; each row is shown for 1 / rows_per_s. Holding the last
@@ -34,6 +34,7 @@ class ReplayRobot : public RobotDevice {
 
   LinkResult Read(RobotState& state) override;
   LinkResult Push(std::span<const PushPoint> points) override;
+  LinkResult WithdrawAll(double /*within_s*/) override { return LinkResult::kOk; }
   std::string_view problem() const override { return problem_; }
 
  private:

@@ -46,6 +46,11 @@ class RobotDevice {
   /// Writes the next of the points that is due (at most one slot a call, in turn).
   virtual LinkResult Push(std::span<const PushPoint> points) = 0;
 
+  /// Withdraws every slot that may still hold a pushed point: nobody keeps it up to date any more.
+  /// Over the connection that stands; gives up at the first fault of it, and after within_s.
+  /// @return kOk where no slot holds one
+  virtual LinkResult WithdrawAll(double within_s) = 0;
+
   /// What the last call that was not kOk met, with its place; valid until the next call.
   virtual std::string_view problem() const = 0;
 };

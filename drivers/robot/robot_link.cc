@@ -74,7 +74,7 @@ void RobotLink::Run() {
     {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [this] { return stop_ || requested_ != served_; });
-      if (stop_) return;
+      if (stop_) break;
       request = requested_;
     }
     const LinkResult result = device_->Read(state);
@@ -84,11 +84,13 @@ void RobotLink::Run() {
     std::size_t count = 0;
     {
       const std::lock_guard lock(mutex_);
+      if (stop_) break;
       count = std::exchange(queued_count_, 0);
       std::copy_n(queued_.begin(), count, points.begin());
     }
     if (count > 0) NotePush(device_->Push(std::span(points).first(count)));
   }
+  NotePush(device_->WithdrawAll(kWithdrawal_s));
 }
 
 void RobotLink::NoteReading(LinkResult result, const RobotState& state, std::uint64_t request) {

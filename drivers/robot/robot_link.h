@@ -19,6 +19,7 @@
 namespace plumbline {
 
 inline constexpr std::size_t kMaxPushPoints = 64;
+inline constexpr double kWithdrawal_s = 1;  ///< longest, at the end
 
 /// A text that is copied without allocation.
 struct ShortText {
@@ -55,6 +56,8 @@ class RobotLink {
 
   void Start();
   /// Ends the thread; waits for a reading under way (its time-outs, and a name being resolved).
+  /// What was pushed is withdrawn then, which takes at most kWithdrawal_s; Status().push_result
+  /// tells whether it was.
   void Stop();
 
   /// Asks for a reading that begins after this call. Does not wait; a request that finds the

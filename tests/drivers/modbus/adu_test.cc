@@ -5,22 +5,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/drivers/modbus/rtu_frame.h"
+
 namespace plumbline::modbus {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
 using State = TcpFrame::State;
-
-Bytes Rtu(std::uint8_t address, const Bytes& pdu) {
-  std::array<std::uint8_t, kMaxRtuFrameBytes> frame;
-  const std::size_t size = WriteRtuFrame(address, pdu, frame);
-  return {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)};
-}
-
-Bytes operator+(Bytes a, const Bytes& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 const Bytes kRead = {3, 0, 2, 0, 2};
 const Bytes kReadReply = {3, 4, 0, 2, 0, 3};

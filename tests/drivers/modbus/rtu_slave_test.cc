@@ -18,12 +18,11 @@
 #include <utility>
 #include <vector>
 
+#include "tests/drivers/modbus/rtu_frame.h"
 #include "tests/drivers/modbus/test_image.h"
 
 namespace plumbline::modbus {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 /// One end of a serial line as a descriptor, the other as a device.
 class Line {
@@ -111,17 +110,6 @@ void WaitForOpenings(const RtuSlave& slave, std::uint64_t count) {
   while (slave.counters().openings < count) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-}
-
-Bytes Rtu(std::uint8_t address, const Bytes& pdu) {
-  std::array<std::uint8_t, kMaxRtuFrameBytes> frame;
-  const std::size_t size = WriteRtuFrame(address, pdu, frame);
-  return {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)};
-}
-
-Bytes operator+(Bytes a, const Bytes& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
 }
 
 const Bytes kRead = {3, 0, 2, 0, 1};

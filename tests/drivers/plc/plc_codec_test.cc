@@ -15,7 +15,7 @@ constexpr std::array<std::uint8_t, 2> kNoCoils = {0, 0};
 
 Snapshot SomeSnapshot() {
   Snapshot snapshot;
-  snapshot.robot.q = JointVector::LinSpaced(6, -1, 1.5);
+  snapshot.reading.q = JointVector::LinSpaced(6, -1, 1.5);
   snapshot.status = 0x0205;
   snapshot.points.resize(2);
   snapshot.points[1].valid = true;
@@ -55,7 +55,7 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
       CHECK(names.insert(field.name).second);
     }
   };
-  check(plc_map::Fields(), 0, plc_map::kInputs + plc_map::kInputsSize - 1);
+  check(plc_map::Fields(), 0, plc_map::kLoop + plc_map::kLoopSize - 1);
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
   check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
 }
@@ -117,10 +117,14 @@ TEST_CASE("no float that is not finite ever leaves") {
   broken.result.correction.X_BP_command.p.setConstant(nan);
   broken.points[1].correction.X_BP_command.p.setConstant(std::numeric_limits<double>::infinity());
   broken.points[1].correction.uncertainty_m = 1e300;
-  broken.robot.q.setConstant(nan);
+  broken.reading.q.setConstant(nan);
+  broken.reading.X_BT = Pose{Mat3::Constant(nan), Vec3::Constant(nan)};
+  broken.reading.temp_C = nan;
   broken.data_age_s = nan;
   const auto after = encoder.Encode(broken, {});
   CHECK(Read(after, "result_x") == Read(before, "result_x"));
+  CHECK(Read(after, "q1") == Read(before, "q1"));
+  CHECK((static_cast<int>(Read(after, "input_validity")) & 10) == 0);
   for (const MapField& field : plc_map::Fields()) {
     if (field.type == FieldType::kFloat) {
       CHECK(std::isfinite(ValueOfField(FieldType::kFloat, after, field.address, false)));
@@ -167,4 +171,62 @@ TEST_CASE("the command window is decoded") {
     CHECK(command.X_BP.p.x() == Approx(-0.1234));
     CHECK((command.X_BP.R * Vec3::UnitX() - Vec3::UnitY()).norm() < 1e-3);
   }
+}
+
+TEST_CASE("a probe is decoded from floats and from micrometres, in both word orders") {
+  for (const bool little : {false, true}) {
+    CAPTURE(little);
+    const auto order = little ? modbus::WordOrder::kCdab : modbus::WordOrder::kAbcd;
+    std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+    const auto put = [&](int address, std::uint32_t word) {
+      const auto pair = modbus::RegistersFromU32(word, order);
+      window[static_cast<std::size_t>(address - plc_map::kCommands)] = pair[0];
+      window[static_cast<std::size_t>(address - plc_map::kCommands + 1)] = pair[1];
+    };
+    const PlcConvention convention{little, OrientationConvention::kRotationVector};
+    const auto decoded = [&] { return PlcCommandFromRegisters(window, kNoCoils, convention); };
+    window[0] = 6;
+    put(1002, std::bit_cast<std::uint32_t>(1234.5F));
+    put(1004, std::bit_cast<std::uint32_t>(-0.25F));
+    put(1006, std::bit_cast<std::uint32_t>(3000.0F));
+    REQUIRE(decoded().probe_W);
+    CHECK((*decoded().probe_W - Vec3(1.2345, -0.00025, 3)).norm() < 1e-9);
+    put(1004, std::bit_cast<std::uint32_t>(std::nanf("")));
+    CHECK_FALSE(decoded().probe_W);
+
+    window[0] = 7;
+    put(1032, 1234500);
+    put(1034, static_cast<std::uint32_t>(-250));
+    put(1036, 3000000);
+    REQUIRE(decoded().probe_W);
+    CHECK((*decoded().probe_W - Vec3(1.2345, -0.00025, 3)).norm() < 1e-9);
+    window[0] = 2;
+    CHECK_FALSE(decoded().probe_W);
+  }
+}
+
+TEST_CASE("what the loop tells stands in its window, as floats and as integers") {
+  Snapshot snapshot = SomeSnapshot();
+  PlcEnvironment environment;
+  environment.loop = {loop_state::kRecording | loop_state::kAlarm,
+                      4,
+                      5,
+                      3,
+                      70000,
+                      1.234,
+                      Vec3(1.25e-3, -0.5e-3, 0.01)};
+  PlcEncoder encoder({}, {1, 2});
+  const auto& image = encoder.Encode(snapshot, environment);
+  CHECK(Read(image, "loop_state") == 3);
+  CHECK(Read(image, "model_applied") == 4);
+  CHECK(Read(image, "result_model") == 4);
+  CHECK(Read(image, "model_proposed") == 5);
+  CHECK(Read(image, "model_declared") == 3);
+  CHECK(Read(image, "probes") == 70000);
+  CHECK(Read(image, "drift_statistic") == Approx(1.234));
+  CHECK(Read(image, "drift_statistic_scaled") == 123);
+  CHECK(Read(image, "residual_x") == Approx(1.25));
+  CHECK(Read(image, "residual_x_scaled") == 125);
+  CHECK(Read(image, "residual_y_scaled") == -50);
+  CHECK(Read(image, "residual_z_scaled") == 1000);
 }

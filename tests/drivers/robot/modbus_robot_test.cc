@@ -452,6 +452,61 @@ TEST_CASE("a pushed point lies in its slot, its sequence written last") {
   CHECK(controller.Get(107) == 12);
 }
 
+TEST_CASE("at the end every slot that may hold a point is withdrawn, and no other") {
+  FakeController controller;
+  for (const int sequence : {107, 115, 123}) controller.Set(sequence, 9);
+  const auto robot = RobotAt(controller.port());
+  RobotState state;
+  REQUIRE(robot->Read(state) == LinkResult::kOk);
+  CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
+  CHECK(controller.requests() == 1);  // nothing was pushed: nothing is ours
+
+  // Slot 1 is named and waits for its turn; it may hold an earlier run's point.
+  REQUIRE(robot->Push(std::array{PointAt(0.3), PointAt(0.4, 1, 6)}) == LinkResult::kOk);
+  CHECK(controller.Get(107) == 10);
+  SECTION("all goes well") {
+    CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
+    CHECK(controller.Get(107) == 0);
+    CHECK(controller.Get(115) == 0);
+    const int requests = controller.requests();
+    CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
+    CHECK(controller.requests() == requests);
+  }
+  SECTION("a slot is refused") {
+    controller.Behave([](Exchange& exchange) {
+      if (exchange.request[9] == 107)
+        exchange.answer = {
+            exchange.request[0], exchange.request[1], 0, 0, 0, 3, exchange.request[6], 0x86, 4};
+      return Then::kAnswer;
+    });
+    CHECK(robot->WithdrawAll(1) == LinkResult::kException);
+    CHECK(controller.Get(115) == 0);
+  }
+  SECTION("a silent controller costs one time-out") {
+    controller.Behave([](Exchange& /*exchange*/) { return Then::kGoOn; });
+    const int requests = controller.requests();
+    CHECK(robot->WithdrawAll(1) == LinkResult::kTimeout);
+    CHECK(controller.requests() == requests + 1);
+    CHECK(robot->WithdrawAll(1) == LinkResult::kWaiting);  // no new connection for it
+    CHECK(controller.connections() == 1);
+  }
+  CHECK(controller.Get(123) == 9);
+}
+
+TEST_CASE("a long time-out does not make the end long") {
+  FakeController controller;
+  RobotConnection connection = ConnectionTo(controller.port());
+  connection.timeout_s = 600;  // would outlast the test's patience
+  auto made = MakeRobot("tcp", connection);
+  REQUIRE(made.ok());
+  RobotDevice& robot = *made.value();
+  RobotState state;
+  REQUIRE(robot.Read(state) == LinkResult::kOk);
+  REQUIRE(robot.Push(std::array{PointAt(0.3)}) == LinkResult::kOk);
+  controller.Behave([](Exchange& /*exchange*/) { return Then::kGoOn; });
+  CHECK(robot.WithdrawAll(0.05) == LinkResult::kTimeout);
+}
+
 TEST_CASE("the sequence skips 0 when it turns over") {
   FakeController controller;
   controller.Set(107, 65535);
@@ -583,7 +638,9 @@ TEST_CASE("a name that does not resolve is a lost link, not an end") {
   REQUIRE(robot.ok());
   RobotState state;
   CHECK(robot.value()->Read(state) == LinkResult::kLost);
-  CHECK_THAT(std::string(robot.value()->problem()), Catch::Contains("no-such-host.invalid"));
+  CHECK_THAT(std::string(robot.value()->problem()),
+             Catch::Contains("no-such-host.invalid:502: the name is not known") &&
+                 Catch::Contains("robot.host"));
 }
 
 }  // namespace plumbline

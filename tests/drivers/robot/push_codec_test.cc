@@ -136,8 +136,10 @@ using Action = PushOrder::Action;
 /// Asks the gate, and says that what it ordered was done.
 PushOrder AskAndDo(PushGate& gate, const std::vector<PushPoint>& points, double now_s) {
   PushOrder order = gate.Next(points, now_s);
-  if (order.action != Action::kNothing) {
-    gate.Written(order.point.slot, order.action == Action::kWrite, now_s);
+  if (order.action == Action::kWrite) {
+    gate.Written(order.point, now_s);
+  } else if (order.action != Action::kNothing) {
+    gate.Withdrawn(order.point.slot, now_s);
   }
   return order;
 }
@@ -191,6 +193,22 @@ TEST_CASE("a jump withdraws the slot; it is written again once two requests agre
   }
 }
 
+TEST_CASE("a change that creeps between two writes is announced as well") {
+  PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
+  REQUIRE(AskAndDo(gate, {PointAt({0, 0, 0})}, 0).action == Action::kWrite);
+  for (int i = 1; i <= 5; ++i) {
+    const double x = 0.001 * i;
+    CHECK(AskAndDo(gate, {PointAt({x, 0, 0})}, 0.01 * i).action == Action::kNothing);
+  }
+  const PushOrder held = AskAndDo(gate, {PointAt({0.006, 0, 0})}, 0.06);
+  CHECK(held.action == Action::kHold);
+  CHECK(held.step_m == Approx(0.006));
+  CHECK(AskAndDo(gate, {PointAt({0.007, 0, 0})}, 0.07).action == Action::kNothing);
+  CHECK(AskAndDo(gate, {PointAt({0.008, 0, 0})}, 0.17).action == Action::kWrite);
+  // A step within the limit is written without.
+  CHECK(AskAndDo(gate, {PointAt({0.012, 0, 0})}, 0.28).action == Action::kWrite);
+}
+
 TEST_CASE("an invalid point is withdrawn once, before anything else is written") {
   PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
   PushPoint invalid = PointAt({0, 0, 0}, 2);
@@ -204,6 +222,22 @@ TEST_CASE("an invalid point is withdrawn once, before anything else is written")
   gate.Forget();
   CHECK(AskAndDo(gate, points, 0.03).action == Action::kWithdraw);
   CHECK(AskAndDo(gate, points, 0.04).action == Action::kWrite);
+}
+
+TEST_CASE("a slot may hold a point from the first request that names it, until it is withdrawn") {
+  PushGate gate(2, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
+  CHECK_FALSE(gate.MayHold(0));
+  gate.Next(std::vector{PointAt({0, 0, 0}, 0)}, 0);
+  CHECK(gate.MayHold(0));  // what an earlier run left there
+  CHECK_FALSE(gate.MayHold(1));
+  gate.Withdrawn(0, 0);
+  CHECK_FALSE(gate.MayHold(0));
+  gate.Written(PointAt({0, 0, 0}), 1);
+  CHECK(gate.MayHold(0));
+  gate.Withdrawn(0, 2);
+  gate.Forget();
+  CHECK(gate.MayHold(0));
+  CHECK_FALSE(gate.MayHold(1));
 }
 
 TEST_CASE("points without a slot are passed over") {

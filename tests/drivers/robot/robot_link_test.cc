@@ -1,5 +1,6 @@
 #include "drivers/robot/robot_link.h"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <functional>
@@ -24,10 +25,14 @@ class ScriptedRobot : public RobotDevice {
   struct Script {
     std::function<LinkResult(RobotState&)> read;
     std::function<LinkResult(std::span<const PushPoint>)> push;
+    std::function<LinkResult()> withdraw{};
   };
   explicit ScriptedRobot(Script script) : script_(std::move(script)) {}
   LinkResult Read(RobotState& state) override { return script_.read(state); }
   LinkResult Push(std::span<const PushPoint> points) override { return script_.push(points); }
+  LinkResult WithdrawAll(double /*within_s*/) override {
+    return script_.withdraw ? script_.withdraw() : LinkResult::kOk;
+  }
   std::string_view problem() const override { return "scripted"; }
 
  private:
@@ -151,13 +156,15 @@ TEST_CASE("queued points reach the device once, after a reading that succeeded")
   CHECK(ask());
   link.QueuePush(std::vector<PushPoint>(kMaxPushPoints + 1));
   CHECK(ask());
+  CHECK(ask());  // the push after the reading before is done
+  const RobotLinkStatus status = link.Status();
   link.Stop();
   REQUIRE(pushed.size() == 2);
   CHECK(pushed[0] == std::vector{1, 3});
   CHECK(pushed[1].size() == kMaxPushPoints);
-  CHECK(link.Status().push_result == LinkResult::kPushRefused);
-  CHECK(link.Status().push_changes == 1);
-  CHECK(link.Status().push_problem.view() == "scripted");
+  CHECK(status.push_result == LinkResult::kPushRefused);
+  CHECK(status.push_changes == 1);
+  CHECK(status.push_problem.view() == "scripted");
 }
 
 TEST_CASE("stopping ends a wait, and a link may be started again") {
@@ -173,6 +180,48 @@ TEST_CASE("stopping ends a wait, and a link may be started again") {
   CHECK_FALSE(link.WaitForState(Soon()));
   link.Start();
   CHECK(link.WaitForState(Soon()));
+}
+
+TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") {
+  std::vector<std::string> done;  // by the link's thread, read after it ended
+  LinkResult withdrawn = LinkResult::kOk;
+  std::mutex gate;
+  RobotLink link(Scripted({[&](RobotState& state) {
+                             const std::lock_guard wait(gate);
+                             return Count(state);
+                           },
+                           [&](std::span<const PushPoint>) {
+                             done.emplace_back("push");
+                             return LinkResult::kOk;
+                           },
+                           [&] {
+                             done.emplace_back("withdraw");
+                             return withdrawn;
+                           }}));
+  const std::vector<PushPoint> points(1);
+  link.Start();
+  link.QueuePush(points);
+  link.RequestRead();
+  REQUIRE(link.WaitForState(Soon()));
+  withdrawn = LinkResult::kTimeout;
+  link.Stop();
+  CHECK(done.back() == "withdraw");
+  CHECK(link.Status().push_result == LinkResult::kTimeout);
+  CHECK(link.Status().push_problem.view() == "scripted");
+  link.Stop();
+  CHECK(std::count(done.begin(), done.end(), "withdraw") == 1);
+
+  done.clear();  // a reading under way at the stop pushes nothing any more
+  gate.lock();
+  link.Start();
+  link.QueuePush(points);
+  link.RequestRead();
+  CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(20)));
+  std::thread stopping([&link] { link.Stop(); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  gate.unlock();
+  stopping.join();
+  CHECK(done == std::vector<std::string>{"withdraw"});
 }
 
 TEST_CASE("many threads may look on while the link works") {
@@ -239,6 +288,7 @@ TEST_CASE("a replay shows its rows at their rate and holds the last, or begins a
   RobotConnection connection;
   connection.clock = TestTime;
   connection.replay.rows_per_s = 10;
+  connection.replay.loop = false;
   for (int i = 0; i < 3; ++i) {
     ReplayRow row;
     row.q.setConstant(6, 0.1 * i);

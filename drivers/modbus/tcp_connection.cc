@@ -1,0 +1,96 @@
+#include "drivers/modbus/tcp_connection.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <span>
+
+#include "drivers/modbus/pdu.h"
+
+namespace plumbline::modbus {
+namespace {
+
+constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, for answers to leave
+
+}  // namespace
+
+void TcpConnection::Open(int fd, const IpAddress& address, std::int64_t now_ns) {
+  fd_ = fd;
+  address_ = address;
+  asked_ = sending_ = false;
+  last_request_ns_ = now_ns;
+  deadline_ns_ = 0;
+  in_size_ = out_begin_ = out_end_ = 0;
+}
+
+void TcpConnection::Close() {
+  ::close(fd_);
+  fd_ = -1;
+  deadline_ns_ = 0;
+}
+
+TcpConnection::Received TcpConnection::Receive() {
+  const std::size_t room = in_.size() - in_size_;
+  const ssize_t received = ::recv(fd_, in_.data() + in_size_, room, 0);
+  if (received < 0 && errno == EAGAIN) return Received::kAll;
+  if (received < 0 && errno == EINTR) return Received::kMore;
+  if (received <= 0) return Received::kEnded;
+  in_size_ += static_cast<std::size_t>(received);
+  return static_cast<std::size_t>(received) < room ? Received::kAll : Received::kMore;
+}
+
+TcpConnection::Answered TcpConnection::AnswerFrames(RequestHandler& handler, std::uint8_t unit_id,
+                                                    std::int64_t now_ns) {
+  Answered answered;
+  std::size_t begin = 0;
+  TcpFrame frame;
+  for (;;) {
+    frame = CutTcpFrame({in_.data() + begin, in_size_ - begin});
+    if (frame.state != TcpFrame::State::kComplete) break;
+    Answer(frame, handler, unit_id);
+    ++answered.requests;
+    begin += frame.size;
+  }
+  if (begin > 0) {
+    asked_ = true;
+    last_request_ns_ = now_ns;
+    deadline_ns_ = 0;  // of the frame that is complete now
+    in_size_ -= begin;
+    if (in_size_ > 0) std::memmove(in_.data(), in_.data() + begin, in_size_);
+  }
+  if (in_size_ > 0 && deadline_ns_ == 0) deadline_ns_ = now_ns + kPatience_ns;
+  answered.intact = frame.state != TcpFrame::State::kBroken;
+  return answered;
+}
+
+void TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id) {
+  std::uint8_t* out = out_.data() + out_end_;
+  const std::span<std::uint8_t, kMaxPduBytes> response(out + kMbapBytes, kMaxPduBytes);
+  const bool for_us =
+      frame.unit == unit_id || frame.unit == 0 || frame.unit == 1 || frame.unit == 255;
+  const std::size_t size =
+      for_us ? handler.Handle(frame.pdu, response)
+             : WriteException(frame.pdu[0], Exception::kGatewayTargetFailed, response);
+  if (size == 0) return;
+  WriteMbap(std::span<std::uint8_t, kMbapBytes>(out, kMbapBytes), frame.transaction, frame.unit,
+            size);
+  out_end_ += kMbapBytes + size;
+}
+
+bool TcpConnection::Send(std::int64_t now_ns) {
+  if (out_end_ == 0) return true;
+  const ssize_t sent = ::send(fd_, out_.data() + out_begin_, out_end_ - out_begin_, MSG_NOSIGNAL);
+  if (sent < 0 && errno != EAGAIN && errno != EINTR) return false;
+  if (sent > 0) out_begin_ += static_cast<std::size_t>(sent);
+  const bool all = out_begin_ == out_end_;
+  if (all) out_begin_ = out_end_ = 0;
+  if (sending_ == all) {  // begins to wait, or has waited
+    sending_ = !all;
+    deadline_ns_ = sending_ || in_size_ > 0 ? now_ns + kPatience_ns : 0;
+  }
+  return true;
+}
+
+}  // namespace plumbline::modbus
