@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/config/effect_reader.h"
+#include "app/config/file_kind.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
@@ -83,7 +84,7 @@ void WarnOfUnknowns(const std::vector<TomlTable>& tables, const std::vector<Join
       tables[i].AddWarning(
           "compliance_rad_per_Nm",
           fmt::format("cannot act: link_mass_kg of joint {} or beyond is absent, so the torque is "
-                      "unknown",
+                      "unknown, and every correction and prediction is refused",
                       i + 1));
     }
     if (joint.link_mass_kg.value_or(0) > 0 && !joint.link_com_m) {
@@ -183,6 +184,16 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   return domain;
 }
 
+void WarnWhereNothingYields(const TomlTable& root, const CellModel& cell) {
+  const bool joints_yield =
+      std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
+                  [](const Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
+  if (!cell.tool.rigid || joints_yield || !cell.effects.empty()) return;
+  root.AddWarning("tool",
+                  "nothing in this cell yields (a rigid tool, no joint with a "
+                  "compliance_rad_per_Nm): corrected points equal the taught ones");
+}
+
 CellModel CellFromToml(const TomlTable& root) {
   CellModel cell;
   if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
@@ -201,6 +212,7 @@ CellModel CellFromToml(const TomlTable& root) {
   for (const TomlTable& effect : root.Tables("effect")) {
     cell.effects.push_back(EffectFromToml(effect, cell.robot.size()));
   }
+  WarnWhereNothingYields(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
   if (const auto domain = root.Table("domain")) cell.domain = DomainFromToml(*domain, cell.robot);
   return cell;
@@ -213,7 +225,9 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
   FaultList own;
   TomlDocument document(text, file, own);
   CellModel cell;
-  if (document.parsed()) {
+  if (FileKindOf(text) == FileKind::kConfiguration) {
+    own.Add({Fault::Severity::kFault, file, 0, "", ConfigurationInsteadOfCell(text)});
+  } else if (document.parsed()) {
     cell = CellFromToml(document.Root());
     document.ReportUnknownKeys();
   }

@@ -8,10 +8,12 @@
 #include <set>
 
 #include "app/config/cell_reader.h"
+#include "app/config/file_kind.h"
 #include "app/config/point_reader.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {
 namespace {
@@ -20,6 +22,7 @@ constexpr double kSecondPerMs = 1e-3;
 constexpr NumberRange kCyclePeriod{1, 1000, kSecondPerMs};
 constexpr NumberRange kTimeout{5, 10000, kSecondPerMs};
 constexpr NumberRange kStaleAfter{10, 60000, kSecondPerMs};
+constexpr NumberRange kReplayRate{0.001, 1000};
 constexpr NumberRange kPushPeriod{10, 60000, kSecondPerMs};
 constexpr NumberRange kPushStep{0.001, 100, kMetrePerMm};
 constexpr NumberRange kMaxTranslation{0.01, 1000, kMetrePerMm};
@@ -84,14 +87,16 @@ bool IsHost(const std::string& text) {
          text.find_first_not_of(kNameCharacters) == std::string::npos;
 }
 
-SerialSettings SerialFromToml(const TomlTable& table, bool required) {
-  SerialSettings serial;
+/// @tparam Line  SerialLine, or the slave's options
+template <typename Line>
+Line SerialFromToml(const TomlTable& table, bool required, int fastest_baud) {
+  Line serial;
   const auto device = required ? table.RequiredString("device") : table.String("device");
   serial.device = device.value_or("");
   if (device && device->front() != '/') {
     table.AddFault("device", "is not an absolute path such as /dev/ttyUSB0");
   }
-  serial.baud = table.Integer("baud", 1200, 921600).value_or(serial.baud);
+  serial.baud = table.Integer("baud", 1200, fastest_baud).value_or(serial.baud);
   constexpr int kRates[] = {1200,  2400,   4800,   9600,   19200, 38400,
                             57600, 115200, 230400, 460800, 921600};
   if (std::find(std::begin(kRates), std::end(kRates), serial.baud) == std::end(kRates)) {
@@ -104,49 +109,55 @@ SerialSettings SerialFromToml(const TomlTable& table, bool required) {
 }
 
 RobotLinkConfig RobotFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults) {
-  using Transport = RobotLinkConfig::Transport;
   RobotLinkConfig robot;
+  RobotConnection& connection = robot.connection;
   if (const auto file = files.Read(table, "profile", "profiles")) {
     if (auto profile = RobotProfileFromText(file->second, file->first, faults)) {
-      robot.profile = std::move(*profile);
-      robot.port = robot.profile.port;
-      robot.unit_id = robot.profile.unit_id;
+      connection.profile = std::move(*profile);
+      connection.tcp.port = connection.profile.port;
+      connection.unit_id = connection.profile.unit_id;
     }
   }
   robot.transport = table
-                        .OneOf<Transport>("transport", {{"tcp", Transport::kTcp},
-                                                        {"rtu", Transport::kRtu},
-                                                        {"replay", Transport::kReplay}})
-                        .value_or(Transport::kTcp);
-  const bool tcp = robot.transport == Transport::kTcp;
+                        .OneOf<std::string_view>(
+                            "transport", {{"tcp", "tcp"}, {"rtu", "rtu"}, {"replay", "replay"}})
+                        .value_or("tcp");
+  const bool tcp = robot.transport == "tcp";
   const auto host = tcp ? table.RequiredString("host") : table.String("host");
-  robot.host = host.value_or(robot.host);
+  connection.tcp.host = host.value_or("");
   if (host && !IsHost(*host)) table.AddFault("host", "is not a host name or address");
-  robot.port = table.Integer("port", 1, 65535).value_or(robot.port);
-  robot.unit_id = table.Integer("unit_id", 0, 255).value_or(robot.unit_id);
-  robot.serial = SerialFromToml(table, robot.transport == Transport::kRtu);
-  if (robot.transport == Transport::kReplay) {
+  connection.tcp.port = table.Integer("port", 1, 65535).value_or(connection.tcp.port);
+  connection.unit_id = table.Integer("unit_id", 0, 255).value_or(connection.unit_id);
+  const bool rtu = robot.transport == "rtu";
+  if (connection.unit_id > 247 && (rtu || connection.unit_id != 255)) {
+    table.AddFault("unit_id",
+                   rtu ? "is not 0..247, as a serial line has it" : "is not 0..247 or 255");
+  }
+  connection.serial = SerialFromToml<SerialLine>(table, rtu, 921600);
+  if (robot.transport == "replay") {
     if (const auto file = files.Read(table, "replay_file", "")) robot.replay_file = file->first;
   } else {
     static_cast<void>(table.String("replay_file"));
   }
-  robot.timeout_s = table.Number("timeout_ms", kTimeout).value_or(robot.timeout_s);
-  robot.stale_after_s = table.Number("stale_after_ms", kStaleAfter).value_or(robot.stale_after_s);
+  ReplayRows& replay = connection.replay;
+  replay.rows_per_s = table.Number("replay_rows_per_s", kReplayRate).value_or(replay.rows_per_s);
+  replay.loop = table.Bool("replay_loop").value_or(replay.loop);
+  connection.timeout_s = table.Number("timeout_ms", kTimeout).value_or(connection.timeout_s);
   return robot;
 }
 
-PayloadConfig PayloadFromToml(const TomlTable& table) {
-  using Source = PayloadConfig::Source;
-  PayloadConfig payload;
+PayloadPolicy PayloadFromToml(const TomlTable& table) {
+  using Source = PayloadPolicy::Source;
+  PayloadPolicy payload;
   payload.source = table
                        .OneOf<Source>("source", {{"robot", Source::kRobot},
                                                  {"table", Source::kTable},
                                                  {"fixed", Source::kFixed}})
                        .value_or(Source::kRobot);
   const bool fixed = payload.source == Source::kFixed;
-  payload.mass_kg =
+  payload.fixed.mass_kg =
       (fixed ? table.RequiredNumber("mass_kg", kMass) : table.Number("mass_kg", kMass)).value_or(0);
-  payload.cog_F = table.Vector3("cog_mm", kCog);
+  payload.fixed.cog_F = table.Vector3("cog_mm", kCog);
   std::set<int> numbers;
   for (const TomlTable& tool : table.Tables("tool")) {
     const auto number = tool.RequiredInteger("number", 0, 65535);
@@ -165,35 +176,39 @@ PayloadConfig PayloadFromToml(const TomlTable& table) {
 
 PlcConfig PlcFromToml(const TomlTable& table) {
   PlcConfig plc;
-  plc.listen = table.String("listen").value_or(plc.listen);
-  if (!IsAddress(plc.listen)) {
+  modbus::TcpServerOptions& tcp = plc.tcp;
+  tcp.address = table.String("listen").value_or(tcp.address);
+  if (!IsAddress(tcp.address)) {
     table.AddFault("listen",
                    "is not an address such as 192.168.0.10, or 0.0.0.0 for every network");
   }
-  plc.port = table.Integer("port", 0, 65535).value_or(plc.port);
-  plc.unit_id = table.Integer("unit_id", 1, 247).value_or(plc.unit_id);
-  plc.little_word_first =
+  tcp.port = table.Integer("port", 0, 65535).value_or(tcp.port);
+  tcp.unit_id = static_cast<std::uint8_t>(table.Integer("unit_id", 1, 247).value_or(tcp.unit_id));
+  plc.convention.little_word_first =
       table.OneOf<bool>("word_order", {{"ABCD", false}, {"CDAB", true}}).value_or(false);
-  plc.orientation =
+  plc.convention.orientation =
       table
           .OneOf<OrientationConvention>(
               "orientation", {{"rotation_vector", OrientationConvention::kRotationVector},
                               {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
                               {"a_b_c", OrientationConvention::kAbc}})
-          .value_or(plc.orientation);
-  plc.max_clients = table.Integer("max_clients", 1, 256).value_or(plc.max_clients);
-  plc.allow = table.Strings("allow").value_or(std::vector<std::string>{});
-  for (const std::string& address : plc.allow) {
+          .value_or(plc.convention.orientation);
+  tcp.max_clients = table.Integer("max_clients", 1, 256).value_or(tcp.max_clients);
+  tcp.allow = table.Strings("allow").value_or(std::vector<std::string>{});
+  for (const std::string& address : tcp.allow) {
     if (!IsAddress(address)) {
       table.AddFault("allow", fmt::format("has \"{}\", which is not an address", address));
     }
   }
-  if (const auto rtu = table.Table("rtu")) plc.rtu = SerialFromToml(*rtu, true);
+  if (const auto rtu = table.Table("rtu")) {
+    plc.rtu = SerialFromToml<modbus::RtuSlaveOptions>(*rtu, true, 115200);
+    plc.rtu->unit_id = tcp.unit_id;
+  }
   return plc;
 }
 
-CorrectionConfig CorrectionFromToml(const TomlTable& table) {
-  CorrectionConfig c;
+CorrectionLimits CorrectionFromToml(const TomlTable& table) {
+  CorrectionLimits c;
   c.max_translation_m =
       table.Number("max_translation_mm", kMaxTranslation).value_or(c.max_translation_m);
   c.max_rotation_rad = table.Number("max_rotation_deg", kMaxRotation).value_or(c.max_rotation_rad);
@@ -203,59 +218,60 @@ CorrectionConfig CorrectionFromToml(const TomlTable& table) {
   return c;
 }
 
-PushConfig PushFromToml(const TomlTable& table, const std::vector<AssemblyPoint>& points) {
-  PushConfig push;
+void PushFromToml(const TomlTable& table, DaemonConfig& config) {
+  PushLimits& push = config.robot.connection.push;
   push.enabled = table.Bool("enabled").value_or(false);
-  push.point_ids = table.Integers("point_ids", 1, 65535).value_or(std::vector<int>{});
   push.max_step_m = table.Number("max_step_mm", kPushStep).value_or(push.max_step_m);
   push.min_period_s = table.Number("min_period_ms", kPushPeriod).value_or(push.min_period_s);
+  config.push_ids = table.Integers("point_ids", 1, 65535).value_or(std::vector<int>{});
+  const std::vector<AssemblyPoint>& points = config.machine.points;
   std::set<int> seen;
-  for (const int id : push.point_ids) {
+  for (const int id : config.push_ids) {
     const bool known = std::any_of(points.begin(), points.end(),
                                    [id](const AssemblyPoint& point) { return point.id == id; });
     if (!known) table.AddFault("point_ids", fmt::format("names {}, which is no [[point]]", id));
     if (!seen.insert(id).second) table.AddFault("point_ids", fmt::format("names {} twice", id));
   }
-  if (push.enabled && push.point_ids.empty() && !table.Has("point_ids")) {
+  if (push.enabled && config.push_ids.empty() && !table.Has("point_ids")) {
     table.AddMissing("point_ids", "the ids of the points to push");
   }
-  return push;
 }
 
 /// What the profile offers must carry what the configuration asks of it.
 void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
-  using Source = PayloadConfig::Source;
-  const RobotProfile& profile = config.robot.profile;
+  using Source = PayloadPolicy::Source;
+  const RobotProfile& profile = config.robot.connection.profile;
+  const int cell_joints = config.machine.cell.robot.size();
+  const bool push_enabled = config.robot.connection.push.enabled;
   const auto robot = root.Table("robot");
   const auto payload = root.Table("payload");
   const auto push = root.Table("push");
   const auto joints = static_cast<int>(profile.joints.size());
-  if (cell_known && robot && joints != config.cell.robot.size()) {
-    robot->AddFault(
-        "profile", fmt::format("has {} joints; the cell has {}", joints, config.cell.robot.size()));
+  if (cell_known && robot && joints != cell_joints) {
+    robot->AddFault("profile", fmt::format("has {} joints; the cell has {}", joints, cell_joints));
   }
-  if (config.robot.transport == RobotLinkConfig::Transport::kReplay) {
-    if (config.push.enabled && push) push->AddFault("enabled", "is not possible with a replay");
+  if (config.robot.transport == "replay") {
+    if (push_enabled && push) push->AddFault("enabled", "is not possible with a replay");
     return;
   }
-  if (config.payload.source == Source::kRobot && !profile.payload_mass) {
+  if (config.machine.payload.source == Source::kRobot && !profile.payload_mass) {
     const std::string what = fmt::format(
         "the profile {} reads no payload mass; use \"table\" or \"fixed\"", profile.name);
     if (payload) payload->AddFault("source", "cannot be used: " + what);
     if (!payload) root.AddWarning("payload", "missing: " + what);
   }
-  if (config.payload.source == Source::kTable && !profile.tool_number && payload) {
+  if (config.machine.payload.source == Source::kTable && !profile.tool_number && payload) {
     payload->AddFault(
         "source",
         fmt::format("needs a tool number, which the profile {} does not read", profile.name));
   }
-  if (!push || !config.push.enabled) return;
+  if (!push || !push_enabled) return;
   const int slots = profile.push ? profile.push->slots : 0;
   if (slots == 0) {
     push->AddFault("enabled", fmt::format("needs a [push] in the profile {}", profile.name));
-  } else if (static_cast<int>(config.push.point_ids.size()) > slots) {
+  } else if (static_cast<int>(config.push_ids.size()) > slots) {
     push->AddFault("point_ids", fmt::format("has {} ids; the profile {} has {} slots",
-                                            config.push.point_ids.size(), profile.name, slots));
+                                            config.push_ids.size(), profile.name, slots));
   }
 }
 
@@ -270,36 +286,47 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   TomlDocument document(text, file, own);
   DaemonConfig config;
   config.file = file;
-  if (document.parsed()) {
+  if (FileKindOf(text) == FileKind::kCell) {
+    own.Add({Fault::Severity::kFault, file, 0, "",
+             "is a cell, not the daemon's configuration; give the plumbline.toml that names it by "
+             "cell = \"...\""});
+  } else if (document.parsed()) {
     const TomlTable root = document.Root();
     const NamedFiles named(file, files, data_directory);
     bool cell_known = false;
     if (const auto cell_file = named.Read(root, "cell", "cells")) {
       config.cell_file = cell_file->first;
       if (auto cell = CellFromText(cell_file->second, cell_file->first, of_others)) {
-        config.cell = std::move(*cell);
+        config.machine.cell = CellOfSession(*cell, "");
         cell_known = true;
       }
     }
     const auto robot = root.RequiredTable("robot");
-    if (robot) config.robot = RobotFromToml(*robot, named, of_others);
-    if (const auto table = root.Table("payload")) config.payload = PayloadFromToml(*table);
+    double& stale_after_s = config.machine.plausibility.stale_after_s;
+    if (robot) {
+      config.robot = RobotFromToml(*robot, named, of_others);
+      stale_after_s = robot->Number("stale_after_ms", kStaleAfter).value_or(stale_after_s);
+    }
+    if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
     if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
-    if (const auto table = root.Table("correction")) config.correction = CorrectionFromToml(*table);
+    if (const auto table = root.Table("correction"))
+      config.machine.limits = CorrectionFromToml(*table);
     if (const auto table = root.Table("cycle")) {
       config.cycle_period_s =
           table->Number("period_ms", kCyclePeriod).value_or(config.cycle_period_s);
     }
     config.state_directory =
         named.Beside(root.String("state_directory").value_or(config.state_directory));
-    config.points = PointsFromToml(root, cell_known ? &config.cell : nullptr);
-    if (const auto table = root.Table("push")) config.push = PushFromToml(*table, config.points);
-    if (robot && config.robot.stale_after_s < config.cycle_period_s) {
+    config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
+    if (const auto table = root.Table("push")) PushFromToml(*table, config);
+    if (const auto table = root.Table("loop")) config.loop = LoopFromToml(*table);
+    if (robot && stale_after_s < config.cycle_period_s) {
       robot->AddFault("stale_after_ms",
                       fmt::format("is below the cycle of {:g} ms, so that input is always stale",
                                   config.cycle_period_s / kSecondPerMs));
     }
-    if (!config.robot.profile.joints.empty()) CheckAgainstProfile(root, config, cell_known);
+    if (!config.robot.connection.profile.joints.empty())
+      CheckAgainstProfile(root, config, cell_known);
     document.ReportUnknownKeys();
   }
   own.SortByLine();
@@ -307,6 +334,11 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   faults.Append(of_others);
   if (own.HasFaults() || of_others.HasFaults()) return std::nullopt;
   return config;
+}
+
+std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
+                                                 const FileSource& files, FaultList& faults) {
+  return DaemonConfigFromText(text, file, files, PLUMBLINE_DATADIR, faults);
 }
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,

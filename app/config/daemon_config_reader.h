@@ -29,6 +29,10 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
                                                  const std::string& data_directory,
                                                  FaultList& faults);
 
+/// The same with the installed data directory.
+std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
+                                                 const FileSource& files, FaultList& faults);
+
 /// The same with the files of this machine and the installed data directory.
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  FaultList& faults);

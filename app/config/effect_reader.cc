@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/config/effect_table.h"
+#include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/empirical.h"
+#include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline {
 namespace {
@@ -26,28 +28,37 @@ std::string WordFromToml(const TomlTable& table, std::string_view words) {
   return std::string(word.value_or(""));
 }
 
-EffectParameter ParameterFromToml(const TomlTable& table, const EffectEntry* effect,
-                                  int joint_count) {
+/// The catalogue's entry of a parameter; adds a fault where the effect has none of that name.
+const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& effect,
+                                  const std::string& name, int joint_count) {
+  if (const auto parameter = ParameterFromName(effect, name, joint_count)) {
+    return &effect.parameters[static_cast<std::size_t>(parameter->spec)];
+  }
+  std::string names;
+  for (const ParameterSpec& known : effect.parameters) {
+    names += (names.empty() ? "" : ", ") + std::string(known.name);
+  }
+  table.AddFault("name", fmt::format("is no parameter of {}; it has {}{}", effect.id, names,
+                                     names.find('#') == std::string::npos
+                                         ? ""
+                                         : fmt::format(" (# a joint, 1..{})", joint_count)));
+  return nullptr;
+}
+
+EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, int joint_count) {
   EffectParameter parameter;
   parameter.name = table.RequiredString("name").value_or("");
-  const bool checked = effect != nullptr && !effect->parameters.empty() && !parameter.name.empty();
-  const EffectParameterEntry* entry =
-      checked ? FindParameter(*effect, parameter.name, joint_count) : nullptr;
-  if (checked && entry == nullptr) {
-    std::string names;
-    for (const EffectParameterEntry& known : effect->parameters) {
-      names += (names.empty() ? "" : ", ") + std::string(known.name);
-    }
-    table.AddFault("name", fmt::format("is no parameter of {}; it has {}{}", effect->id, names,
-                                       names.find('#') == std::string::npos
-                                           ? ""
-                                           : fmt::format(" (# a joint, 1..{})", joint_count)));
-  }
+  const bool checked = effect != nullptr && !parameter.name.empty();
+  const ParameterSpec* entry =
+      checked ? SpecFromName(table, effect->traits(), parameter.name, joint_count) : nullptr;
   if (entry != nullptr && !entry->words.empty()) {
     parameter.word = WordFromToml(table, entry->words);
     return parameter;
   }
   parameter.value = table.RequiredNumber("value", kAnyNumber).value_or(0);
+  if (entry != nullptr && entry->inverse && table.Has("value") && !(parameter.value > 0)) {
+    table.AddFault("value", "is not above 0");
+  }
   parameter.sd = table.Number("sd", kStandardDeviation);
   parameter.unit = table.String("unit").value_or(entry != nullptr ? std::string(entry->unit) : "");
   if (entry != nullptr && table.Has("unit") && !parameter.unit.empty() &&
@@ -103,13 +114,11 @@ void ReadOrigin(const TomlTable& table, WrittenEffect& effect) {
 WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
   WrittenEffect effect;
   effect.id = table.RequiredString("id").value_or("");
-  const EffectEntry* entry = FindEffect(effect.id);
+  const Effect* entry = FindEffect(effect.id);
   if (entry == nullptr && !effect.id.empty()) {
     std::string ids;
-    for (const EffectEntry& known : EffectTable()) {
-      ids += (ids.empty() ? "" : ", ") + std::string(known.id);
-    }
-    table.AddFault("id", "is not an effect; known are " + ids);
+    for (const Effect* known : Catalogue()) ids += std::string(known->traits().id) + ", ";
+    table.AddFault("id", "is not an effect; known are " + ids + "empirical");
   }
   effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
   for (const std::string& joint : effect.scope) {
@@ -142,6 +151,9 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
   if (effect.id == "empirical") {
     effect.drivers = table.Strings("drivers").value_or(std::vector<std::string>{});
     effect.nodes = table.Rows("nodes", kAnyNumber).value_or(Eigen::MatrixXd());
+    const std::string fault =
+        EmpiricalFault(effect.drivers, effect.nodes, effect.parameters.size());
+    if (!fault.empty()) table.AddFault("id", fault);
   }
   ReadOrigin(table, effect);
   return effect;

@@ -8,9 +8,9 @@
 
 namespace plumbline {
 
-/// Reads one [[effect]]. Its id and parameters are those of EffectTable(); a unit, where written,
-/// must be the table's. The covariance is over the parameters that are numbers, in their order,
-/// symmetric and positive semidefinite. Faults go to the table's list.
+/// Reads one [[effect]]. Its id and parameters are those of the catalogue (firmware-like/effects);
+/// a unit, where written, must be the catalogue's. The covariance is over the parameters that are
+/// numbers, in their order, symmetric and positive semidefinite. Faults go to the table's list.
 WrittenEffect EffectFromToml(const TomlTable& table, int joint_count);
 
 }  // namespace plumbline

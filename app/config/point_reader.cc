@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
@@ -15,7 +16,6 @@ constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
 constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
 constexpr NumberRange kToolPoint{-5000, 5000, kMetrePerMm};
 constexpr NumberRange kPayload{0, 5000};
-constexpr int kMostPoints = 1000;  // 20 registers each from 2000 on stay within the address space
 
 using FrameTable = std::map<std::string, Pose>;
 
@@ -80,6 +80,11 @@ AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
   point.orientation_free =
       table.OneOf<bool>("orientation", {{"fixed", false}, {"free", true}}).value_or(false);
   point.near_q = NearFromToml(table, cell);
+  if (!table.Has("near_deg")) {
+    table.AddWarning("near_deg",
+                     "missing; where the robot stands at the start decides by which posture the "
+                     "point is reached: give the joints where it was taught");
+  }
   point.payload_kg = table.Number("payload_kg", kPayload);
   if (point.payload_kg.value_or(0) > 0 && cell != nullptr && !cell->payload_cog_F) {
     table.AddWarning("payload_kg", "cannot be used: the cell has no [payload] cog_mm");
@@ -93,9 +98,9 @@ std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel
   const FrameTable frames = FramesFromToml(root, cell);
   std::vector<AssemblyPoint> points;
   const std::vector<TomlTable> tables = root.Tables("point");
-  if (static_cast<int>(tables.size()) > kMostPoints) {
-    root.AddFault("point",
-                  fmt::format("stands {} times; at most {} points", tables.size(), kMostPoints));
+  if (static_cast<int>(tables.size()) > plc_map::kMostPoints) {
+    root.AddFault("point", fmt::format("stands {} times; at most {} points", tables.size(),
+                                       plc_map::kMostPoints));
   }
   for (const TomlTable& table : tables) {
     AssemblyPoint point = PointFromToml(table, frames, cell);

@@ -1,11 +1,100 @@
 #include "app/config/text_file.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
 namespace plumbline {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where a path leads in the end; a link to nothing leads to itself.
+fs::path TargetOf(const std::string& path) {
+  std::error_code unknown;
+  fs::path target = fs::canonical(path, unknown);
+  return unknown ? fs::path(path) : target;
+}
+
+fs::path FolderOf(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+bool IsSpecial(const fs::path& file) {
+  std::error_code unknown;
+  return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
+}
+
+bool WriteAll(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+Error Why() {
+  return Error{std::strerror(errno)};
+}
+
+std::optional<Error> WriteSpecial(const fs::path& file, std::string_view text) {
+  const int fd = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return Why();
+  const bool written = WriteAll(fd, text);
+  const Error why = Why();
+  close(fd);
+  return written ? std::nullopt : std::optional(why);
+}
+
+/// A file that goes away again unless it was renamed.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const fs::path& beside)
+      : name_(beside.string() + ".XXXXXX"), fd_(mkostemp(name_.data(), O_CLOEXEC)) {}
+  ~TemporaryFile() {
+    if (fd_ >= 0) close(fd_);
+    if (created() && !renamed_) unlink(name_.c_str());
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  bool created() const { return fd_ >= 0; }
+
+  bool Fill(std::string_view text) const {
+    const mode_t mask = umask(0);
+    umask(mask);
+    return fchmod(fd_, 0666 & ~mask) == 0 && WriteAll(fd_, text) && fsync(fd_) == 0;
+  }
+
+  bool RenameTo(const fs::path& file) {
+    renamed_ = std::rename(name_.c_str(), file.c_str()) == 0;
+    return renamed_;
+  }
+
+ private:
+  std::string name_;
+  int fd_;
+  bool renamed_ = false;
+};
+
+/// The new name survives a power cut once its folder is synced; a file system that cannot do so
+/// (some network shares) has still renamed the file.
+void SyncFolder(const fs::path& folder) {
+  const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  static_cast<void>(fsync(fd));
+  close(fd);
+}
+
+}  // namespace
 
 Result<std::string> ReadTextFile(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
@@ -21,6 +110,24 @@ Result<std::string> ReadTextFile(const std::string& path) {
     if (std::ferror(file.get()) != 0) return Error{std::strerror(errno)};
     return text;
   }
+}
+
+std::optional<Error> WriteTextFile(const std::string& path, std::string_view text) {
+  const fs::path file = TargetOf(path);
+  if (IsSpecial(file)) return WriteSpecial(file, text);
+  TemporaryFile temporary(file);
+  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
+  SyncFolder(FolderOf(file));
+  return std::nullopt;
+}
+
+std::optional<Error> WhyNotWritable(const std::string& path) {
+  const fs::path file = TargetOf(path);
+  std::error_code unknown;
+  if (fs::is_directory(file, unknown)) return Error{std::strerror(EISDIR)};
+  if (IsSpecial(file)) return access(file.c_str(), W_OK) == 0 ? std::nullopt : std::optional(Why());
+  if (access(FolderOf(file).c_str(), W_OK | X_OK) != 0) return Why();
+  return std::nullopt;
 }
 
 }  // namespace plumbline

@@ -1,7 +1,9 @@
-// A whole text file in memory.
+// A whole text file, read and written.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "firmware-like/result.h"
 
@@ -12,5 +14,13 @@ inline constexpr std::size_t kLargestTextFile = std::size_t{256} << 20;
 
 /// The content of a file, or why it cannot be read ("No such file or directory").
 Result<std::string> ReadTextFile(const std::string& path);
+
+/// Puts text under that name so that the name never stands for half of it: written beside it,
+/// synced, renamed. A link is followed; what is no regular file (/dev/stdout) is written to.
+/// @return nothing where it worked, else why not ("Permission denied")
+[[nodiscard]] std::optional<Error> WriteTextFile(const std::string& path, std::string_view text);
+
+/// Why a file of that name could not be written now; nothing where it could. Changes nothing.
+[[nodiscard]] std::optional<Error> WhyNotWritable(const std::string& path);
 
 }  // namespace plumbline

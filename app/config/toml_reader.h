@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "app/config/fault.h"
+#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/pose.h"
 
 namespace plumbline {
@@ -30,7 +31,6 @@ struct NumberRange {
 };
 
 inline constexpr double kMetrePerMm = 1e-3;
-inline constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 /// A word of the file and the value it stands for.
 template <typename T>

@@ -27,13 +27,14 @@ enum class Quantity {
   kPosition,
   kRange,
   kOrientation,
-  kUnknown,
+  kFurther,
+  kUnused,
 };
 
 /// A column by its name: what it means, which component it is, and the factor to SI.
 struct Column {
   std::string name;
-  Quantity quantity = Quantity::kUnknown;
+  Quantity quantity = Quantity::kUnused;
   int index = 0;
   double to_si = 1;
 };
@@ -90,6 +91,20 @@ std::string Shown(std::string_view field) {
   return fmt::format("\"{}{}\"", shown, field.size() > 40 ? "..." : "");
 }
 
+/// The number that a field holds; NaN where it holds none.
+double NumberOrNan(std::string_view field) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
+  const bool whole = error == std::errc() && end == field.data() + field.size();
+  return whole && std::abs(number) <= kLargestNumber ? number : std::nan("");
+}
+
+/// A column's name as a message tells it: likewise, without quotes.
+std::string ShownName(std::string_view name) {
+  const std::string shown = Shown(name);
+  return shown.substr(1, shown.size() - 2);
+}
+
 /// Takes the text before `separator` off the front of `rest`.
 std::string_view TakeUntil(char separator, std::string_view& rest) {
   const auto end = rest.find(separator);
@@ -116,7 +131,7 @@ class TableReader {
 
   bool ReadHeader(std::string_view line);
   void ReadRow(std::string_view line, int line_number);
-  MeasuredTable Take() { return std::move(table_); }
+  MeasuredTable Take();
 
  private:
   void AddHeaderFault(std::string_view column, std::string what);
@@ -136,7 +151,7 @@ class TableReader {
 
 void TableReader::AddHeaderFault(std::string_view column, std::string what) {
   header_faulty_ = true;
-  faults_.Add({Fault::Severity::kFault, table_.file, 1, std::string(column), std::move(what)});
+  faults_.Add({Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
 }
 
 void TableReader::AddColumn(std::string_view name) {
@@ -149,15 +164,21 @@ void TableReader::AddColumn(std::string_view name) {
     columns_.push_back(*known);
     return;
   }
-  columns_.push_back({std::string(name), Quantity::kUnknown});
   if (LooksLikeJointColumn(name)) {
     AddHeaderFault(name,
                    fmt::format("does not fit the cell: it has {} joints, revolute ones in deg "
                                "and Nm, prismatic ones in mm and N",
                                joint_count_));
+  } else if (name.empty()) {
+    columns_.push_back({"", Quantity::kUnused});
+    faults_.Add(
+        {Fault::Severity::kWarning, table_.file, 1, "", "a column without name is not used"});
   } else {
-    faults_.Add({Fault::Severity::kWarning, table_.file, 1, std::string(name),
-                 name.empty() ? "a column without name is not used" : "unknown column, not used"});
+    columns_.push_back(
+        {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
+    table_.further.emplace_back(name);
+    faults_.Add({Fault::Severity::kWarning, table_.file, 1, ShownName(name),
+                 "is no column of the format: taken as a further signal"});
   }
 }
 
@@ -207,7 +228,11 @@ bool TableReader::ReadHeader(std::string_view line) {
 /// Puts a field into its place of the row; answers why it cannot, or an empty text.
 std::string TableReader::Store(const Column& column, std::string_view field,
                                MeasuredRow& row) const {
-  if (column.quantity == Quantity::kUnknown) return {};
+  if (column.quantity == Quantity::kUnused) return {};
+  if (column.quantity == Quantity::kFurther) {
+    row.further[static_cast<std::size_t>(column.index)] = NumberOrNan(field);
+    return {};
+  }
   if (field.empty()) return "is empty";
   if (column.quantity == Quantity::kSession) {
     row.session = std::string(field);
@@ -255,8 +280,9 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       // Eigen stores (x, y, z, w); the columns are (w, x, y, z).
       row.q_WT.coeffs()[(column.index + 3) % 4] = value;
       break;
+    case Quantity::kFurther:
     case Quantity::kSession:
-    case Quantity::kUnknown:
+    case Quantity::kUnused:
       break;
   }
   return {};
@@ -282,6 +308,7 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   MeasuredRow row;
   row.line = line_number;
   row.q.setZero(joint_count_);
+  row.further.resize(table_.further.size());
   if (table_.recorded.qd) row.qd.setZero(joint_count_);
   if (table_.recorded.qdd) row.qdd.setZero(joint_count_);
   if (table_.recorded.tau) row.tau.setZero(joint_count_);
@@ -301,6 +328,22 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
     row.q_WT.normalize();
   }
   table_.rows.push_back(std::move(row));
+}
+
+/// The table; a further column that does not hold a number in every row is left out, and said.
+MeasuredTable TableReader::Take() {
+  for (std::size_t i = table_.further.size(); i-- > 0;) {
+    const auto bad =
+        std::find_if(table_.rows.begin(), table_.rows.end(),
+                     [i](const MeasuredRow& row) { return !std::isfinite(row.further[i]); });
+    if (bad == table_.rows.end()) continue;
+    faults_.Add({Fault::Severity::kWarning, table_.file, bad->line, ShownName(table_.further[i]),
+                 "is no column of the format, and no number here: the column is not used"});
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    table_.further.erase(table_.further.begin() + at);
+    for (MeasuredRow& row : table_.rows) row.further.erase(row.further.begin() + at);
+  }
+  return std::move(table_);
 }
 
 }  // namespace

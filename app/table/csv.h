@@ -42,11 +42,13 @@ struct MeasuredRow {
   Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]
   double range_m = 0;
   Eigen::Quaterniond q_WT = Eigen::Quaterniond::Identity();  ///< measured orientation, unit length
+  std::vector<double> further;  ///< of MeasuredTable::further, as the file has them
 };
 
 struct MeasuredTable {
   std::string file;
   RecordedColumns recorded;
+  std::vector<std::string> further;   ///< recorded columns that the format does not know
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
 };
@@ -57,7 +59,7 @@ struct MeasuredTable {
 /// @param joints  the cell's: joint i has the column q<i>_deg, or q<i>_mm where it is prismatic
 /// @param faults  gets faults of the header (a joint's column missing, a group incomplete, a
 ///                column twice, a column of a joint that the cell lacks) and warnings for each
-///                unknown column and each row that cannot be read, by line and reason
+///                column of another meaning and each row that cannot be read, by line and reason
 /// @return        the table; nothing where the header has a fault
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
                                           const std::vector<Joint>& joints, FaultList& faults);

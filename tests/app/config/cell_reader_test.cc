@@ -403,6 +403,15 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
         "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, as a rigid tool has no "
         "length\n");
 
+  int line = 0;
+  std::string stiff = WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\n");
+  stiff = WithLine(stiff, "compliance_rad_per_Nm = 3.5e-7", "", line);
+  FaultList nothing_yields;
+  CHECK(Reads(stiff, nothing_yields));
+  CHECK(FaultsText(nothing_yields) ==
+        "cell.toml:35 tool: warning: nothing in this cell yields (a rigid tool, no joint with a "
+        "compliance_rad_per_Nm): corrected points equal the taught ones\n");
+
   FaultList wrong;
   CHECK_FALSE(Reads(WithTool("[tool]\nmodel = \"rigid\"\nlength_mm = 3\n"), wrong));
   CHECK(Texts(wrong, Fault::Severity::kFault) ==
@@ -411,11 +420,24 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
             "cell.toml:37 tool.length_mm: unknown key"});
 }
 
+TEST_CASE("The daemon's configuration in place of a cell is told as such, with its cell") {
+  FaultList faults;
+  CHECK_FALSE(Reads("cell = \"cells/ur10.toml\"\n[robot]\nprofile = \"generic\"\n", faults));
+  CHECK(FaultsText(faults) ==
+        "cell.toml: is the daemon's configuration, not a cell; give its cell, "
+        "\"cells/ur10.toml\"\n");
+  FaultList without;
+  CHECK_FALSE(Reads("[plc]\nport = 502\n", without));
+  CHECK(without.All().size() == 1);
+}
+
 TEST_CASE("What remains unknown is a warning, each in turn") {
   const std::vector<WrongLine> cases = {
       {"link_mass_kg = 2.5", "",
        "@19 robot.joint[1].compliance_rad_per_Nm: warning: 3.5e-07 cannot act: link_mass_kg of "
-       "joint 1 or beyond is absent, so the torque is unknown"},
+       "joint 1 or beyond is absent, so the torque is unknown, and every correction and prediction "
+       "is "
+       "refused"},
       {"link_com_mm = [4.0, 5.0, 6.0]", "",
        "@29 robot.joint[3].link_com_mm: warning: missing; the link's centre of mass is a guess"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "",

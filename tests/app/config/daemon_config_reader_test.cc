@@ -78,6 +78,9 @@ device = "/dev/ttyS0"
 baud = 9600
 parity = "N"
 stop_bits = 2
+replay_file = "run.csv"
+replay_rows_per_s = 25.0
+replay_loop = false
 timeout_ms = 50
 stale_after_ms = 80
 [payload]
@@ -162,56 +165,60 @@ TEST_CASE("Every value of a configuration arrives in SI") {
   CHECK(Texts(faults, Fault::Severity::kFault).empty());
   CHECK(config->file == "cell/plumbline.toml");
   CHECK(config->cell_file == "cell/cell.toml");
-  CHECK(config->cell.robot.name == "two joints");
+  CHECK(config->machine.cell.robot.name == "two joints");
   CHECK(config->state_directory == "cell/state");
 
-  const RobotLinkConfig& robot = config->robot;
+  const RobotConnection& robot = config->robot.connection;
   CHECK(robot.profile.name == "test");
-  CHECK(robot.transport == RobotLinkConfig::Transport::kTcp);
-  CHECK(robot.host == "10.0.0.2");
-  CHECK(robot.port == 503);
+  CHECK(config->robot.transport == "tcp");
+  CHECK(robot.tcp.host == "10.0.0.2");
+  CHECK(robot.tcp.port == 503);
   CHECK(robot.unit_id == 9);
   CHECK(robot.serial.device == "/dev/ttyS0");
   CHECK(robot.serial.baud == 9600);
   CHECK(robot.serial.parity == 'N');
   CHECK(robot.serial.stop_bits == 2);
+  CHECK(robot.replay.rows_per_s == 25);
+  CHECK_FALSE(robot.replay.loop);
   CHECK(robot.timeout_s == Approx(0.05));
-  CHECK(robot.stale_after_s == Approx(0.08));
+  CHECK(config->machine.plausibility.stale_after_s == Approx(0.08));
 
-  CHECK(config->payload.source == PayloadConfig::Source::kFixed);
-  CHECK(config->payload.mass_kg == 5.0);
-  CHECK(config->payload.cog_F->isApprox(Vec3(0.001, 0.002, 0.003)));
-  REQUIRE(config->payload.table.size() == 2);
-  CHECK(config->payload.table[0].number == 3);
-  CHECK(config->payload.table[0].mass_kg == 1.5);
-  CHECK(config->payload.table[0].cog_F->z() == Approx(0.004));
-  CHECK_FALSE(config->payload.table[1].cog_F);
+  const PayloadPolicy& payload = config->machine.payload;
+  CHECK(payload.source == PayloadPolicy::Source::kFixed);
+  CHECK(payload.fixed.mass_kg == 5.0);
+  CHECK(payload.fixed.cog_F->isApprox(Vec3(0.001, 0.002, 0.003)));
+  REQUIRE(payload.table.size() == 2);
+  CHECK(payload.table[0].number == 3);
+  CHECK(payload.table[0].mass_kg == 1.5);
+  CHECK(payload.table[0].cog_F->z() == Approx(0.004));
+  CHECK_FALSE(payload.table[1].cog_F);
 
   const PlcConfig& plc = config->plc;
-  CHECK(plc.listen == "127.0.0.1");
-  CHECK(plc.port == 1503);
-  CHECK(plc.unit_id == 2);
-  CHECK(plc.little_word_first);
-  CHECK(plc.orientation == OrientationConvention::kAbc);
-  CHECK(plc.max_clients == 8);
-  CHECK(plc.allow == std::vector<std::string>{"10.0.0.9", "::1"});
+  CHECK(plc.tcp.address == "127.0.0.1");
+  CHECK(plc.tcp.port == 1503);
+  CHECK(plc.tcp.unit_id == 2);
+  CHECK(plc.convention.little_word_first);
+  CHECK(plc.convention.orientation == OrientationConvention::kAbc);
+  CHECK(plc.tcp.max_clients == 8);
+  CHECK(plc.tcp.allow == std::vector<std::string>{"10.0.0.9", "::1"});
   REQUIRE(plc.rtu);
   CHECK(plc.rtu->device == "/dev/ttyS1");
   CHECK(plc.rtu->baud == 38400);
   CHECK(plc.rtu->parity == 'O');
+  CHECK(plc.rtu->unit_id == 2);
 
-  CHECK(config->correction.max_translation_m == Approx(0.02));
-  CHECK(config->correction.max_rotation_rad == Approx(kRadPerDeg));
-  CHECK(config->correction.min_singular_value == 0.05);
-  CHECK(config->correction.deflection_sd == 0.2);
-  CHECK(config->push.enabled);
-  CHECK(config->push.point_ids == std::vector<int>{7});
-  CHECK(config->push.max_step_m == Approx(0.002));
-  CHECK(config->push.min_period_s == Approx(0.2));
+  CHECK(config->machine.limits.max_translation_m == Approx(0.02));
+  CHECK(config->machine.limits.max_rotation_rad == Approx(kRadPerDeg));
+  CHECK(config->machine.limits.min_singular_value == 0.05);
+  CHECK(config->machine.limits.deflection_sd == 0.2);
+  CHECK(config->robot.connection.push.enabled);
+  CHECK(config->push_ids == std::vector<int>{7});
+  CHECK(config->robot.connection.push.max_step_m == Approx(0.002));
+  CHECK(config->robot.connection.push.min_period_s == Approx(0.2));
   CHECK(config->cycle_period_s == Approx(0.02));
 
-  REQUIRE(config->points.size() == 2);
-  const AssemblyPoint& point = config->points[0];
+  REQUIRE(config->machine.points.size() == 2);
+  const AssemblyPoint& point = config->machine.points[0];
   CHECK(point.id == 7);
   CHECK(point.name == "bracket");
   CHECK(point.X_WP.p.isApprox(Vec3(0, 2.1, 0)));
@@ -221,8 +228,8 @@ TEST_CASE("Every value of a configuration arrives in SI") {
   CHECK((*point.near_q)[0] == Approx(45 * kRadPerDeg));
   CHECK((*point.near_q)[1] == Approx(0.25));
   CHECK(point.payload_kg == 12.0);
-  CHECK(config->points[1].X_WP.p.isApprox(Vec3(1.001, 0, 0)));
-  CHECK_FALSE(config->points[1].orientation_free);
+  CHECK(config->machine.points[1].X_WP.p.isApprox(Vec3(1.001, 0, 0)));
+  CHECK_FALSE(config->machine.points[1].orientation_free);
 }
 
 TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
@@ -247,6 +254,11 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"port = 503", "port = 70000", "robot.port: 70000 is outside 1..65535"},
       {"port = 503", "port = \"503\"", "robot.port: \"503\" is not an integer"},
       {"unit_id = 9", "unit_id = 256", "robot.unit_id: 256 is outside 0..255"},
+      {"unit_id = 9", "unit_id = 248", "robot.unit_id: 248 is not 0..247 or 255"},
+      {"unit_id = 9", "unit_id = 254", "robot.unit_id: 254 is not 0..247 or 255"},
+      {"transport = \"tcp\"\nhost = \"10.0.0.2\"\nport = 503\nunit_id = 9",
+       "transport = \"rtu\"\nhost = \"10.0.0.2\"\nport = 503\nunit_id = 255",
+       "@9 robot.unit_id: 255 is not 0..247, as a serial line has it"},
       {"device = \"/dev/ttyS0\"", "device = \"COM1\"",
        "robot.device: \"COM1\" is not an absolute path such as /dev/ttyUSB0"},
       {"baud = 9600", "baud = 9700",
@@ -254,6 +266,17 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"parity = \"N\"", "parity = \"none\"",
        "robot.parity: \"none\" is not one of \"N\", \"E\", \"O\""},
       {"stop_bits = 2", "stop_bits = 3", "robot.stop_bits: 3 is outside 1..2"},
+      {"replay_file = \"run.csv\"", "replay_file = 7",
+       "robot.replay_file: 7 is not a text in quotes"},
+      {"replay_rows_per_s = 25.0", "replay_rows_per_s = 0",
+       "robot.replay_rows_per_s: 0 is outside 0.001..1000"},
+      {"replay_rows_per_s = 25.0", "replay_rows_per_s = 1001",
+       "robot.replay_rows_per_s: 1001 is outside 0.001..1000"},
+      {"replay_rows_per_s = 25.0", "replay_rows_per_s = nan",
+       "robot.replay_rows_per_s: nan is not a finite number"},
+      {"replay_rows_per_s = 25.0", "replay_rows_per_second = 25",
+       "robot.replay_rows_per_second: unknown key; did you mean \"replay_rows_per_s\"?"},
+      {"replay_loop = false", "replay_loop = 0", "robot.replay_loop: 0 is not true or false"},
       {"timeout_ms = 50", "timeout_ms = 1", "robot.timeout_ms: 1 is outside 5..10000"},
       {"stale_after_ms = 80", "stale_after_ms = 15",
        "robot.stale_after_ms: 15 is below the cycle of 20 ms, so that input is always stale"},
@@ -264,13 +287,13 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
        "payload.source: \"scale\" is not one of \"robot\", \"table\", \"fixed\""},
       {"source = \"fixed\"", "source = \"table\"",
        "payload.source: \"table\" needs a tool number, which the profile test does not read"},
-      {"mass_kg = 5.0", "", "@16 payload.mass_kg: missing; expected a number, 0..5000"},
+      {"mass_kg = 5.0", "", "@19 payload.mass_kg: missing; expected a number, 0..5000"},
       {"mass_kg = 5.0", "mass_kg = -5.0", "payload.mass_kg: -5 is outside 0..5000"},
       {"cog_mm = [1.0, 2.0, 3.0]", "cog_mm = [1.0, 2.0]",
        "payload.cog_mm: [1, 2] is not a list of 3 numbers"},
       {"number = 4", "number = 3", "payload.tool[2].number: 3 is the number of two tools"},
       {"number = 4", "number = -1", "payload.tool[2].number: -1 is outside 0..65535"},
-      {"mass_kg = 2.5", "", "@24 payload.tool[2].mass_kg: missing; expected a number, 0..5000"},
+      {"mass_kg = 2.5", "", "@27 payload.tool[2].mass_kg: missing; expected a number, 0..5000"},
       // plc
       {"listen = \"127.0.0.1\"", "listen = \"localhost\"",
        "plc.listen: \"localhost\" is not an address such as 192.168.0.10, or 0.0.0.0 for every "
@@ -284,8 +307,9 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"max_clients = 8", "max_clients = 0", "plc.max_clients: 0 is outside 1..256"},
       {"allow = [\"10.0.0.9\", \"::1\"]", "allow = [\"10.0.0\"]",
        "plc.allow: [\"10.0.0\"] has \"10.0.0\", which is not an address"},
-      {"device = \"/dev/ttyS1\"", "", "@35 plc.rtu.device: missing; expected a text in quotes"},
-      {"baud = 38400", "baud = 100", "plc.rtu.baud: 100 is outside 1200..921600"},
+      {"device = \"/dev/ttyS1\"", "", "@38 plc.rtu.device: missing; expected a text in quotes"},
+      {"baud = 38400", "baud = 100", "plc.rtu.baud: 100 is outside 1200..115200"},
+      {"baud = 38400", "baud = 230400", "plc.rtu.baud: 230400 is outside 1200..115200"},
       {"parity = \"O\"", "parity = 1", "plc.rtu.parity: 1 is not one of \"N\", \"E\", \"O\""},
       {"stop_bits = 1", "stop_bits = 0", "plc.rtu.stop_bits: 0 is outside 1..2"},
       // correction, push, cycle
@@ -298,7 +322,7 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"deflection_sd = 0.2", "deflection_sd = 10", "correction.deflection_sd: 10 is outside 0..1"},
       {"enabled = true", "enabled = \"yes\"", "push.enabled: \"yes\" is not true or false"},
       {"point_ids = [7]", "",
-       "@45 push.point_ids: missing; expected the ids of the points to push"},
+       "@48 push.point_ids: missing; expected the ids of the points to push"},
       {"point_ids = [7]", "point_ids = [9]", "push.point_ids: [9] names 9, which is no [[point]]"},
       {"point_ids = [7]", "point_ids = [7, 8]",
        "push.point_ids: [7, 8] has 2 ids; the profile test has 1 slots"},
@@ -310,18 +334,18 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
        "cycle.periode_ms: unknown key; did you mean \"period_ms\"?"},
       // frames, points
       {"xyz_mm = [0.0, 2000.0, 0.0]", "",
-       "@52 frame[1].xyz_mm: missing; expected 3 numbers, -100000..100000"},
+       "@55 frame[1].xyz_mm: missing; expected 3 numbers, -100000..100000"},
       {"xyz_mm = [0.0, 2000.0, 0.0]", "xyz_mm = [0.0, 2000.0, nan]",
        "frame[1].xyz_mm[3]: nan is not a finite number"},
       {"rpy_deg = [0.0, 0.0, 90.0]", "rpy_deg = [0.0, 0.0, 900.0]",
        "frame[1].rpy_deg[3]: 900 is outside -360..360"},
       {"id = 8", "id = 7", "point[2].id: 7 is the id of two points"},
       {"id = 8", "id = 70000", "point[2].id: 70000 is outside 1..65535"},
-      {"id = 8", "", "@66 point[2].id: missing; expected an integer, 1..65535"},
+      {"id = 8", "", "@69 point[2].id: missing; expected an integer, 1..65535"},
       {"frame = \"base\"", "frame = \"fixtur\"",
        "point[2].frame: \"fixtur\" is not a frame; known are base, fixture, measurement"},
       {"xyz_mm = [1.0, 0.0, 0.0]", "",
-       "@66 point[2].xyz_mm: missing; expected 3 numbers, -100000..100000"},
+       "@69 point[2].xyz_mm: missing; expected 3 numbers, -100000..100000"},
       {"tool_point_mm = [0.0, 0.0, 10.0]", "tool_point_mm = [0.0, 0.0, 10000.0]",
        "point[1].tool_point_mm[3]: 10000 is outside -5000..5000"},
       {"near_deg = [45.0, 250.0]", "near_deg = [45.0]",
@@ -333,6 +357,21 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"payload_kg = 12.0", "payload_kg = -12.0", "point[1].payload_kg: -12 is outside 0..5000"},
   };
   ExpectOneFaultEach(kGood, "cell/plumbline.toml", cases, Reads);
+}
+
+TEST_CASE("Base and tip are those of the cell's last session, for the points as well") {
+  FileMap files = kFiles;
+  files["cell/cell.toml"] +=
+      "[[session]]\nid = \"1\"\nbase_xyz_mm = [5.0, 5.0, 5.0]\n"
+      "[[session]]\nid = \"2\"\nbase_xyz_mm = [1003.0, -2.0, 0.0]\ntip_mm = [0, 0.5, 101]\n";
+  FaultList faults;
+  const auto config = ReadWith(files, kGood, faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(config);
+  CHECK(config->machine.cell.robot.X_WB.p.isApprox(Vec3(1.003, -0.002, 0)));
+  CHECK(config->machine.cell.tool.tcp_F.isApprox(Vec3(0, 0.0005, 0.101)));
+  CHECK(config->machine.points[1].X_WP.p.isApprox(
+      Vec3(1.004, -0.002, 0)));  // given in the base frame
 }
 
 TEST_CASE("A frame may not take the name of another or of a built-in one") {
@@ -376,12 +415,30 @@ TEST_CASE("A file named without a folder is found beside the configuration, then
   CAPTURE(FaultsText(faults));
   REQUIRE(config);
   CHECK(config->cell_file == "cell/cells/arm.toml");
-  CHECK(config->robot.port == 1502);  // the profile's
-  CHECK(config->robot.unit_id == 7);
+  CHECK(config->robot.connection.tcp.port == 1502);  // the profile's
+  CHECK(config->robot.connection.unit_id == 7);
   CHECK(config->state_directory == "/var/lib/plumbline");
   CHECK(Texts(faults, Fault::Severity::kWarning) ==
         std::vector<std::string>{
-            "cell/plumbline.toml:1 point: warning: missing; no assembly point is corrected"});
+            "cell/plumbline.toml:1 point: warning: missing; no assembly point is corrected",
+            "cell/cells/arm.toml:18 tool: warning: nothing in this cell yields (a rigid tool, no "
+            "joint with a compliance_rad_per_Nm): corrected points equal the taught ones"});
+}
+
+TEST_CASE("A point without near_deg is warned of") {
+  FaultList faults;
+  REQUIRE(Reads(kGood, faults));
+  const auto warnings = Texts(faults, Fault::Severity::kWarning);
+  REQUIRE(warnings.size() == 2);  // the first point has one; the cell yields nowhere
+  CHECK(warnings[0].rfind("cell/plumbline.toml:69 point[2].near_deg: warning: missing; ", 0) == 0);
+}
+
+TEST_CASE("A cell in place of the configuration is told as such") {
+  FaultList faults;
+  CHECK_FALSE(Reads(kCell, faults));
+  CHECK(FaultsText(faults) ==
+        "cell/plumbline.toml: is a cell, not the daemon's configuration; give the plumbline.toml "
+        "that names it by cell = \"...\"\n");
 }
 
 TEST_CASE("Transports need what belongs to them") {
@@ -448,7 +505,7 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
                             line.find(' ', 2) == line.find(" = ");
     const bool table = line.rfind("# [", 0) == 0;
     const bool skip = line.find("unit_id") != std::string::npos ||
-                      line.find("replay_file") != std::string::npos ||
+                      line.find("replay_file =") != std::string::npos ||
                       line.find("near_deg") != std::string::npos;
     if ((assignment || table) && !skip) line.erase(0, 2);
     open += line + "\n";
@@ -458,21 +515,29 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
                                            "/nonexistent", open_faults);
   CAPTURE(FaultsText(open_faults), open);
   REQUIRE(config);
-  CHECK(config->robot.timeout_s == Approx(defaults.robot.timeout_s));
-  CHECK(config->robot.stale_after_s == Approx(defaults.robot.stale_after_s));
-  CHECK(config->robot.serial.baud == defaults.robot.serial.baud);
-  CHECK(config->robot.serial.parity == defaults.robot.serial.parity);
-  CHECK(config->plc.port == defaults.plc.port);
-  CHECK(config->plc.max_clients == defaults.plc.max_clients);
-  CHECK(config->plc.little_word_first == defaults.plc.little_word_first);
-  CHECK(config->plc.orientation == defaults.plc.orientation);
-  CHECK(config->correction.max_translation_m == Approx(defaults.correction.max_translation_m));
-  CHECK(config->correction.max_rotation_rad == Approx(defaults.correction.max_rotation_rad));
-  CHECK(config->correction.min_singular_value == defaults.correction.min_singular_value);
-  CHECK(config->correction.deflection_sd == defaults.correction.deflection_sd);
-  CHECK(config->push.enabled == defaults.push.enabled);
-  CHECK(config->push.max_step_m == Approx(defaults.push.max_step_m));
-  CHECK(config->push.min_period_s == Approx(defaults.push.min_period_s));
+  CHECK(config->robot.connection.timeout_s == Approx(defaults.robot.connection.timeout_s));
+  CHECK(config->machine.plausibility.stale_after_s ==
+        Approx(defaults.machine.plausibility.stale_after_s));
+  CHECK(config->robot.connection.replay.rows_per_s ==
+        Approx(defaults.robot.connection.replay.rows_per_s));
+  CHECK(config->robot.connection.replay.loop == defaults.robot.connection.replay.loop);
+  CHECK(config->robot.connection.serial.baud == defaults.robot.connection.serial.baud);
+  CHECK(config->robot.connection.serial.parity == defaults.robot.connection.serial.parity);
+  CHECK(config->plc.tcp.port == defaults.plc.tcp.port);
+  CHECK(config->plc.tcp.max_clients == defaults.plc.tcp.max_clients);
+  CHECK(config->plc.convention.little_word_first == defaults.plc.convention.little_word_first);
+  CHECK(config->plc.convention.orientation == defaults.plc.convention.orientation);
+  CHECK(config->machine.limits.max_translation_m ==
+        Approx(defaults.machine.limits.max_translation_m));
+  CHECK(config->machine.limits.max_rotation_rad ==
+        Approx(defaults.machine.limits.max_rotation_rad));
+  CHECK(config->machine.limits.min_singular_value == defaults.machine.limits.min_singular_value);
+  CHECK(config->machine.limits.deflection_sd == defaults.machine.limits.deflection_sd);
+  CHECK(config->robot.connection.push.enabled == defaults.robot.connection.push.enabled);
+  CHECK(config->robot.connection.push.max_step_m ==
+        Approx(defaults.robot.connection.push.max_step_m));
+  CHECK(config->robot.connection.push.min_period_s ==
+        Approx(defaults.robot.connection.push.min_period_s));
   CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
   CHECK(config->state_directory == defaults.state_directory);
 }

@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/config/effect_table.h"
 #include "tests/app/config/wrong_line.h"
 
 namespace plumbline {
@@ -109,6 +108,37 @@ TEST_CASE("An id that the table does not have is refused with those that it has"
   CHECK(text.find(", empirical") != std::string::npos);
 }
 
+TEST_CASE("An empirical effect whose drivers, nodes and parameters do not fit is refused") {
+  const std::string good =
+      "[[effect]]\nid = \"empirical\"\ndrivers = [\"t_s\"]\nnodes = [[0, 1], [1, 2]]\n"
+      "parameters = [ { name = \"base_x\", value = 1 } ]\n";
+  const std::vector<WrongLine> cases = {
+      {"drivers = [\"t_s\"]", "drivers = [\"t_s\", \"temp_C\"]",
+       "@2 effect[1].id: \"empirical\" needs exactly one driver, the name of a recorded column"},
+      {"nodes = [[0, 1], [1, 2]]", "nodes = [[0, 1, 2], [1, 2, 3]]",
+       "@2 effect[1].id: \"empirical\" needs in each row of nodes the driver's value and one "
+       "number a "
+       "parameter, 2 in all"},
+      {"nodes = [[0, 1], [1, 2]]", "nodes = [[1, 1], [1, 2]]",
+       "@2 effect[1].id: \"empirical\" needs nodes whose first column rises; row 2 does not"},
+      {"parameters = [ { name = \"base_x\", value = 1 } ]",
+       "parameters = [ { name = \"wrist_x\", value = 1 } ]",
+       "effect[1].parameters[1].name: \"wrist_x\" is no parameter of empirical; it has base_x, "
+       "base_y, base_z, tip_x, tip_y, tip_z, q#, tool_bending (# a joint, 1..6)"},
+  };
+  ExpectOneFaultEach(good, "cell.toml", cases, [](const std::string& text, FaultList& faults) {
+    ReadEffects(text, faults);
+    return !faults.HasFaults();
+  });
+}
+
+TEST_CASE("A shear coefficient of zero is refused") {
+  FaultList faults;
+  ReadEffects("[[effect]]\nid = \"tool_shear\"\nparameters = [ { name = \"kappa\", value = 0 } ]\n",
+              faults);
+  CHECK(FaultsText(faults) == "cell.toml:3 effect[1].parameters[1].value: 0 is not above 0\n");
+}
+
 TEST_CASE("Parameters that are words, and numbered harmonics") {
   FaultList faults;
   const auto effects = ReadEffects(R"(
@@ -124,7 +154,7 @@ parameters = [ { name = "q3_amplitude", value = 1 }, { name = "q3_2_phase", valu
 id = "empirical"
 drivers = ["t_s"]
 nodes = [[0, 1, 2, 3], [1, 2, 3, 4]]
-parameters = [ { name = "anything", value = 1, unit = "mm" } ]
+parameters = [ { name = "base_x", value = 1, unit = "1" }, { name = "tip_z", value = 1 }, { name = "q6", value = 1 } ]
 )",
                                    faults);
   CHECK(FaultsText(faults).empty());
@@ -141,20 +171,6 @@ parameters = [ { name = "anything", value = 1, unit = "mm" } ]
       wrong);
   CHECK(FaultsText(wrong) ==
         "cell.toml:3 effect[1].parameters[1].value: \"time\" is not one of \"load\", \"move\"\n");
-}
-
-TEST_CASE("Names of the effect table match as written") {
-  const EffectEntry& geometry = *FindEffect("link_geometry");
-  CHECK(FindParameter(geometry, "alpha6", 6) != nullptr);
-  CHECK(FindParameter(geometry, "alpha7", 6) == nullptr);
-  CHECK(FindParameter(geometry, "alpha0", 6) == nullptr);
-  CHECK(FindParameter(geometry, "alpha", 6) == nullptr);
-  CHECK(FindParameter(geometry, "a12", 12)->unit == "mm");
-  CHECK(FindParameter(geometry, "a99999999999999999999", 12) == nullptr);
-  CHECK(FindEffect("joint") == nullptr);
-  CHECK(JointFromScope("q12", 12) == 12);
-  CHECK_FALSE(JointFromScope("q1x", 12));
-  CHECK_FALSE(JointFromScope("", 12));
 }
 
 }  // namespace

@@ -93,8 +93,17 @@ TEST_CASE("Each fault of a header has its message, and all are told") {
        "Nm, prismatic ones in mm and N\n"},
       {"q1_deg,q2_mm,q1_deg\n", "measured.csv:1 q1_deg: stands twice\n"},
       {"q1_deg,q2_mm,note,note\n",
-       "measured.csv:1 note: warning: unknown column, not used\nmeasured.csv:1 note: stands "
-       "twice\nmeasured.csv:1 note: warning: unknown column, not used\n"},
+       "measured.csv:1 note: warning: is no column of the format: taken as a further signal\n"
+       "measured.csv:1 note: stands twice\n"
+       "measured.csv:1 note: warning: is no column of the format: taken as a further signal\n"},
+      {"q1_deg,q2_mm,\x1b[2J,x_mm,z_mm\n",
+       "measured.csv:1 ?[2J: warning: is no column of the format: taken as a further "
+       "signal\nmeasured.csv:1 y_mm: missing "
+       "column\n"},
+      {"q1_deg," + std::string(50, 'z') + "\n",
+       "measured.csv:1 " + std::string(40, 'z') +
+           "...: warning: is no column of the format: taken as a further signal\nmeasured.csv:1 "
+           "q2_mm: missing column\n"},
       {"q1_deg,q2_mm,x_mm,z_mm\n", "measured.csv:1 y_mm: missing column\n"},
       {"q1_deg,q2_mm,qd2_mm_s\n", "measured.csv:1 qd1_deg_s: missing column\n"},
       {"q1_deg,q2_mm,qw,qx,qz\n", "measured.csv:1 qy: missing column\n"}};
@@ -106,14 +115,19 @@ TEST_CASE("Each fault of a header has its message, and all are told") {
   }
 }
 
-TEST_CASE("Unknown columns are said and not used") {
+TEST_CASE("Columns beyond the format are signals where they hold numbers, and said") {
   FaultList faults;
-  const auto table = Read("q1_deg,operator,q2_mm,\n1,Jo,2,x\n", faults);
+  const auto table = Read("q1_deg,operator,q2_mm,,air_bar\n1,4,2,x,6.1\n1,Jo,2,x,6.2\n", faults);
   REQUIRE(table);
   CHECK(FaultsText(faults) ==
-        "measured.csv:1 operator: warning: unknown column, not used\n"
-        "measured.csv:1: warning: a column without name is not used\n");
-  CHECK(table->rows.size() == 1);
+        "measured.csv:1 operator: warning: is no column of the format: taken as a further signal\n"
+        "measured.csv:1: warning: a column without name is not used\n"
+        "measured.csv:1 air_bar: warning: is no column of the format: taken as a further signal\n"
+        "measured.csv:3 operator: warning: is no column of the format, and no number here: the "
+        "column is not used\n");
+  REQUIRE(table->rows.size() == 2);
+  CHECK(table->further == std::vector<std::string>{"air_bar"});
+  CHECK(table->rows[1].further == std::vector<double>{6.2});
 }
 
 TEST_CASE("Each row that cannot be read is named by line and reason, and the others stay") {

@@ -1,0 +1,45 @@
+#include "app/config/file_kind.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+bool HasOneOf(const TomlTable& table, std::initializer_list<std::string_view> keys) {
+  return std::any_of(keys.begin(), keys.end(),
+                     [&table](std::string_view key) { return table.Has(key); });
+}
+
+}  // namespace
+
+std::optional<FileKind> FileKindOf(std::string_view text) {
+  FaultList ignored;
+  TomlDocument document(text, "", ignored);
+  const TomlTable root = document.Root();
+  const auto robot = root.Table("robot");
+  if (root.Has("cell")) return FileKind::kConfiguration;
+  if (HasOneOf(root, {"schema", "tool"}) || (robot && HasOneOf(*robot, {"joint", "convention"}))) {
+    return FileKind::kCell;
+  }
+  if (HasOneOf(root, {"plc", "point", "frame", "push", "loop", "cycle", "correction",
+                      "state_directory"}) ||
+      (robot && HasOneOf(*robot, {"profile", "host", "transport", "replay_file"}))) {
+    return FileKind::kConfiguration;
+  }
+  return std::nullopt;
+}
+
+std::string ConfigurationInsteadOfCell(std::string_view text) {
+  FaultList ignored;
+  TomlDocument document(text, "", ignored);
+  const auto cell = document.Root().String("cell");
+  return "is the daemon's configuration, not a cell; " +
+         (cell ? fmt::format("give its cell, \"{}\"", *cell)
+               : std::string("give the CELL.toml that belongs to it"));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,68 @@
+#include <catch2/catch.hpp>
+
+#include "app/config/loop_config.h"
+#include "app/config/toml_reader.h"
+
+using namespace plumbline;
+
+namespace {
+
+LoopConfig Read(const std::string& lines, FaultList& faults) {
+  TomlDocument document("[loop]\n" + lines, "plumbline.toml", faults);
+  const LoopConfig loop = LoopFromToml(*document.Root().Table("loop"));
+  document.ReportUnknownKeys();
+  return loop;
+}
+
+}  // namespace
+
+TEST_CASE("[loop] is read, in SI") {
+  FaultList faults;
+  const LoopConfig loop = Read(
+      "enabled = true\nsession = \"a\"\nprobe_sigma_mm = 0.1\nreference_probes = 30\n"
+      "reference_sd_mm = 0.02\nshift_mm = 0.5\nprobes_per_day = 1440.0\n"
+      "false_alarms_per_year = 0.5\ndiagnose = false\nprobes_before_diagnosis = 3\n"
+      "diagnosis_timeout_s = 60.0\napply = \"automatic\"\nmax_change_mm = 2.0\n",
+      faults);
+  CHECK(faults.All().empty());
+  CHECK(loop.enabled);
+  CHECK(loop.session == "a");
+  CHECK(loop.probe_sigma_m == Approx(1e-4));
+  CHECK(loop.reference_probes == 30);
+  CHECK(loop.reference_sd_m == Approx(2e-5));
+  CHECK(loop.shift_m == Approx(5e-4));
+  CHECK(loop.probes_per_day == 1440);
+  CHECK(loop.false_alarms_per_year == 0.5);
+  CHECK_FALSE(loop.diagnose);
+  CHECK(loop.probes_before_diagnosis == 3);
+  CHECK(loop.diagnosis_timeout_s == 60);
+  CHECK(loop.apply == LoopConfig::Apply::kAutomatic);
+  CHECK(loop.max_change_m == Approx(2e-3));
+}
+
+TEST_CASE("each field of [loop] wrong in turn gives its message") {
+  const std::pair<const char*, const char*> cases[] = {
+      {"enabled = 1", "loop.enabled"},
+      {"session = \"a,b\"", "must not hold a comma"},
+      {"probe_sigma_mm = 0.0", "outside 0.001..10"},
+      {"reference_probes = 3", "too few"},
+      {"reference_probes = 101", "outside 0..100"},
+      {"reference_sd_mm = -1.0", "outside 0..10"},
+      {"shift_mm = 1000.0", "outside 0.001..100"},
+      {"probes_per_day = 0.0", "outside 0.01..86400"},
+      {"false_alarms_per_year = 0.0", "outside 0.001..100"},
+      {"diagnose = \"yes\"", "loop.diagnose"},
+      {"probes_before_diagnosis = -1", "outside 0..10000"},
+      {"diagnosis_timeout_s = 0.0", "outside 1..86400"},
+      {"apply = \"always\"", "is not one of"},
+      {"max_change_mm = 0.0", "outside 0.001..100"},
+      {"enable = true", "did you mean \"enabled\""},
+  };
+  for (const auto& [line, told] : cases) {
+    CAPTURE(line);
+    FaultList faults;
+    Read(std::string(line) + "\n", faults);
+    CHECK(faults.HasFaults());
+    CHECK_THAT(FaultsText(faults), Catch::Contains(told) && Catch::Contains("plumbline.toml:2"));
+  }
+}
