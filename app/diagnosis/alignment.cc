@@ -1,0 +1,217 @@
+#include "app/diagnosis/alignment.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "app/diagnosis/statistics.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+/// A row as the search for a start sees it: the flange in B, and what was measured.
+struct FlangePoint {
+  Pose X_BF;
+  Vec3 p_W;
+};
+
+struct Start {
+  Pose X_WB;
+  Vec3 tip_F = Vec3::Zero();
+  double rms_m = 0;
+};
+
+double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
+  double sum = 0;
+  for (const FlangePoint& point : points) {
+    sum += (point.p_W - start.X_WB * (point.X_BF * start.tip_F)).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+/// Gauss-Newton on base and tip (9 numbers; the tip only where it is free).
+void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free, Start& start) {
+  constexpr int kPasses = 30;
+  double damping = 1e-9;
+  start.rms_m = RmsOf(points, start);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();
+    Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
+    for (const FlangePoint& point : points) {
+      const Vec3 p_B = point.X_BF * start.tip_F;
+      const Vec3 p_W = start.X_WB * p_B;
+      Eigen::Matrix<double, 3, 9> J;
+      J.leftCols<3>().setIdentity();
+      for (int axis = 0; axis < 3; ++axis) {
+        J.col(3 + axis) = Vec3::Unit(axis).cross(p_W - start.X_WB.p);
+      }
+      J.rightCols<3>() = start.X_WB.R * point.X_BF.R;
+      if (!frame_free) J.leftCols<6>().setZero();
+      if (!tip_free) J.rightCols<3>().setZero();
+      H += J.transpose() * J;
+      g += J.transpose() * (point.p_W - p_W);
+    }
+    H.diagonal().array() += damping * H.diagonal().maxCoeff() + 1e-15;
+    const Eigen::Matrix<double, 9, 1> step = H.ldlt().solve(g);
+    Model::Frames frames{start.X_WB, start.tip_F};
+    MoveFrames(frames, step);
+    Start next{frames.X_WB, frames.tip_F};
+    next.rms_m = RmsOf(points, next);
+    if (next.rms_m > start.rms_m) {
+      damping = std::max(1e-9, damping) * 100;
+      if (damping > 1) return;
+      continue;
+    }
+    const double gained = start.rms_m - next.rms_m;
+    start = next;
+    damping = std::max(1e-12, damping / 10);
+    if (gained < 1e-9 * start.rms_m) return;
+  }
+}
+
+/// p_W = R p_F + (R (x) t) vec(R_BF) + b is linear in 3 (3 + 9 + 1) numbers.
+std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
+  const auto count = static_cast<int>(points.size());
+  if (count < 16) return std::nullopt;
+  Eigen::MatrixXd A(count, 13);
+  Eigen::MatrixXd b(count, 3);
+  for (int k = 0; k < count; ++k) {
+    const FlangePoint& point = points[static_cast<std::size_t>(k)];
+    A.block<1, 3>(k, 0) = point.X_BF.p.transpose();
+    for (int column = 0; column < 3; ++column) {
+      A.block<1, 3>(k, 3 + 3 * column) = point.X_BF.R.col(column).transpose();
+    }
+    A(k, 12) = 1;
+    b.row(k) = point.p_W.transpose();
+  }
+  const Eigen::MatrixXd x = A.colPivHouseholderQr().solve(b);
+  const Mat3 R = x.topRows<3>().transpose();
+  const Eigen::JacobiSVD<Mat3> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[2] < 0.3) return std::nullopt;
+  Mat3 U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
+  Start start;
+  start.X_WB.R = U * svd.matrixV().transpose();
+  start.X_WB.p = x.row(12).transpose();
+  for (int column = 0; column < 3; ++column) {
+    const Mat3 scaled = x.block<3, 3>(3 + 3 * column, 0).transpose();
+    start.tip_F[column] = (start.X_WB.R.transpose() * scaled).trace() / 3;
+  }
+  return start;
+}
+
+/// The 24 rotations of a cube.
+std::vector<Mat3> CubeRotations() {
+  std::vector<Mat3> rotations;
+  for (int x = 0; x < 3; ++x) {
+    for (int y = 0; y < 3; ++y) {
+      if (x == y) continue;
+      for (int signs = 0; signs < 4; ++signs) {
+        Mat3 R = Mat3::Zero();
+        R(x, 0) = (signs & 1) != 0 ? -1 : 1;
+        R(y, 1) = (signs & 2) != 0 ? -1 : 1;
+        R.col(2) = R.col(0).cross(R.col(1));
+        rotations.push_back(R);
+      }
+    }
+  }
+  return rotations;
+}
+
+/// Without rotation the base is where the mean of the points is.
+Start StartAt(const std::vector<FlangePoint>& points, const Mat3& R, const Vec3& tip_F) {
+  Start start{{R, Vec3::Zero()}, tip_F};
+  for (const FlangePoint& point : points) {
+    start.X_WB.p += (point.p_W - R * (point.X_BF * tip_F)) / static_cast<double>(points.size());
+  }
+  return start;
+}
+
+Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& declared,
+                bool frame_free, bool tip_free) {
+  std::vector<Start> starts = {{declared.X_WB, declared.tip_F}};
+  if (frame_free) {
+    if (const auto lifted = LiftedStart(points)) {
+      starts.push_back(*lifted);
+      if (!tip_free) starts.back().tip_F = declared.tip_F;
+    }
+    for (const Mat3& R : CubeRotations()) starts.push_back(StartAt(points, R, declared.tip_F));
+  }
+  for (Start& start : starts) Polish(points, frame_free, tip_free, start);
+  return *std::min_element(starts.begin(), starts.end(),
+                           [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
+}
+
+/// At most `most` of the session's rows, spread evenly.
+std::vector<int> SomeRows(const Dataset& data, int session, int most) {
+  std::vector<int> all;
+  for (int k = 0; k < data.rows(); ++k) {
+    if (data.session_of[static_cast<std::size_t>(k)] == session) all.push_back(k);
+  }
+  std::vector<int> some;
+  const auto count = static_cast<int>(all.size());
+  for (int j = 0; j < std::min(most, count); ++j) {
+    some.push_back(all[static_cast<std::size_t>(std::int64_t{j} * count / std::min(most, count))]);
+  }
+  return some;
+}
+
+}  // namespace
+
+Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
+  if (!data.frames_free() && !data.tip_free()) return given;
+  Model model = given;
+  constexpr int kRowsForStart = 300;
+  if (data.axes() == 3) {
+    for (int session = 0; session < data.sessions_count(); ++session) {
+      Model::Frames& frames = model.frames[static_cast<std::size_t>(session)];
+      const LoadedArm arm(CellOf(data, model, session));
+      std::vector<FlangePoint> points;
+      for (const int k : SomeRows(data, session, kRowsForStart)) {
+        const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
+        FlangePoint& point = points.emplace_back();
+        Posture posture;
+        arm.chain().Evaluate(row.q, posture);
+        point = {posture.X_BF(), row.p_WT};
+      }
+      const Start start = BestStart(points, frames, data.frames_free(), data.tip_free());
+      frames = {start.X_WB, start.tip_F};
+    }
+  }
+  // Polished with the loaded arm on robust weights.
+  constexpr int kPasses = 8;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Result<Linearisation> linear = Linearise(data, model, false, threads);
+    if (!linear) return Error{linear.error()};
+    std::vector<double> sizes;
+    for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
+    const double limit_m = 4 * Median(sizes) + 1e-9;
+    double largest = 0;
+    for (int session = 0; session < data.sessions_count(); ++session) {
+      Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();
+      Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
+      for (int k = 0; k < data.rows(); ++k) {
+        if (data.session_of[static_cast<std::size_t>(k)] != session) continue;
+        const LinearRow& row = linear->rows[static_cast<std::size_t>(k)];
+        if (row.residual.norm() > limit_m) continue;
+        Eigen::Matrix<double, 3, 9> J = row.frames;
+        if (!data.frames_free()) J.leftCols<6>().setZero();
+        if (!data.tip_free()) J.rightCols<3>().setZero();
+        H += J.transpose() * J;
+        g += J.transpose() * row.residual;
+      }
+      H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
+      const Eigen::Matrix<double, 9, 1> step = H.ldlt().solve(g);
+      if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
+      MoveFrames(model.frames[static_cast<std::size_t>(session)], step);
+      largest = std::max(largest, step.cwiseAbs().maxCoeff());
+    }
+    if (largest < 1e-9) break;
+  }
+  return model;
+}
+
+}  // namespace plumbline

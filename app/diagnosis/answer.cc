@@ -1,0 +1,109 @@
+#include "app/diagnosis/answer.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr double kMmPerMetre = 1e3;
+
+Json Number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json Millimetres(double metres) {
+  return Number(metres * kMmPerMetre);
+}
+
+Json JsonOf(const EffectParameter& parameter) {
+  if (!parameter.word.empty()) return {{"name", parameter.name}, {"value", parameter.word}};
+  return {{"name", parameter.name},
+          {"value", Number(parameter.value)},
+          {"sd", parameter.sd ? Number(*parameter.sd) : Json(nullptr)},
+          {"unit", parameter.unit}};
+}
+
+Json JsonOf(const Finding& finding) {
+  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+  Json parameters = Json::array();
+  for (const EffectParameter& parameter : written.parameters)
+    parameters.push_back(JsonOf(parameter));
+  return {{"id", written.id},
+          {"scope", written.scope},
+          {"parameters", parameters},
+          {"p_value", Number(finding.p_value)},
+          {"share_of_residual", Number(finding.share_of_residual)}};
+}
+
+}  // namespace
+
+const char* Describe(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNoEffect:
+      return "no_effect";
+    case Verdict::kExplained:
+      return "explained";
+    case Verdict::kAmbiguous:
+      return "ambiguous";
+    case Verdict::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses_file) {
+  Json answer = {{"schema", 1}, {"verdict", Describe(diagnosis.verdict)}};
+  answer["effects"] = Json::array();
+  for (const Finding& finding : diagnosis.findings) answer["effects"].push_back(JsonOf(finding));
+  answer["rivals"] = Json::array();
+  for (const Rival& rival : diagnosis.rivals) {
+    answer["rivals"].push_back({{"instead_of", rival.instead_of},
+                                {"id", rival.id},
+                                {"signal_left", Number(rival.signal_left)}});
+  }
+  answer["drivers"] = diagnosis.drivers;
+  answer["next_poses"] = next_poses_file.empty() ? Json(nullptr) : Json(next_poses_file);
+  answer["minimum_detectable_mm"] = Json::object();
+  for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) {
+    answer["minimum_detectable_mm"][id] = Millimetres(size_m);
+  }
+  answer["rms_mm"] = {{"before", Millimetres(diagnosis.rms_before_m)},
+                      {"after", Millimetres(diagnosis.rms_after_m)},
+                      {"before_held_out", Millimetres(diagnosis.held_out.before_m)},
+                      {"after_held_out", Millimetres(diagnosis.held_out.after_m)},
+                      {"noise_floor", Millimetres(diagnosis.noise_floor_m)}};
+  answer["outlier_rows"] = diagnosis.outlier_rows;
+  // A column's name may hold bytes that are no UTF-8; they are replaced, not refused.
+  return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell) {
+  std::string text;
+  const std::vector<Joint>& joints = cell.robot.joints;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const char* unit = joints[i].type == JointType::kPrismatic ? "mm" : "deg";
+    text += fmt::format("{}q{}_{}", i == 0 ? "" : ",", i + 1, unit);
+  }
+  const bool payload = cell.payload_cog_F.has_value();
+  text += payload ? ",payload_kg\n" : "\n";
+  for (const NextPose& pose : diagnosis.next_poses) {
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const bool prismatic = joints[i].type == JointType::kPrismatic;
+      const double value =
+          pose.q[static_cast<Eigen::Index>(i)] * (prismatic ? kMmPerMetre : kDegPerRad);
+      text += fmt::format("{}{:.5f}", i == 0 ? "" : ",", value);
+    }
+    if (payload) text += fmt::format(",{:.5f}", pose.payload_kg);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,251 @@
+#include "app/diagnosis/dataset.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "app/table/conditions.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kFewestRows = 4;
+constexpr double kSamePose = 2e-4;        // [rad] or [m]
+constexpr double kStandstill = 1e-4;      // a joint that moved less than this never moved
+constexpr int kFewestRepeatFreedom = 12;  // of a sigma from repeats
+
+/// Rows that repeat another to the last digit were copied, not measured again.
+void DropCopies(Dataset& data) {
+  std::set<std::vector<double>> seen;
+  int copies = 0, first = 0;
+  std::erase_if(data.table.rows, [&](const MeasuredRow& row) {
+    std::vector<double> numbers(row.q.begin(), row.q.end());
+    for (const double value :
+         {row.t_s, row.payload_kg, row.temp_C, row.range_m, row.p_WT.x(), row.p_WT.y(),
+          row.p_WT.z(), static_cast<double>(std::hash<std::string>{}(row.session))}) {
+      numbers.push_back(value);
+    }
+    if (seen.insert(std::move(numbers)).second) return false;
+    if (copies++ == 0) first = row.line;
+    return true;
+  });
+  if (copies > 0) {
+    data.notes.push_back(fmt::format(
+        "{} rows repeat an earlier one to the last digit and count once (first: line {})", copies,
+        first));
+  }
+}
+
+void FindSessions(Dataset& data) {
+  std::map<std::string, int> known;
+  for (const MeasuredRow& row : data.table.rows) {
+    const auto [entry, fresh] = known.emplace(row.session, data.sessions_count());
+    if (fresh) data.sessions.push_back(row.session);
+    data.session_of.push_back(entry->second);
+  }
+}
+
+/// Rows of one session with the same joints and payload measure the same point.
+void FindClusters(Dataset& data) {
+  std::map<std::tuple<int, long, std::vector<long>>, int> known;
+  for (int k = 0; k < data.rows(); ++k) {
+    const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
+    std::vector<long> pose;
+    for (const double q : row.q) pose.push_back(std::lround(q / kSamePose));
+    const auto [entry, fresh] =
+        known.emplace(std::tuple(data.session_of[static_cast<std::size_t>(k)],
+                                 std::lround(100 * row.payload_kg), std::move(pose)),
+                      data.clusters);
+    if (fresh) ++data.clusters;
+    data.cluster_of.push_back(entry->second);
+  }
+}
+
+void AddSignal(Dataset& data, std::string column, std::vector<double> values, bool of_joint) {
+  RecordedSignal signal{std::move(column), std::move(values), of_joint};
+  signal.low = *std::min_element(signal.values.begin(), signal.values.end());
+  signal.high = *std::max_element(signal.values.begin(), signal.values.end());
+  const double span = signal.high - signal.low;
+  if (!(span > 1e-9 * (1 + std::abs(signal.high)))) return;
+  std::set<long> distinct;
+  for (const double value : signal.values) {
+    if (distinct.size() < 50) distinct.insert(std::lround(1e4 * (value - signal.low) / span));
+  }
+  signal.distinct = static_cast<int>(distinct.size());
+  data.signals.push_back(std::move(signal));
+}
+
+void FindSignals(Dataset& data) {
+  const auto add = [&data](const std::string& column, bool of_joint = false) {
+    std::vector<double> values;
+    for (const Conditions& moment : data.conditions) {
+      const std::optional<double> value = moment.Signal(column);
+      if (!value) return;
+      values.push_back(*value);
+    }
+    AddSignal(data, column, std::move(values), of_joint);
+  };
+  add("t_s");
+  if (!data.table.recorded.time) add("row");
+  add("temp_C");
+  if (data.table.recorded.payload) add("payload_kg");
+  for (const std::string& column : data.table.further) add(column);
+  for (int i = 0; i < data.cell.robot.size(); ++i) {
+    const bool slides =
+        data.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+    const char* unit = slides ? "mm" : "deg";
+    add(fmt::format("q{}_{}", i + 1, unit), true);
+    add(fmt::format("qd{}_{}_s", i + 1, unit), true);
+    add(fmt::format("qdd{}_{}_s2", i + 1, unit), true);
+    add(fmt::format("tau{}_{}", i + 1, slides ? "N" : "Nm"), true);
+  }
+}
+
+void SayWhatIsMissing(Dataset& data) {
+  const RecordedColumns& recorded = data.table.recorded;
+  const auto missing = [&data](bool there, const char* what) {
+    if (!there) data.not_recorded.emplace_back(what);
+  };
+  missing(recorded.time, "t_s: drift and warm-up with time cannot be told");
+  missing(recorded.temperature, "temp_C: thermal growth cannot be told");
+  missing(recorded.payload,
+          "payload_kg: what follows the load is seen through the arm's own weight only");
+  missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be told");
+  missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
+  if (recorded.payload && !data.cell.payload_cog_F) {
+    data.notes.push_back(
+        "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used as a "
+        "signal only, the payload's weight is not computed");
+  }
+  if (!data.torques_known) {
+    data.notes.push_back(
+        "a link has no link_mass_kg, so that joint torques are unknown: compliance and other "
+        "effects of load in the joints cannot be told");
+  }
+  if (!data.table.unreadable_lines.empty()) {
+    data.notes.push_back(fmt::format("{} rows could not be read and took no part (first: line {})",
+                                     data.table.unreadable_lines.size(),
+                                     data.table.unreadable_lines.front()));
+  }
+  if (data.cell.measurement.kind == MeasurementKind::kPose) {
+    data.notes.push_back("of the measured poses the positions are used, not the orientations");
+  }
+}
+
+/// One axis's standard deviation within clusters, about each cluster's mean, by the median so that
+/// outliers do not raise it.
+void NoiseFromRepeats(Dataset& data) {
+  std::map<int, std::vector<int>> members;
+  for (int k = 0; k < data.rows(); ++k) {
+    members[data.cluster_of[static_cast<std::size_t>(k)]].push_back(k);
+  }
+  std::vector<double> squares;
+  for (const auto& [cluster, rows] : members) {
+    for (std::size_t j = 1; j < rows.size(); ++j) {
+      const MeasuredRow& a = data.table.rows[static_cast<std::size_t>(rows[j - 1])];
+      const MeasuredRow& b = data.table.rows[static_cast<std::size_t>(rows[j])];
+      const double square =
+          data.axes() == 1 ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
+      squares.push_back(square / 2);
+    }
+  }
+  data.repeat_freedom = static_cast<int>(squares.size()) * data.axes();
+  if (data.repeat_freedom < kFewestRepeatFreedom) return;
+  std::sort(squares.begin(), squares.end());
+  // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
+  const double middle = squares[squares.size() / 2];
+  data.repeat_sigma_m = std::sqrt(middle / (data.axes() == 1 ? 0.4549 : 2.366));
+}
+
+}  // namespace
+
+Dataset Thinned(const Dataset& data, const std::vector<int>& rows) {
+  Dataset thin = data;
+  thin.table.rows.clear();
+  thin.conditions.clear();
+  thin.payloads.clear();
+  thin.session_of.clear();
+  thin.cluster_of.clear();
+  for (RecordedSignal& signal : thin.signals) signal.values.clear();
+  for (const int row : rows) {
+    const auto at = static_cast<std::size_t>(row);
+    thin.table.rows.push_back(data.table.rows[at]);
+    thin.conditions.push_back(data.conditions[at]);
+    thin.payloads.push_back(data.payloads[at]);
+    thin.session_of.push_back(data.session_of[at]);
+    thin.cluster_of.push_back(data.cluster_of[at]);
+    for (std::size_t s = 0; s < data.signals.size(); ++s) {
+      thin.signals[s].values.push_back(data.signals[s].values[at]);
+    }
+  }
+  return thin;
+}
+
+Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
+  Dataset data;
+  data.cell = cell;
+  data.table = measured;
+  const bool has_points = data.axes() == 1 ? measured.recorded.range : measured.recorded.position;
+  if (!has_points) {
+    return Error{
+        fmt::format("{}: has no {} column{}: nothing was measured; the cell says "
+                    "[measurement] kind, check it and the header",
+                    measured.file, data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm",
+                    data.axes() == 1 ? "" : "s")};
+  }
+  DropCopies(data);
+  FindSessions(data);
+  const int free_numbers =
+      data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
+  const int needed = std::max(kFewestRows, (free_numbers + 3 + data.axes() - 1) / data.axes());
+  if (data.rows() < needed) {
+    return Error{fmt::format(
+        "{}: has {} usable rows; at least {} are needed{}: measure more poses, "
+        "spread over the cell (30 or more tell effects apart)",
+        measured.file, data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
+  }
+  data.conditions = ConditionsOf(cell, data.table);
+  for (const MeasuredRow& row : data.table.rows) {
+    const bool loaded = measured.recorded.payload && cell.payload_cog_F;
+    data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
+  }
+  data.torques_known = GravityLoads(cell).known(0) || measured.recorded.tau;
+  FindClusters(data);
+  FindSignals(data);
+  for (int i = 0; i < cell.robot.size(); ++i) {
+    const auto moved = [&](const MeasuredRow& row) {
+      return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
+    };
+    if (std::none_of(data.table.rows.begin(), data.table.rows.end(), moved)) {
+      data.still_joints.push_back(i);
+      data.notes.push_back(
+          fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
+    }
+  }
+  NoiseFromRepeats(data);
+  if (cell.measurement.sigma_m) {
+    data.sigma_m = *cell.measurement.sigma_m;
+    data.sigma_origin = "declared";
+    if (data.repeat_sigma_m > 2 * data.sigma_m) {
+      data.notes.push_back(
+          fmt::format("repeated points scatter by {:.3g} mm, more than the declared sigma_mm = "
+                      "{:.3g}: check the "
+                      "instrument, or what moved between the repeats",
+                      1e3 * data.repeat_sigma_m, 1e3 * data.sigma_m));
+    }
+  } else if (data.repeat_sigma_m > 0) {
+    data.sigma_m = data.repeat_sigma_m;
+    data.sigma_origin = "repeats";
+  } else {
+    data.sigma_origin = "residual";
+  }
+  SayWhatIsMissing(data);
+  return data;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/diagnosis/alignment.h"
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/findings.h"
+#include "app/diagnosis/gross_errors.h"
+#include "app/diagnosis/held_out.h"
+#include "app/diagnosis/identify.h"
+#include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/unknown.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kFlips = 99;
+constexpr int kSearchedRows = 2200;  // more are thinned for the search; all are fitted and judged
+constexpr int kSignalRows = 1000;
+constexpr double kRough = 1.5;     // a rest of this many declared sigmas is more than noise
+constexpr double kFollows = 0.02;  // p-value of a signal that a rough rest follows
+
+double Rms(const std::vector<Vec3>& residuals, const std::vector<double>& weights) {
+  double sum = 0, count = 0;
+  for (std::size_t k = 0; k < residuals.size(); ++k) {
+    if (weights[k] < kOutlierWeight) continue;
+    sum += residuals[k].squaredNorm();
+    count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// What the rest, after all that was found, still follows.
+void AddSignals(const Dataset& data, const Identified& found, const DiagnosisOptions& options,
+                Diagnosis& diagnosis) {
+  const LinearProblem few(data, found.linear, found.model, Every(data.rows(), kSignalRows),
+                          found.weights, found.sigma_m, options.threads);
+  Pool pool(few);
+  std::vector<int> support;
+  for (const int block : found.best.blocks) {
+    support.push_back(pool.Add(found.pool->blocks()[static_cast<std::size_t>(block)]));
+  }
+  const Eigen::VectorXd rest = pool.Residual(pool.Fit(support));
+  diagnosis.signals = SignalsOf(few, rest, kFlips);
+  for (const PeriodicLine& line : PeriodicLines(few, rest)) {
+    diagnosis.spectrum.push_back({line.joint, line.cycles_per_turn, line.amplitude_rad});
+  }
+}
+
+void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
+           Diagnosis& diagnosis) {
+  if (found.unknown) {
+    diagnosis.verdict = Verdict::kUnknown;
+    for (const int block : found.best.blocks) {
+      const Block& of = found.pool->blocks()[static_cast<std::size_t>(block)];
+      if (of.empirical()) diagnosis.drivers.push_back(of.term.drivers.front());
+    }
+  } else if (found.best.blocks.empty()) {
+    diagnosis.verdict = Verdict::kNoEffect;
+  } else {
+    diagnosis.verdict = diagnosis.rivals.empty() ? Verdict::kExplained : Verdict::kAmbiguous;
+  }
+  if (data.sigma_m <= 0 || rest_sigma_m < kRough * data.sigma_m) return;
+  diagnosis.notes.push_back(
+      fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
+                  1e3 * rest_sigma_m, rest_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
+  for (const SignalTrace& signal : diagnosis.signals) {
+    const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
+                       diagnosis.drivers.end();
+    if (signal.p_value < kFollows && !named) diagnosis.drivers.push_back(signal.name);
+  }
+  if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
+}
+
+}  // namespace
+
+Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
+                           const DiagnosisOptions& options) {
+  const Result<Dataset> read = DatasetFrom(cell, measured);
+  if (!read) return Error{read.error()};
+  const Dataset& data = *read;
+  const auto interrupted = [&] { return options.interrupted && options.interrupted(); };
+  const auto tell = [&](double share, const std::string& what) {
+    if (options.progress) options.progress(share, what);
+  };
+  Diagnosis diagnosis;
+  diagnosis.notes = data.notes;
+  diagnosis.not_recorded = data.not_recorded;
+
+  tell(0.02, "aligning frames");
+  const Result<Model> aligned = Aligned(data, Model::Declared(data), options.threads);
+  if (!aligned) return Error{aligned.error()};
+  const Result<Linearisation> declared = Linearise(data, *aligned, false, options.threads);
+  if (!declared) return Error{declared.error()};
+  if (const auto gross = GrossError(data, *declared, options.threads)) return Error{*gross};
+  const std::vector<Vec3> before = ResidualsOf(*declared);
+
+  const Dataset searched = Thinned(data, Every(data.rows(), kSearchedRows));
+  const Result<Identified> identified =
+      Identify(searched, *aligned, options,
+               [&](double share, const std::string& what) { tell(0.05 + 0.5 * share, what); });
+  if (!identified) return Error{identified.error()};
+  const Identified& found = *identified;
+
+  tell(0.6, "fitting all rows");
+  Refit refit = found.refit;
+  std::vector<double> weights = found.weights;
+  Result<Linearisation> fitted = Linearise(data, found.model, false, options.threads);
+  if (!fitted) return Error{fitted.error()};
+  if (searched.rows() < data.rows()) {
+    const std::vector<Vec3> residuals = ResidualsOf(*fitted);
+    const double scatter = std::max(found.sigma_m, RobustSigma(residuals, data.axes()));
+    weights = HampelWeights(residuals, OutlierScale(residuals, scatter, data.axes()), data.axes());
+    RefitOptions all;
+    all.rows = Every(data.rows(), data.rows());
+    all.weights = weights;
+    all.sigma_m = found.sigma_m;
+    all.threads = options.threads;
+    all.iterations = 3;
+    const Result<Refit> of_all = RefitModel(data, found.model, all);
+    if (!of_all) return Error{of_all.error()};
+    refit = *of_all;
+    fitted = Linearise(data, refit.model, false, options.threads);
+    if (!fitted) return Error{fitted.error()};
+  }
+  const std::vector<Vec3> after = ResidualsOf(*fitted);
+  if (interrupted()) return Error{"interrupted"};
+
+  diagnosis.sigma_m = found.sigma_m;
+  const bool as_told = data.sigma_m > 0 && found.sigma_m < 1.1 * data.sigma_m;
+  diagnosis.sigma_origin = as_told ? data.sigma_origin : "residual";
+  diagnosis.noise_floor_m = std::sqrt(static_cast<double>(data.axes())) *
+                            (data.sigma_m > 0 ? data.sigma_m : found.sigma_m);
+  diagnosis.rms_before_m = Rms(before, weights);
+  diagnosis.rms_after_m = Rms(after, weights);
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] < kOutlierWeight) diagnosis.outlier_rows.push_back(data.table.rows[k].line);
+  }
+
+  tell(0.65, "judging rivals");
+  const FindingsContext context{searched,     *found.pool,   found.best, refit,
+                                found.ranked, found.sigma_m, options};
+  AddFindings(context, diagnosis);
+  std::vector<Explanation> rivals;
+  if (!found.unknown && !found.best.blocks.empty()) {
+    rivals = AddRivals(context, found.model, found.weights, diagnosis);
+  }
+  AddConsidered(context, found.candidates, diagnosis);
+  if (interrupted()) return Error{"interrupted"};
+
+  tell(0.7, "what the rest follows");
+  AddSignals(searched, found, options, diagnosis);
+  Judge(data, found, RobustSigma(after, data.axes()), diagnosis);
+  if (diagnosis.verdict == Verdict::kAmbiguous) {
+    tell(0.75, "where to measure next");
+    diagnosis.next_poses = NextPoses(*found.pool, found.model, found.best, rivals,
+                                     options.next_poses, options.threads);
+  }
+
+  tell(0.8, "held-out rows");
+  const HeldOut held_out =
+      HoldOut(searched, found.linear, found.model, found.candidates, found.weights, found.sigma_m,
+              found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2), options);
+  if (interrupted()) return Error{"interrupted"};
+  diagnosis.held_out = ErrorOf(searched, held_out, found.weights, options.bootstrap);
+  diagnosis.held_out_by = "blocks of time";
+  std::map<int, std::size_t> held_out_of_line;
+  for (std::size_t k = 0; k < searched.table.rows.size(); ++k) {
+    held_out_of_line[searched.table.rows[k].line] = k;
+  }
+  for (std::size_t row = 0; row < data.table.rows.size(); ++row) {
+    RowTrace& trace = diagnosis.rows.emplace_back();
+    trace.line = data.table.rows[row].line;
+    trace.session = data.table.rows[row].session;
+    trace.weight = weights[row];
+    trace.p_measured = data.axes() == 3 ? data.table.rows[row].p_WT : fitted->rows[row].p_W;
+    trace.before = before[row];
+    trace.after = after[row];
+    trace.fold = -1;
+    if (const auto held = held_out_of_line.find(trace.line); held != held_out_of_line.end()) {
+      trace.fold = held_out.fold_of[held->second];
+      trace.held_out_before = held_out.before[held->second];
+      trace.held_out_after = held_out.after[held->second];
+    }
+  }
+  AddFramesAndDomain(data, refit.model, diagnosis);
+  tell(1, "done");
+  return diagnosis;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,135 @@
+// What a diagnosis found: the answer that is written, drawn and applied.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/table/csv.h"
+#include "firmware-like/effects/written.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+enum class Verdict { kNoEffect, kExplained, kAmbiguous, kUnknown };
+
+/// The word of the file formats: "no_effect", "explained", "ambiguous", "unknown".
+const char* Describe(Verdict verdict);
+
+/// An effect that the data show.
+struct Finding {
+  ActiveEffect effect;           ///< values in SI
+  Eigen::MatrixXd covariance;    ///< of its values, SI; empty: the rows do not hold them
+  double p_value = 1;            ///< of dropping it, all candidates considered
+  double share_of_residual = 0;  ///< of the sum of squares before that leaving it out brings back
+  std::string implausible;       ///< empty, or why a sound machine does not show this value
+};
+
+/// Another explanation that these data cannot rule out.
+struct Rival {
+  std::string instead_of;  ///< id of the finding
+  std::string id;
+  std::vector<std::string> scope;
+  double signal_left = 0;  ///< share of the finding's signal that the refitted rival cannot imitate
+  double evidence_gap = 0;    ///< score of the rival minus score of the answer; 16 is 4 sigma
+  std::vector<Vec3> shift_W;  ///< at each row: the rival's prediction minus the answer's [m]
+};
+
+/// A candidate and what became of it.
+struct Considered {
+  std::string id;
+  std::vector<std::string> scope;  ///< joints that would be kept, alone
+  int parameters = 0;
+  double chi2_drop = 0;  ///< alone, after the frames
+  double signal_share =
+      0;  ///< of the residual's sum of squares it explains alone, after the frames
+  double evidence_gap = 0;  ///< score of the best explanation with it, minus the best's
+  bool taken = false;
+  std::string reason;  ///< "taken", or why it was refused or could not be offered
+};
+
+/// One measured row, before and after.
+struct RowTrace {
+  int line = 0;  ///< of the file, the header being line 1
+  std::string session;
+  int fold = 0;       ///< held-out block it belongs to
+  double weight = 1;  ///< of the robust fit; 0: an outlier
+  Vec3 p_measured =
+      Vec3::Zero();            ///< in W [m]; of a range, the predicted point moved along the ray
+  Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
+  Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
+  Vec3 held_out_before = Vec3::Zero();  ///< with frames fitted without this row's block
+  Vec3 held_out_after = Vec3::Zero();   ///< model chosen and fitted without this row's block
+};
+
+/// A recorded signal over the rows, for drawing and for naming drivers.
+struct SignalTrace {
+  std::string name;  ///< column name, with its unit
+  std::vector<double> values;
+  double p_value = 1;  ///< that the residual after follows it (permutation, all signals considered)
+  double share = 0;    ///< of the remaining sum of squares that it explains
+};
+
+/// A line of the spectral search.
+struct SpectralLine {
+  int joint = 0;
+  double cycles_per_turn = 0;
+  double amplitude_rad = 0;  ///< at the best phase, in the residual after
+};
+
+/// A pose that would separate rivals.
+struct NextPose {
+  JointVector q;  ///< [rad] or [m]
+  double payload_kg = 0;
+  double separation_m = 0;  ///< how far the rivals' predictions differ there
+};
+
+struct HeldOutError {
+  double before_m = 0, after_m = 0;          ///< 3-D RMS
+  double after_low_m = 0, after_high_m = 0;  ///< 95 %, bootstrap over clusters
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::kNoEffect;
+  std::vector<Finding> findings;
+  std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
+  Eigen::MatrixXd correlation;             ///< of all parameters of all findings
+  std::vector<Rival> rivals;
+  std::vector<std::string> drivers;  ///< columns
+  std::vector<NextPose> next_poses;
+  std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by effect id
+  double rms_before_m = 0, rms_after_m = 0;
+  double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma
+  double sigma_m = 0;        ///< one axis, as used
+  std::string sigma_origin;  ///< "declared", "repeats", "residual"
+  HeldOutError held_out;
+  std::string held_out_by;        ///< "sessions", "blocks of time", "regions"
+  std::vector<int> outlier_rows;  ///< file lines
+  std::vector<Considered> considered;
+  std::vector<SignalTrace> signals;
+  std::vector<SpectralLine> spectrum;
+  std::vector<RowTrace> rows;
+  std::vector<std::string> notes;         ///< what an engineer should know, one sentence each
+  std::vector<std::string> not_recorded;  ///< signals that were not recorded, and what they hide
+  std::vector<SessionFrames> sessions;    ///< frames estimated, where unaligned or unknown
+  Domain domain;                          ///< of the rows used
+};
+
+/// What may be asked of a diagnosis beside the data.
+struct DiagnosisOptions {
+  int threads = 2;
+  int bootstrap = 200;
+  int next_poses = 6;
+  /// Told of progress: a share of 0..1 and what is being done. May be empty.
+  std::function<void(double, const std::string&)> progress;
+  /// Asked now and then; true ends the work early (Diagnose returns an error "interrupted").
+  std::function<bool()> interrupted;
+};
+
+/// Finds what the declared cell lacks. Deterministic: the same input gives the same answer.
+/// @return  an error where the data cannot be used at all, with what to do about it
+Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
+                           const DiagnosisOptions& options);
+
+}  // namespace plumbline

@@ -1,0 +1,307 @@
+#include "app/diagnosis/findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "app/diagnosis/statistics.h"
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kRivalGap = 16;        // 4 sigma between the two rules a rival out
+constexpr double kWorthRefitting = 60;  // gap before nonlinear refits
+constexpr std::size_t kMostRefits = 8;
+
+std::string FileNumber(double value) {
+  return fmt::format("{:.3g}", value);
+}
+
+/// Why a sound machine does not show these values; empty where it does.
+std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
+  const EffectTraits& traits = effect.term.effect->traits();
+  if (traits.id == "empirical") return {};
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const TermParameter& parameter = effect.term.parameters[k];
+    const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
+    if (spec.role != ParameterRole::kSize) continue;
+    const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
+    if (!spec.plausible.Contains(in_file)) {
+      return fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
+                         NameFromParameter(traits, parameter), FileNumber(in_file), spec.unit,
+                         FileNumber(spec.plausible.low), FileNumber(spec.plausible.high));
+    }
+    if (traits.id == "joint_compliance") {
+      const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
+                                  .compliance_rad_per_Nm.value_or(0);
+      if (declared + effect.values[k] < 0) {
+        return fmt::format(
+            "joint q{} would yield against its load: its whole compliance would be "
+            "negative ({} rad/(N m))",
+            parameter.joint + 1, FileNumber(declared + effect.values[k]));
+      }
+    }
+  }
+  return {};
+}
+
+/// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
+bool Writable(const Finding& finding) {
+  constexpr double kBeyondMeasure = 1e11;
+  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+  return written.covariance.allFinite() &&
+         (written.covariance.size() == 0 ||
+          written.covariance.cwiseAbs().maxCoeff() < kBeyondMeasure);
+}
+
+double Trials(const Pool& pool, const std::vector<int>& blocks) {
+  double trials = 1;
+  for (const int block : blocks) {
+    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+    trials *= std::max(1.0, of.trials);
+  }
+  return trials;
+}
+
+}  // namespace
+
+void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
+  const Pool& pool = context.pool;
+  const auto& effects = context.refit.model.effects;
+  const double freedom =
+      std::max(1.0, pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
+  // A fit that leaves more than noise is less sure than its formal covariance.
+  const double inflation = std::max(1.0, context.best.chi2 / freedom);
+  const auto count = static_cast<int>(context.refit.parameters.size());
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    Finding finding;
+    finding.effect = effects[e];
+    const std::string id(effects[e].term.effect->traits().id);
+    std::vector<int> places(effects[e].values.size(), -1);
+    for (int j = 0; j < count; ++j) {
+      if (context.refit.parameters[static_cast<std::size_t>(j)].first == static_cast<int>(e)) {
+        places[static_cast<std::size_t>(
+            context.refit.parameters[static_cast<std::size_t>(j)].second)] = j;
+      }
+    }
+    const auto size = static_cast<int>(places.size());
+    finding.covariance = Eigen::MatrixXd::Zero(size, size);
+    for (int i = 0; i < size; ++i) {
+      for (int j = 0; j < size; ++j) {
+        const int a = places[static_cast<std::size_t>(i)], b = places[static_cast<std::size_t>(j)];
+        if (a >= 0 && b >= 0) finding.covariance(i, j) = inflation * context.refit.covariance(a, b);
+      }
+    }
+    const std::vector<int> own = pool.BlocksOf(context.best, id);
+    const Explanation without = pool.Fit(pool.BlocksBeside(context.best, id));
+    const double drop = std::max(0.0, without.chi2 - context.best.chi2);
+    const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
+                                                   static_cast<double>(without.columns.size()));
+    finding.p_value =
+        std::min(1.0, 24 * Trials(pool, own) * ChiSquareTail(drop / inflation, columns));
+    finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
+    finding.implausible = Implausibility(context.data, effects[e]);
+    if (id == "empirical") {
+      // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
+      const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));
+      for (double& value : finding.effect.values) value *= factor;
+      const double sd = 1 / std::sqrt(std::max(drop, 1.0));
+      finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
+    } else if (id == "step_event") {
+      // The moment lies somewhere between two rows.
+      std::vector<double> times;
+      for (const Conditions& moment : context.data.conditions) {
+        times.push_back(context.data.table.recorded.time ? moment.t_s.value_or(0)
+                                                         : moment.row.value_or(0));
+      }
+      std::sort(times.begin(), times.end());
+      const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
+      if (next != times.begin() && next != times.end()) {
+        const double gap = *next - *(next - 1);
+        finding.covariance(0, 0) = gap * gap / 12;
+      }
+    }
+    if (!Writable(finding)) finding.covariance.resize(0, 0);
+    diagnosis.findings.push_back(std::move(finding));
+  }
+  for (int j = 0; j < count; ++j) {
+    const auto [e, k] = context.refit.parameters[static_cast<std::size_t>(j)];
+    const ActiveEffect& effect = effects[static_cast<std::size_t>(e)];
+    diagnosis.finding_names.push_back(
+        fmt::format("{} {}", effect.term.effect->traits().id,
+                    NameFromParameter(effect.term.effect->traits(),
+                                      effect.term.parameters[static_cast<std::size_t>(k)])));
+  }
+  diagnosis.correlation = Eigen::MatrixXd::Identity(count, count);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      const double scale =
+          std::sqrt(context.refit.covariance(i, i) * context.refit.covariance(j, j));
+      if (i != j && scale > 0) diagnosis.correlation(i, j) = context.refit.covariance(i, j) / scale;
+    }
+  }
+}
+
+std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
+                                   const std::vector<double>& weights, Diagnosis& diagnosis) {
+  const Pool& pool = context.pool;
+  const std::vector<std::string> ids = EffectIds(pool, context.best);
+  std::vector<Explanation> told;
+  std::set<std::pair<std::string, std::string>> named;
+  std::size_t refits = 0;
+  const Result<Linearisation> own = Linearise(context.data, model, false, context.options.threads);
+  const auto cost = [](const Explanation& explanation) {
+    return explanation.score - explanation.chi2;
+  };
+  for (const Explanation& other : context.ranked) {
+    if (other.score > context.best.score + kWorthRefitting || refits >= kMostRefits) break;
+    const std::vector<std::string> other_ids = EffectIds(pool, other);
+    if (other.blocks.empty() || other_ids.size() > ids.size()) continue;
+    std::vector<std::string> lacking, instead;
+    std::set_difference(ids.begin(), ids.end(), other_ids.begin(), other_ids.end(),
+                        std::back_inserter(lacking));
+    std::set_difference(other_ids.begin(), other_ids.end(), ids.begin(), ids.end(),
+                        std::back_inserter(instead));
+    if (lacking.empty() || instead.empty()) continue;
+    Model start = model;
+    start.effects = EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(other));
+    RefitOptions options;
+    options.weights = weights;
+    options.sigma_m = context.sigma_m;
+    options.threads = context.options.threads;
+    for (int k = 0; k < context.data.rows(); ++k) options.rows.push_back(k);
+    const Result<Refit> refit = RefitModel(context.data, start, options);
+    ++refits;
+    if (!refit) continue;
+    const double gap = refit->chi2 + cost(other) - (context.refit.chi2 + cost(context.best));
+    if (gap > kRivalGap) continue;
+    const Result<Linearisation> theirs =
+        Linearise(context.data, refit->model, false, context.options.threads);
+    for (const std::string& lacks : lacking) {
+      for (const std::string& id : instead) {
+        if (!named.emplace(lacks, id).second) continue;
+        Rival& rival = diagnosis.rivals.emplace_back();
+        rival.instead_of = lacks;
+        rival.id = id;
+        for (const ActiveEffect& effect : refit->model.effects) {
+          if (effect.term.effect->traits().id == id) rival.scope = ScopeOf(effect.term);
+        }
+        rival.signal_left = pool.SignalLeft(context.best, lacks, other.blocks);
+        rival.evidence_gap = gap;
+        for (int k = 0; own && theirs && k < context.data.rows(); ++k) {
+          const auto row = static_cast<std::size_t>(k);
+          rival.shift_W.push_back(theirs->rows[row].p_W - own->rows[row].p_W);
+        }
+      }
+    }
+    told.push_back(other);
+  }
+  return told;
+}
+
+void AddConsidered(const FindingsContext& context, const Candidates& candidates,
+                   Diagnosis& diagnosis) {
+  const Pool& pool = context.pool;
+  std::map<std::string, double> best_with;
+  for (const Explanation& explanation : context.ranked) {
+    for (const std::string& id : EffectIds(pool, explanation)) {
+      const auto [entry, fresh] = best_with.emplace(id, explanation.score);
+      if (!fresh) entry->second = std::min(entry->second, explanation.score);
+    }
+  }
+  const std::vector<std::string> taken = EffectIds(pool, context.best);
+  std::map<std::string, Considered> by_id;
+  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
+    const Block& block = pool.blocks()[b];
+    const auto index = static_cast<int>(b);
+    if (block.empirical()) continue;
+    if (pool.Observable(index)) {
+      const double least_m = pool.MinimumDetectable(index);
+      if (least_m > 0) {
+        const auto [entry, fresh] = diagnosis.minimum_detectable_m.emplace(block.id, least_m);
+        if (!fresh) entry->second = std::min(entry->second, least_m);
+      }
+    }
+    Considered considered;
+    considered.id = block.id;
+    if (!pool.Observable(index)) {
+      considered.reason = "the frames, or joints that never moved, hide all of it in these rows";
+    } else {
+      const Explanation alone = pool.Evaluate({index});
+      considered.parameters = static_cast<int>(alone.columns.size());
+      considered.chi2_drop = pool.chi2_null() - alone.chi2;
+      considered.signal_share = considered.chi2_drop / std::max(1e-12, pool.chi2_null());
+      for (const ActiveEffect& effect :
+           EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(alone))) {
+        considered.scope = ScopeOf(effect.term);
+      }
+    }
+    const auto known = by_id.find(block.id);
+    if (known == by_id.end() || known->second.chi2_drop < considered.chi2_drop) {
+      by_id[block.id] = considered;
+    }
+  }
+  for (auto& [id, considered] : by_id) {
+    considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
+    const auto score = best_with.find(id);
+    considered.evidence_gap = score == best_with.end() ? 0 : score->second - context.best.score;
+    const bool rival = std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(),
+                                   [&id = id](const Rival& r) { return r.id == id; });
+    if (considered.taken) {
+      considered.reason = "taken";
+    } else if (rival) {
+      considered.reason = "a rival: these rows cannot tell";
+    } else if (considered.reason.empty()) {
+      considered.reason =
+          considered.parameters == 0
+              ? "brings nothing beyond the noise"
+              : fmt::format(
+                    "explains {:.0f} % alone, but not what remains beside a better explanation",
+                    100 * considered.signal_share);
+    }
+    diagnosis.considered.push_back(considered);
+  }
+  for (const NotOffered& missing : candidates.not_offered) {
+    Considered& considered = diagnosis.considered.emplace_back();
+    considered.id = missing.id;
+    considered.reason = missing.reason;
+  }
+  std::stable_sort(diagnosis.considered.begin(), diagnosis.considered.end(),
+                   [](const Considered& a, const Considered& b) {
+                     return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
+                   });
+}
+
+void AddFramesAndDomain(const Dataset& data, const Model& model, Diagnosis& diagnosis) {
+  if (data.frames_free() || data.tip_free()) {
+    for (int s = 0; s < data.sessions_count(); ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      SessionFrames frames;
+      frames.id = data.sessions[at].empty() ? "1" : data.sessions[at];
+      frames.X_WB = model.frames[at].X_WB;
+      if (data.tip_free()) frames.tip_F = model.frames[at].tip_F;
+      diagnosis.sessions.push_back(frames);
+    }
+  }
+  Domain& domain = diagnosis.domain;
+  const auto widen = [](Interval& interval, double value) {
+    interval.low = std::min(interval.low, value);
+    interval.high = std::max(interval.high, value);
+  };
+  const MeasuredRow& first = data.table.rows.front();
+  for (const double q : first.q) domain.q.push_back({q, q});
+  if (data.table.recorded.payload) domain.payload_kg = Interval{first.payload_kg, first.payload_kg};
+  if (data.table.recorded.temperature) domain.temp_C = Interval{first.temp_C, first.temp_C};
+  for (const MeasuredRow& row : data.table.rows) {
+    for (std::size_t i = 0; i < domain.q.size(); ++i)
+      widen(domain.q[i], row.q[static_cast<int>(i)]);
+    if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
+    if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
+  }
+}
+
+}  // namespace plumbline

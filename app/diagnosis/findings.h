@@ -1,0 +1,34 @@
+// What is told of an explanation: parameters, shares, rivals, and what was refused and why.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/refit.h"
+#include "app/diagnosis/search.h"
+
+namespace plumbline {
+
+struct FindingsContext {
+  const Dataset& data;
+  const Pool& pool;
+  const Explanation& best;
+  const Refit& refit;
+  const std::vector<Explanation>& ranked;
+  double sigma_m;
+  const DiagnosisOptions& options;
+};
+
+/// Effects with values, covariance, p-values and plausibility.
+void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
+
+/// Explanations without a finding that fit as well once refitted; returns those that are told.
+std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
+                                   const std::vector<double>& weights, Diagnosis& diagnosis);
+
+/// Every candidate with its fate, and the smallest size of each that would have been seen.
+void AddConsidered(const FindingsContext& context, const Candidates& candidates,
+                   Diagnosis& diagnosis);
+
+/// Sessions' frames where they were estimated, and the range that the rows cover.
+void AddFramesAndDomain(const Dataset& data, const Model& model, Diagnosis& diagnosis);
+
+}  // namespace plumbline

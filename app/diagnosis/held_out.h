@@ -1,0 +1,29 @@
+// The error on rows that took part neither in choosing nor in fitting.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/search.h"
+
+namespace plumbline {
+
+/// Residuals of each row from models chosen and fitted without its fold.
+struct HeldOut {
+  std::vector<int> fold_of;                      ///< of each row
+  std::vector<Vec3> before;                      ///< [m], frames of the other folds
+  std::vector<Vec3> after;                       ///< [m]
+  std::vector<std::vector<std::string>> chosen;  ///< ids of effects, each fold
+};
+
+/// Blocks of rows that follow each other, dealt to the folds in turn; repeats of a pose stay in
+/// the fold of the first; `most_blocks` bounds each search. Each fold's search sees nothing of its
+/// rows.
+HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>& at,
+                const Model& model, const Candidates& candidates,
+                const std::vector<double>& weights, double sigma_m, bool with_unknown,
+                std::size_t most_blocks, const DiagnosisOptions& options);
+
+/// 3-D RMS over the rows of a weight above one half, and a bootstrap interval over clusters.
+HeldOutError ErrorOf(const Dataset& data, const HeldOut& held_out,
+                     const std::vector<double>& weights, int resamples);
+
+}  // namespace plumbline

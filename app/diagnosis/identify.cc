@@ -1,0 +1,193 @@
+#include "app/diagnosis/identify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/unknown.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kPasses = 7;
+constexpr int kFrugalPasses = 2;  // first few effects at most: outliers must not hide in many
+constexpr std::size_t kFrugal = 2;
+constexpr double kUnknownMargin = 10;  // an empirical term must beat the catalogue by this score
+constexpr std::size_t kMostAtFirst = 3;
+constexpr std::size_t kMostBesideUnknown = 14;
+constexpr int kRowsForMany = 300;
+constexpr std::size_t kRefitTries = 12;
+
+bool SameSupport(const Model& a, const Model& b) {
+  return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
+                    [](const ActiveEffect& x, const ActiveEffect& y) {
+                      return x.term.effect == y.term.effect && x.term.word == y.term.word &&
+                             x.term.parameters == y.term.parameters;
+                    });
+}
+
+/// One axis's RMS by the weights, the parameters counted.
+double WeightedSigma(const std::vector<Vec3>& residuals, const std::vector<double>& weights,
+                     int axes, double parameters) {
+  double sum = 0, count = 0;
+  for (std::size_t k = 0; k < residuals.size(); ++k) {
+    sum += weights[k] * residuals[k].head(axes).squaredNorm();
+    count += weights[k] * axes;
+  }
+  return std::sqrt(sum / std::max(1.0, count - parameters));
+}
+
+/// One axis's scatter when every effect is fitted at once; nothing where the rows are too few.
+std::optional<double> RichSigma(const Pool& pool, const Candidates& candidates, Pool& scratch) {
+  std::vector<int> all;
+  for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
+  const Explanation rich = scratch.Fit(all);
+  const double freedom = pool.problem().freedom() - static_cast<double>(rich.columns.size());
+  if (freedom < 12) return std::nullopt;
+  return pool.problem().sigma_m() * std::sqrt(rich.chi2 / freedom);
+}
+
+Result<Refit> RefitTo(const Dataset& data, const Identified& so_far, const Explanation& explanation,
+                      int threads) {
+  Model start = so_far.model;
+  start.effects =
+      EffectsFrom(data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+  RefitOptions options;
+  options.rows = Every(data.rows(), data.rows());
+  options.weights = so_far.weights;
+  options.sigma_m = so_far.sigma_m;
+  options.threads = threads;
+  return RefitModel(data, start, options);
+}
+
+/// Searches at the present linearisation and refits the best that can be refitted.
+Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_unknown,
+                             const DiagnosisOptions& options, Identified& so_far) {
+  so_far.pool.reset();
+  so_far.problem = std::make_unique<LinearProblem>(data, so_far.linear, so_far.model,
+                                                   Every(data.rows(), data.rows()), so_far.weights,
+                                                   so_far.sigma_m, options.threads);
+  so_far.pool = std::make_unique<Pool>(*so_far.problem);
+  Candidates candidates = so_far.candidates;
+  for (Block& block : BlocksOf(data, so_far.model.effects)) {
+    candidates.blocks.push_back(std::move(block));
+  }
+  // Up to three effects first: many of them can imitate one unknown cause, never the reverse.
+  so_far.ranked =
+      Search(*so_far.pool, candidates, std::min(most, kMostAtFirst), options.interrupted);
+  Explanation extended =
+      with_unknown ? WithUnknown(*so_far.pool, so_far.ranked) : so_far.ranked.front();
+  const auto beats = [&] { return extended.score < so_far.ranked.front().score - kUnknownMargin; };
+  // Small sets cannot hold more beside an unknown cause; large ones are given the chance.
+  const bool room = !beats() || data.rows() >= kRowsForMany;
+  if (room && most > kMostAtFirst && so_far.ranked.front().blocks.size() >= kMostAtFirst) {
+    const std::size_t more = beats() ? std::min(most, kMostBesideUnknown) : most;
+    so_far.ranked = Search(*so_far.pool, candidates, more, options.interrupted);
+    if (with_unknown) extended = WithUnknown(*so_far.pool, so_far.ranked);
+  }
+  so_far.unknown = with_unknown && beats();
+  so_far.best = so_far.unknown ? extended : so_far.ranked.front();
+  Result<Refit> refit = RefitTo(data, so_far, so_far.best, options.threads);
+  // A support that only the linear columns bear gives way to the next.
+  for (std::size_t next = 1; !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
+    so_far.best = so_far.ranked[next];
+    so_far.unknown = false;
+    refit = RefitTo(data, so_far, so_far.best, options.threads);
+  }
+  if (!refit) {
+    so_far.best = so_far.pool->Fit({});
+    so_far.unknown = false;
+    refit = RefitTo(data, so_far, so_far.best, options.threads);
+  }
+  return refit;
+}
+
+}  // namespace
+
+Result<Identified> Identify(const Dataset& data, const Model& aligned,
+                            const DiagnosisOptions& options,
+                            const std::function<void(double, const std::string&)>& tell) {
+  const int axes = data.axes();
+  Identified found;
+  found.candidates = CandidatesFor(data);
+  found.aligned = found.model = aligned;
+  const auto linearise = [&]() -> std::optional<std::string> {
+    Result<Linearisation> linear = LineariseApart(data, found.model, options.threads);
+    if (!linear) return linear.error();
+    found.linear = std::make_shared<const Linearisation>(std::move(linear).value());
+    return std::nullopt;
+  };
+  if (const auto fault = linearise()) return Error{*fault};
+  std::vector<Vec3> residuals = ResidualsOf(*found.linear);
+  double scatter = RobustSigma(residuals, axes);
+  found.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
+  found.weights = HampelWeights(residuals, OutlierScale(residuals, found.sigma_m, axes), axes);
+  std::optional<double> rich;
+
+  for (int pass = 0; pass < kPasses; ++pass) {
+    if (options.interrupted && options.interrupted()) return Error{"interrupted"};
+    tell(static_cast<double>(pass) / kPasses, fmt::format("searching effects, pass {}", pass + 1));
+    const bool frugal = pass < kFrugalPasses;
+    const Result<Refit> refit =
+        SearchAndRefit(data, frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
+    if (!refit) return Error{refit.error()};
+    const bool stands = !frugal && SameSupport(refit->model, found.model);
+    found.refit = *refit;
+    found.model = refit->model;
+    if (const auto fault = linearise()) return Error{*fault};
+    residuals = ResidualsOf(*found.linear);
+    scatter = RobustSigma(residuals, axes);
+    const std::vector<double> before = found.weights;
+    found.weights = HampelWeights(
+        residuals, OutlierScale(residuals, std::max(scatter, data.sigma_m), axes), axes);
+    scatter = std::max(scatter, WeightedSigma(residuals, found.weights, axes,
+                                              static_cast<double>(found.best.columns.size())));
+    if (pass >= kFrugalPasses - 1) {
+      Pool scratch(*found.problem);
+      rich = RichSigma(*found.pool, found.candidates, scratch);
+    }
+    const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
+    const bool settled = std::abs(sigma - found.sigma_m) < 0.03 * sigma && before == found.weights;
+    found.sigma_m = sigma;
+    if (stands && settled) return found;
+  }
+  // The last choice with the last weights.
+  const Result<Refit> refit = SearchAndRefit(data, kMostBlocks, true, options, found);
+  if (!refit) return Error{refit.error()};
+  found.refit = *refit;
+  found.model = refit->model;
+  if (const auto fault = linearise()) return Error{*fault};
+  return found;
+}
+
+Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads) {
+  Model bare = model;
+  bare.effects.clear();
+  const Result<Linearisation> linear = Linearise(data, bare, true, threads);
+  if (!linear || model.effects.empty()) return linear;
+  const Result<Linearisation> full = Linearise(data, model, false, threads);
+  if (!full) return full;
+  Linearisation apart = *linear;
+  for (std::size_t k = 0; k < apart.rows.size(); ++k) {
+    apart.rows[k].residual = full->rows[k].residual;
+    apart.rows[k].p_W = full->rows[k].p_W;
+  }
+  return apart;
+}
+
+std::vector<Vec3> ResidualsOf(const Linearisation& linear) {
+  std::vector<Vec3> residuals;
+  for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
+  return residuals;
+}
+
+std::vector<int> Every(int count, int most) {
+  std::vector<int> rows;
+  const int taken = std::min(count, most);
+  for (int k = 0; k < taken; ++k) rows.push_back(static_cast<int>(std::int64_t{k} * count / taken));
+  return rows;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,42 @@
+// The model that a set of rows supports: search, refit and robust weights until they agree.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/refit.h"
+#include "app/diagnosis/search.h"
+
+namespace plumbline {
+
+/// What the rows support, with all that the choice was made from.
+struct Identified {
+  Candidates candidates;
+  Model aligned;  ///< frames as found before any effect
+  std::shared_ptr<const Linearisation>
+      linear;  ///< residuals of the model below, gradients of the arm without effects
+  Model model;
+  Refit refit;
+  std::vector<double> weights;
+  double sigma_m = 0;  ///< one axis: declared, or larger where the rows scatter more
+  std::unique_ptr<LinearProblem> problem;
+  std::unique_ptr<Pool> pool;
+  std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
+  Explanation best;
+  bool unknown = false;  ///< the best needs an empirical term
+};
+
+/// @param tell  progress: a share of 0..1 and what is being done
+Result<Identified> Identify(const Dataset& data, const Model& aligned,
+                            const DiagnosisOptions& options,
+                            const std::function<void(double, const std::string&)>& tell);
+
+/// Residuals of the model, and gradients of the arm without its added effects: columns stay those
+/// of each effect by itself, whatever acts, and y = residual + (d prediction / d influence)
+/// influence carries only how far the model is from linear.
+Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads);
+
+std::vector<Vec3> ResidualsOf(const Linearisation& linear);
+
+/// `most` of 0..count-1, spread evenly; all of them where there are not more.
+std::vector<int> Every(int count, int most);
+
+}  // namespace plumbline

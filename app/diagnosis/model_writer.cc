@@ -1,0 +1,160 @@
+#include "app/diagnosis/model_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/config/cell_reader.h"
+#include "app/diagnosis/toml_statements.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+/// The shortest text that reads back as the same number, and as a float.
+std::string NumberText(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".einf") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string StringText(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      quoted += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
+
+template <typename Values, typename ToText>
+std::string ListText(const Values& values, ToText to_text) {
+  std::string list;
+  for (const auto& value : values) list += (list.empty() ? "" : ", ") + to_text(value);
+  return "[" + list + "]";
+}
+
+std::string VectorText(const Vec3& v) {
+  return ListText(std::vector<double>{v.x(), v.y(), v.z()}, NumberText);
+}
+
+std::string MatrixText(const Eigen::MatrixXd& matrix) {
+  std::vector<std::string> rows;
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    const Eigen::VectorXd row = matrix.row(r);
+    rows.push_back(ListText(std::vector<double>(row.begin(), row.end()), NumberText));
+  }
+  return ListText(rows, [](const std::string& row) { return row; });
+}
+
+std::string IntervalText(const Interval& interval, double from_SI = 1) {
+  return ListText(std::vector<double>{interval.low * from_SI, interval.high * from_SI}, NumberText);
+}
+
+std::string ParameterText(const EffectParameter& parameter) {
+  std::string text = "{ name = " + StringText(parameter.name) + ", value = ";
+  if (!parameter.word.empty()) return text + StringText(parameter.word) + " }";
+  text += NumberText(parameter.value);
+  if (parameter.sd && std::isfinite(*parameter.sd)) text += ", sd = " + NumberText(*parameter.sd);
+  return text + ", unit = " + StringText(parameter.unit) + " }";
+}
+
+std::string EffectText(const WrittenEffect& effect) {
+  std::string text = "\n[[effect]]\nid = " + StringText(effect.id) + '\n';
+  text += "scope = " + ListText(effect.scope, StringText) + '\n';
+  text += "parameters = [\n";
+  for (const EffectParameter& parameter : effect.parameters) {
+    text += "  " + ParameterText(parameter) + ",\n";
+  }
+  text += "]\n";
+  if (effect.covariance.size() > 0 && effect.covariance.allFinite()) {
+    text += "covariance = " + MatrixText(effect.covariance) + '\n';
+  }
+  if (!effect.drivers.empty()) text += "drivers = " + ListText(effect.drivers, StringText) + '\n';
+  if (effect.nodes.size() > 0) text += "nodes = " + MatrixText(effect.nodes) + '\n';
+  if (effect.from_file.empty() && !effect.from_rows && effect.from_date.empty()) return text;
+  std::string from = "file = " + StringText(effect.from_file);
+  if (effect.from_rows) from += fmt::format(", rows = {}", *effect.from_rows);
+  return text + "from = { " + from + ", date = " + StringText(effect.from_date) + " }\n";
+}
+
+std::string SessionText(const SessionFrames& session) {
+  std::string text = "\n[[session]]\nid = " + StringText(session.id) + '\n';
+  text += "base_xyz_mm = " + VectorText(1e3 * session.X_WB.p) + '\n';
+  text +=
+      "base_rpy_deg = " + VectorText(kDegPerRad * RollPitchYawFromRotation(session.X_WB.R)) + '\n';
+  if (session.tip_F) text += "tip_mm = " + VectorText(1e3 * *session.tip_F) + '\n';
+  return text;
+}
+
+std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
+  std::vector<std::string> pairs;
+  for (std::size_t i = 0; i < domain.q.size(); ++i) {
+    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    pairs.push_back(IntervalText(domain.q[i], prismatic ? 1e3 : kDegPerRad));
+  }
+  std::string text = "\n[domain]\nq_deg = ";
+  text += ListText(pairs, [](const std::string& pair) { return pair; }) + '\n';
+  if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
+  if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
+  return text;
+}
+
+/// True where the effects stand as one array at the root, to which no [[effect]] can be appended.
+bool HasInlineEffects(std::string_view text) {
+  for (const TomlStatement& statement : TomlStatements(text)) {
+    if (statement.kind == TomlStatement::Kind::kHeader) return false;
+    if (statement.first_key == "effect") return true;
+  }
+  return false;
+}
+
+std::string WithLineEnds(const std::string& text, bool carriage_returns) {
+  if (!carriage_returns) return text;
+  std::string ended;
+  for (const char c : text) ended += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  return ended;
+}
+
+}  // namespace
+
+Result<std::string> CorrectedCellText(std::string_view original, const CellModel& cell,
+                                      const Diagnosis& diagnosis, const DataOrigin& origin) {
+  std::string text(original);
+  std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
+                                  StringText(origin.file), origin.rows, origin.date);
+  if (!diagnosis.findings.empty() && HasInlineEffects(text)) {
+    text = WithoutTable(text, "effect");
+    for (const WrittenEffect& effect : cell.effects) added += EffectText(effect);
+  }
+  for (const Finding& finding : diagnosis.findings) {
+    WrittenEffect effect = WrittenFromActive(finding.effect, finding.covariance);
+    effect.from_file = origin.file;
+    effect.from_rows = origin.rows;
+    effect.from_date = origin.date;
+    added += EffectText(effect);
+  }
+  if (!diagnosis.sessions.empty()) {
+    text = WithoutTable(text, "session");
+    for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);
+  }
+  if (!diagnosis.domain.q.empty()) {
+    text = WithoutTable(text, "domain");
+    added += DomainText(diagnosis.domain, cell.robot.joints);
+  }
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  text += WithLineEnds(added, original.find("\r\n") != std::string_view::npos);
+  FaultList faults;
+  if (!CellFromText(text, "corrected model", faults)) return Error{FaultsText(faults)};
+  return text;
+}
+
+}  // namespace plumbline

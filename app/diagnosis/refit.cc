@@ -1,0 +1,234 @@
+#include "app/diagnosis/refit.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+/// The adjusted numbers, each with the step that is "one" to the solver.
+struct Layout {
+  std::vector<std::pair<int, int>> parameters;
+  std::vector<double> unit;  ///< SI size of one solver unit
+  int per_session = 0;
+  bool frames = false, tip = false;
+};
+
+bool Adjusted(const ActiveEffect& effect, std::size_t k) {
+  if (effect.term.effect->traits().id == "empirical") return false;
+  const ParameterSpec& spec =
+      effect.term.effect->traits()
+          .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+  if (spec.role != ParameterRole::kShape) return true;
+  if (effect.term.effect->traits().id == "step_event") return false;
+  if (spec.unit != "1/turn") return true;
+  // An eccentricity turns once, an ellipticity twice: whole cycles stay whole. Of many lines the
+  // cycles stay where the search found them: together they have too many minima.
+  constexpr int kFewLines = 4;
+  int lines = 0;
+  for (const TermParameter& parameter : effect.term.parameters) {
+    const auto& of =
+        effect.term.effect->traits().parameters[static_cast<std::size_t>(parameter.spec)];
+    lines += of.unit == "1/turn" ? 1 : 0;
+  }
+  return lines <= kFewLines && effect.values[k] != std::round(effect.values[k]);
+}
+
+Layout LayoutOf(const Dataset& data, const Model& model) {
+  Layout layout;
+  layout.frames = data.frames_free();
+  layout.tip = data.tip_free();
+  layout.per_session = (layout.frames ? 6 : 0) + (layout.tip ? 3 : 0);
+  for (std::size_t e = 0; e < model.effects.size(); ++e) {
+    for (std::size_t k = 0; k < model.effects[e].values.size(); ++k) {
+      if (!Adjusted(model.effects[e], k)) continue;
+      layout.parameters.emplace_back(static_cast<int>(e), static_cast<int>(k));
+      const double value = std::abs(model.effects[e].values[k]);
+      layout.unit.push_back(value > 0 ? value : 1e-6);
+    }
+  }
+  return layout;
+}
+
+/// A time constant stays above nothing.
+void KeepPositive(ActiveEffect& effect, std::size_t k) {
+  constexpr double kShortest_s = 1;
+  const ParameterSpec& spec =
+      effect.term.effect->traits()
+          .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+  if (spec.name == "time_constant") effect.values[k] = std::max(effect.values[k], kShortest_s);
+}
+
+/// The start moved by solver units x: frames of each session first, then parameters.
+Model Moved(const Layout& layout, const Model& start, const double* x) {
+  Model model = start;
+  int at = 0;
+  for (Model::Frames& frames : model.frames) {
+    Eigen::Matrix<double, 9, 1> step = Eigen::Matrix<double, 9, 1>::Zero();
+    if (layout.frames) {
+      for (int i = 0; i < 6; ++i) step[i] = x[at++];
+    }
+    if (layout.tip) {
+      for (int i = 0; i < 3; ++i) step[6 + i] = x[at++];
+    }
+    MoveFrames(frames, step);
+  }
+  for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
+    const auto [effect, parameter] = layout.parameters[j];
+    model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
+        layout.unit[j] * x[at++];
+    KeepPositive(model.effects[static_cast<std::size_t>(effect)],
+                 static_cast<std::size_t>(parameter));
+  }
+  return model;
+}
+
+/// Of a correlation-like matrix; directions that the rows do not hold get no variance of their own
+/// (the parameters there are marked by the deviation of what is held).
+Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& information) {
+  constexpr double kHeld = 1e-10;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
+  const double least = kHeld * std::max(1e-300, solver.eigenvalues().maxCoeff());
+  const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
+      [least](double value) { return value > least ? 1 / value : 0.0; });
+  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+}
+
+class AllRows final : public ceres::CostFunction {
+ public:
+  AllRows(const Dataset& data, const Model& start, const Layout& layout,
+          const RefitOptions& options)
+      : data_(data), start_(start), layout_(layout), options_(options) {
+    const int free_numbers = layout.per_session * data.sessions_count();
+    size_ = free_numbers + static_cast<int>(layout.parameters.size());
+    set_num_residuals(static_cast<int>(options.rows.size()) * data.axes());
+    mutable_parameter_block_sizes()->push_back(size_);
+  }
+  int size() const { return size_; }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    const Model model = Moved(layout_, start_, x[0]);
+    const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
+    const Result<Linearisation> linear = Linearise(data_, model, wanted, options_.threads);
+    if (!linear) return false;
+    const int axes = data_.axes();
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Rows none(0, 0);
+    Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
+                       wanted ? size_ : 0);
+    if (wanted) J.setZero();
+    InParallel(static_cast<int>(options_.rows.size()), options_.threads, [&](int first, int last) {
+      for (int j = first; j < last; ++j) {
+        const auto row = static_cast<std::size_t>(options_.rows[static_cast<std::size_t>(j)]);
+        const LinearRow& at = linear->rows[row];
+        const double scale = std::sqrt(options_.weights[row]) / options_.sigma_m;
+        Eigen::Map<Eigen::VectorXd>(residuals + j * axes, axes) = scale * at.residual.head(axes);
+        if (!wanted) continue;
+        auto block = J.middleRows(j * axes, axes);
+        const int first_frame = layout_.per_session * data_.session_of[row];
+        int column = first_frame;
+        if (layout_.frames) {
+          block.middleCols(column, 6) = -scale * at.frames.topLeftCorner(axes, 6);
+          column += 6;
+        }
+        if (layout_.tip) block.middleCols(column, 3) = -scale * at.frames.topRightCorner(axes, 3);
+        FillEffects(model, row, at, scale, block);
+      }
+    });
+    return true;
+  }
+
+ private:
+  template <typename BlockRows>
+  void FillEffects(const Model& model, std::size_t row, const LinearRow& at, double scale,
+                   BlockRows& block) const {
+    const int axes = data_.axes();
+    const int first = layout_.per_session * data_.sessions_count();
+    for (std::size_t e = 0; e < model.effects.size(); ++e) {
+      std::vector<int> which, columns;
+      for (std::size_t j = 0; j < layout_.parameters.size(); ++j) {
+        if (layout_.parameters[j].first != static_cast<int>(e)) continue;
+        which.push_back(layout_.parameters[j].second);
+        columns.push_back(static_cast<int>(j));
+      }
+      if (which.empty()) continue;
+      Eigen::MatrixXd slopes(3, static_cast<int>(which.size()));
+      TermColumns(model.effects[e].term, model.effects[e].values, which, data_.conditions[row], at,
+                  slopes);
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        const int column = columns[k];
+        block.col(first + column) = -scale * layout_.unit[static_cast<std::size_t>(column)] *
+                                    slopes.col(static_cast<int>(k)).head(axes);
+      }
+    }
+  }
+
+  const Dataset& data_;
+  const Model& start_;
+  const Layout& layout_;
+  const RefitOptions& options_;
+  int size_ = 0;
+};
+
+}  // namespace
+
+Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOptions& options) {
+  const Layout layout = LayoutOf(data, start);
+  auto cost = std::make_unique<AllRows>(data, start, layout, options);
+  const int size = cost->size();
+  Refit refit;
+  refit.model = start;
+  refit.parameters = layout.parameters;
+  std::vector<double> x(static_cast<std::size_t>(size), 0.0);
+  std::vector<double> residuals(static_cast<std::size_t>(cost->num_residuals()));
+  std::vector<double> J(residuals.size() * x.size());
+  const AllRows* rows = cost.get();
+  if (size > 0) {
+    ceres::Problem problem;
+    problem.AddResidualBlock(cost.release(), nullptr, x.data());
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::DENSE_QR;
+    solver.max_num_iterations = options.iterations;
+    solver.logging_type = ceres::SILENT;
+    solver.function_tolerance = 1e-8;
+    solver.parameter_tolerance = 1e-10;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    if (!summary.IsSolutionUsable()) return Error{"the refit did not settle: " + summary.message};
+    refit.model = Moved(layout, start, x.data());
+    const double* at[] = {x.data()};
+    double* jacobian[] = {J.data()};
+    if (!rows->Evaluate(at, residuals.data(), jacobian))
+      return Error{"the refitted posture does not settle"};
+  } else {
+    const double* at[] = {nullptr};
+    if (!rows->Evaluate(at, residuals.data(), nullptr))
+      return Error{"the sagged posture does not settle"};
+  }
+  for (const double r : residuals) refit.chi2 += r * r;
+  const auto count = static_cast<int>(layout.parameters.size());
+  if (count > 0) {
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const Rows> jacobian(J.data(), static_cast<int>(residuals.size()), size);
+    const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+    // Scaled to correlations before it is inverted: sizes differ by many powers of ten.
+    const Eigen::VectorXd scale =
+        information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+    const Eigen::MatrixXd all = scale.asDiagonal() * PseudoInverse(scaled) * scale.asDiagonal();
+    refit.covariance.resize(count, count);
+    const int first = size - count;
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j < count; ++j) {
+        refit.covariance(i, j) = all(first + i, first + j) *
+                                 layout.unit[static_cast<std::size_t>(i)] *
+                                 layout.unit[static_cast<std::size_t>(j)];
+      }
+    }
+  }
+  return refit;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,29 @@
+// Parameters of chosen effects, and the free frames, by nonlinear least squares.
+#pragma once
+
+#include "app/diagnosis/linearisation.h"
+
+namespace plumbline {
+
+/// A model whose parameters were adjusted: all numbers of its effects but the moment of a step,
+/// cycles a turn that are whole, and the curve of an empirical term.
+struct Refit {
+  Model model;
+  Eigen::MatrixXd covariance;  ///< of the adjusted parameters, SI, frames marginalised
+  std::vector<std::pair<int, int>> parameters;  ///< (effect, parameter) of each row of `covariance`
+  double chi2 = 0;                              ///< weighted, in sigma
+};
+
+struct RefitOptions {
+  std::vector<int> rows;        ///< that take part
+  std::vector<double> weights;  ///< of all rows
+  double sigma_m = 0;
+  int threads = 1;
+  int iterations = 8;
+};
+
+/// Minimises sum_k w_k |measured - predicted|^2 / sigma^2 over effects and free frames by
+/// Levenberg-Marquardt (Ceres) with analytic derivatives, from the given model.
+Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOptions& options);
+
+}  // namespace plumbline

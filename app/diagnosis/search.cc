@@ -1,0 +1,475 @@
+#include "app/diagnosis/search.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "app/diagnosis/statistics.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kLeastObservable = 1e-3;   // of a column's length, after the frames
+constexpr double kLeastSeen = 1;            // sigma, over all rows, at the largest plausible size
+constexpr double kLeastPivot = 1e-6;        // squared sine to the columns before
+constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has no effect
+constexpr double kEffectsConsidered = 24;
+
+}  // namespace
+
+LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear_at,
+                             const Model& model, std::vector<int> rows,
+                             const std::vector<double>& weights, double sigma_m, int threads)
+    : data_(data),
+      linear_(std::move(linear_at)),
+      rows_(std::move(rows)),
+      sigma_m_(sigma_m),
+      threads_(threads) {
+  const Linearisation& linear = *linear_;
+  const int axes = linear.axes;
+  const auto count = static_cast<int>(rows_.size());
+  scale_.resize(count);
+  response_.resize(count * axes);
+  std::set<int> clusters;
+  std::vector<int> sessions;
+  for (int j = 0; j < count; ++j) {
+    const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
+    scale_[j] = std::sqrt(weights[row]) / sigma_m;
+    freedom_ += weights[row] * axes;
+    if (weights[row] > 0.5) clusters.insert(data.cluster_of[row]);
+    const LinearRow& at = linear.rows[row];
+    Influence<double> influence;
+    AddEffects(model.effects, data.conditions[row], influence);
+    Vec3 y = at.residual;
+    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+      if (influence[entry] != 0) y += influence[entry] * at.dp.col(entry);
+    }
+    response_.segment(j * axes, axes) = scale_[j] * y.head(axes);
+  }
+  clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));
+
+  const int per_session = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
+  if (per_session > 0) {
+    Eigen::MatrixXd frames =
+        Eigen::MatrixXd::Zero(count * axes, per_session * data.sessions_count());
+    for (int j = 0; j < count; ++j) {
+      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
+      const int first = per_session * data.session_of[row];
+      const auto& derivative = linear.rows[row].frames;
+      auto block = frames.block(j * axes, first, axes, per_session);
+      if (data.frames_free()) block.leftCols(6) = scale_[j] * derivative.topLeftCorner(axes, 6);
+      if (data.tip_free()) block.rightCols(3) = scale_[j] * derivative.topRightCorner(axes, 3);
+    }
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(frames);
+    qr.setThreshold(1e-9);
+    const auto rank = qr.rank();
+    frames_ = qr.householderQ() * Eigen::MatrixXd::Identity(frames.rows(), rank);
+    freedom_ -= static_cast<double>(rank);
+    response_ -= frames_ * (frames_.transpose() * response_);
+  }
+}
+
+Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
+  const int axes = linear_->axes;
+  const auto count = static_cast<int>(rows_.size());
+  const auto width = static_cast<int>(block.columns.size());
+  Eigen::MatrixXd columns(count * axes, width);
+  InParallel(count, threads_, [&](int first, int last) {
+    Eigen::MatrixXd at(3, width);
+    for (int j = first; j < last; ++j) {
+      ColumnsAt(data_, *linear_, block, rows_[static_cast<std::size_t>(j)], at);
+      columns.middleRows(j * axes, axes) = scale_[j] * at.topRows(axes);
+    }
+  });
+  if (projected) Project(columns);
+  return columns;
+}
+
+void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  if (frames_.cols() > 0) columns -= frames_ * (frames_.transpose() * columns).eval();
+}
+
+const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
+  Eigen::VectorXd& carrier = carriers_[entry];
+  if (carrier.size() == 0) {
+    const int axes = linear_->axes;
+    carrier.resize(static_cast<int>(rows_.size()) * axes);
+    for (int j = 0; j < static_cast<int>(rows_.size()); ++j) {
+      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
+      carrier.segment(j * axes, axes) = scale_[j] * linear_->rows[row].dp.col(entry).head(axes);
+    }
+  }
+  return carrier;
+}
+
+Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
+                                       const Eigen::MatrixXd& factors) const {
+  const int axes = linear_->axes;
+  const auto wide = static_cast<int>(entries.size());
+  Eigen::MatrixXd columns(response_.size(), wide * factors.cols());
+  for (int k = 0; k < factors.cols(); ++k) {
+    for (int a = 0; a < wide; ++a) {
+      const Eigen::VectorXd& carrier = Carrier(entries[static_cast<std::size_t>(a)]);
+      auto column = columns.col(k * wide + a);
+      for (int j = 0; j < factors.rows(); ++j) {
+        column.segment(j * axes, axes) = factors(j, k) * carrier.segment(j * axes, axes);
+      }
+    }
+  }
+  return columns;
+}
+
+Pool::Pool(const LinearProblem& problem)
+    : problem_(problem), chi2_null_(problem.response().squaredNorm()) {}
+
+int Pool::Add(const Block& block) {
+  for (std::size_t known = 0; known < blocks_.size(); ++known) {
+    const Block& other = blocks_[known];
+    if (other.id == block.id && other.term.word == block.term.word &&
+        other.term.parameters == block.term.parameters &&
+        other.term.drivers == block.term.drivers && other.columns.size() == block.columns.size() &&
+        std::equal(other.columns.begin(), other.columns.end(), block.columns.begin(),
+                   [](const BlockColumn& a, const BlockColumn& b) {
+                     return a.values == b.values && a.entry == b.entry && a.degree == b.degree;
+                   })) {
+      return static_cast<int>(known);
+    }
+  }
+  Eigen::MatrixXd raw = problem_.Columns(block, false);
+  const auto width = static_cast<int>(raw.cols());
+  const double rows = static_cast<double>(problem_.rows().size());
+  std::vector<double> raw_length;
+  for (int k = 0; k < width; ++k) {
+    raw_length.push_back(raw.col(k).norm());
+    raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
+  }
+  problem_.Project(raw);
+  const auto index = static_cast<int>(blocks_.size());
+  blocks_.push_back(block);
+  unit_costs_.push_back(UnitCosts(block));
+  first_.push_back(used_);
+  for (int k = 0; k < width; ++k) {
+    const double length = raw.col(k).norm();
+    const double largest = block.columns[static_cast<std::size_t>(k)].largest;
+    const bool seen = length > kLeastObservable * raw_length[static_cast<std::size_t>(k)] &&
+                      length * largest > kLeastSeen;
+    length_.push_back(seen ? length : 0);
+    if (seen) {
+      raw.col(k) /= length;
+    } else {
+      raw.col(k).setZero();
+    }
+    block_of_.push_back(index);
+    local_.push_back(k);
+  }
+  if (used_ + width > columns_.cols()) {
+    const int room = 2 * (used_ + width) + 64;
+    columns_.conservativeResize(raw.rows(), room);
+    gram_.conservativeResize(room, room);
+    moment_.conservativeResize(room);
+  }
+  columns_.middleCols(used_, width) = raw;
+  gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
+  gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
+  moment_.segment(used_, width) = raw.transpose() * problem_.response();
+  used_ += width;
+  return index;
+}
+
+bool Pool::Observable(int block) const {
+  const int first = first_[static_cast<std::size_t>(block)];
+  const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
+  for (int k = first; k < first + width; ++k) {
+    if (length_[static_cast<std::size_t>(k)] > 0) return true;
+  }
+  return false;
+}
+
+bool Pool::Absurd(const Explanation& explanation) const {
+  constexpr double kFarBeyond = 10;
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const auto column = static_cast<std::size_t>(explanation.columns[i]);
+    const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
+    const double largest = block.columns[static_cast<std::size_t>(local_[column])].largest;
+    if (std::abs(explanation.values[static_cast<int>(i)]) > kFarBeyond * largest) return true;
+  }
+  return false;
+}
+
+std::vector<double> Pool::UnitCosts(const Block& block) const {
+  std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
+  for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
+  std::vector<double> costs;
+  std::map<int, double> quantiles;
+  for (const int width : widths) {
+    const double evidence = width * std::log(static_cast<double>(problem_.clusters()));
+    double& quantile = quantiles[width];
+    if (quantile == 0 && block.units > 1) {
+      quantile = ChiSquareQuantile(kJointFamilyError / block.units, width);
+    }
+    costs.push_back(std::max(evidence, quantile));
+  }
+  return costs;
+}
+
+double Pool::BlockCost(int block) const {
+  return 2 * std::log(std::max(1.0, blocks_[static_cast<std::size_t>(block)].trials));
+}
+
+Explanation Pool::Evaluate(std::vector<int> support) const {
+  return Solve(std::move(support), true);
+}
+
+Explanation Pool::Fit(const std::vector<int>& support) const {
+  return Solve(support, false);
+}
+
+/// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
+/// pivot, so that the columns chosen are well conditioned. Their order stays.
+std::vector<int> Pool::Ranked(std::vector<int> columns) const {
+  const auto n = static_cast<int>(columns.size());
+  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
+  std::vector<int> chosen;
+  for (int r = 0; r < n; ++r) {
+    int best = 0;
+    if (!(left.maxCoeff(&best) > kLeastPivot)) break;
+    const double root = std::sqrt(left[best]);
+    const int pivot = columns[static_cast<std::size_t>(best)];
+    for (int i = 0; i < n; ++i) {
+      if (left[i] < -0.5) continue;  // chosen
+      const double dot = gram_(columns[static_cast<std::size_t>(i)], pivot) -
+                         L.row(i).head(r).dot(L.row(best).head(r));
+      L(i, r) = dot / root;
+      left[i] -= L(i, r) * L(i, r);
+    }
+    left[best] = -1;
+    chosen.push_back(best);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  for (int& place : chosen) place = columns[static_cast<std::size_t>(place)];
+  return chosen;
+}
+
+Explanation Pool::Solve(std::vector<int> support, bool eliminate) const {
+  std::sort(support.begin(), support.end());
+  support.erase(std::unique(support.begin(), support.end()), support.end());
+  // Columns with rank, in order; a column that those before imitate goes.
+  std::vector<int> kept;
+  for (const int block : support) {
+    const int first = first_[static_cast<std::size_t>(block)];
+    const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
+    for (int k = first; k < first + width; ++k) {
+      if (length_[static_cast<std::size_t>(k)] > 0) kept.push_back(k);
+    }
+  }
+  kept = Ranked(std::move(kept));
+  auto n = static_cast<int>(kept.size());
+  Eigen::MatrixXd inverse(n, n);
+  Eigen::VectorXd values(n);
+  {
+    Eigen::MatrixXd G(n, n);
+    Eigen::VectorXd b(n);
+    for (int i = 0; i < n; ++i) {
+      b[i] = moment_[kept[static_cast<std::size_t>(i)]];
+      for (int j = 0; j < n; ++j) {
+        G(i, j) = gram_(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
+      }
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> ldlt(G);
+    inverse = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
+    values = inverse * b;
+  }
+  double chi2 = chi2_null_;
+  for (int i = 0; i < n; ++i) chi2 -= moment_[kept[static_cast<std::size_t>(i)]] * values[i];
+
+  // Units, numbered; a column that is gone has unit -1.
+  struct Unit {
+    int block, unit;
+    std::vector<int> at;
+  };
+  std::vector<Unit> units;
+  for (int i = 0; i < n; ++i) {
+    const auto column = static_cast<std::size_t>(kept[static_cast<std::size_t>(i)]);
+    const int block = block_of_[column];
+    const int unit = blocks_[static_cast<std::size_t>(block)]
+                         .columns[static_cast<std::size_t>(local_[column])]
+                         .unit;
+    if (units.empty() || units.back().block != block || units.back().unit != unit) {
+      const auto same = std::find_if(units.begin(), units.end(), [&](const Unit& other) {
+        return other.block == block && other.unit == unit;
+      });
+      if (same != units.end()) {
+        same->at.push_back(i);
+        continue;
+      }
+      units.push_back({block, unit, {}});
+    }
+    units.back().at.push_back(i);
+  }
+  // The rise of chi2 when a unit goes, the others refitted: v^T (inverse part)^-1 v.
+  const auto rise_without = [&](const Unit& unit) {
+    if (unit.at.size() == 1) {
+      const int i = unit.at.front();
+      return values[i] * values[i] / inverse(i, i);
+    }
+    const auto m = static_cast<int>(unit.at.size());
+    Eigen::MatrixXd part(m, m);
+    Eigen::VectorXd value(m);
+    for (int i = 0; i < m; ++i) {
+      value[i] = values[unit.at[static_cast<std::size_t>(i)]];
+      for (int j = 0; j < m; ++j) {
+        part(i, j) =
+            inverse(unit.at[static_cast<std::size_t>(i)], unit.at[static_cast<std::size_t>(j)]);
+      }
+    }
+    return value.dot(part.ldlt().solve(value));
+  };
+  while (eliminate && !units.empty()) {
+    double worst = 0, worst_rise = 0;
+    std::size_t gone = units.size();
+    for (std::size_t u = 0; u < units.size(); ++u) {
+      const double rise = rise_without(units[u]);
+      const double gain = UnitCost(units[u].block, units[u].unit) - rise;
+      if (gain > worst) {
+        worst = gain;
+        worst_rise = rise;
+        gone = u;
+      }
+    }
+    if (gone == units.size()) break;
+    chi2 += worst_rise;
+    for (const int j : units[gone].at) {
+      const Eigen::VectorXd column = inverse.col(j);
+      values -= column * (values[j] / column[j]);
+      inverse.noalias() -= column * (column.transpose() / column[j]);
+      values[j] = 0;
+    }
+    units.erase(units.begin() + static_cast<std::ptrdiff_t>(gone));
+  }
+  {
+    std::vector<int> places;
+    for (const Unit& unit : units) places.insert(places.end(), unit.at.begin(), unit.at.end());
+    std::sort(places.begin(), places.end());
+    std::vector<int> left;
+    Eigen::VectorXd of_left(static_cast<int>(places.size()));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      left.push_back(kept[static_cast<std::size_t>(places[i])]);
+      of_left[static_cast<int>(i)] = values[places[i]];
+    }
+    kept = std::move(left);
+    values = of_left;
+    n = static_cast<int>(kept.size());
+  }
+
+  Explanation explanation;
+  explanation.columns = kept;
+  explanation.values.resize(n);
+  for (int i = 0; i < n; ++i) {
+    explanation.values[i] =
+        values[i] / length_[static_cast<std::size_t>(kept[static_cast<std::size_t>(i)])];
+  }
+  explanation.chi2 = std::max(0.0, chi2);
+  explanation.score = explanation.chi2;
+  std::set<int> used;
+  std::set<std::string> ids;
+  for (const Unit& unit : units) {
+    explanation.score += UnitCost(unit.block, unit.unit);
+    used.insert(unit.block);
+  }
+  for (const int block : used) {
+    explanation.score += BlockCost(block);
+    ids.insert(blocks_[static_cast<std::size_t>(block)].id);
+  }
+  explanation.score += 2 * std::log(kEffectsConsidered) * static_cast<double>(ids.size());
+  explanation.blocks.assign(used.begin(), used.end());
+  return explanation;
+}
+
+Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
+  Eigen::VectorXd residual = problem_.response();
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const int column = explanation.columns[i];
+    residual -= columns_.col(column) * (explanation.values[static_cast<int>(i)] *
+                                        length_[static_cast<std::size_t>(column)]);
+  }
+  return residual;
+}
+
+Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
+  Coefficients coefficients;
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const auto column = static_cast<std::size_t>(explanation.columns[i]);
+    coefficients[{block_of_[column], local_[column]}] = explanation.values[static_cast<int>(i)];
+  }
+  return coefficients;
+}
+
+std::vector<int> Pool::BlocksOf(const Explanation& explanation, const std::string& id) const {
+  std::vector<int> of;
+  for (const int block : explanation.blocks) {
+    if (blocks_[static_cast<std::size_t>(block)].id == id) of.push_back(block);
+  }
+  return of;
+}
+
+std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const std::string& id) const {
+  std::vector<int> beside;
+  for (const int block : explanation.blocks) {
+    if (blocks_[static_cast<std::size_t>(block)].id != id) beside.push_back(block);
+  }
+  return beside;
+}
+
+double Pool::SignalLeft(const Explanation& explanation, const std::string& id,
+                        const std::vector<int>& rival) const {
+  Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const int column = explanation.columns[i];
+    if (blocks_[static_cast<std::size_t>(BlockOfColumn(column))].id != id) continue;
+    field += columns_.col(column) *
+             (explanation.values[static_cast<int>(i)] * length_[static_cast<std::size_t>(column)]);
+  }
+  const Explanation of_rival = Fit(rival);
+  const auto n = static_cast<int>(of_rival.columns.size());
+  Eigen::MatrixXd columns(columns_.rows(), n);
+  for (int i = 0; i < n; ++i)
+    columns.col(i) = columns_.col(of_rival.columns[static_cast<std::size_t>(i)]);
+  const double length = field.norm();
+  if (length == 0) return 0;
+  const Eigen::VectorXd left =
+      n == 0 ? field
+             : Eigen::VectorXd(
+                   field -
+                   columns *
+                       (columns.transpose() * columns).ldlt().solve(columns.transpose() * field));
+  return left.norm() / length;
+}
+
+double Pool::MinimumDetectable(int block) const {
+  constexpr double kPower90 = 1.2816;
+  const Block& of = blocks_[static_cast<std::size_t>(block)];
+  const int first = first_[static_cast<std::size_t>(block)];
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < of.columns.size(); ++k) {
+    const auto column = static_cast<std::size_t>(first) + k;
+    if (length_[column] == 0) continue;
+    const double threshold =
+        UnitCost(block, of.columns[k].unit) + BlockCost(block) + 2 * std::log(kEffectsConsidered);
+    const double value = (std::sqrt(threshold) + kPower90) / length_[column];
+    sizes.push_back(value * raw_rms_m_[column]);
+  }
+  return Median(sizes);
+}
+
+std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {
+  std::set<std::string> ids;
+  for (const int block : explanation.blocks) {
+    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+    ids.insert(of.id);
+  }
+  return {ids.begin(), ids.end()};
+}
+
+}  // namespace plumbline

@@ -1,0 +1,151 @@
+// The search for whole effects: every support up to three, a beam beyond, scored by evidence.
+#pragma once
+
+#include <memory>
+
+#include "app/diagnosis/candidates.h"
+
+namespace plumbline {
+
+/// Rows with a working response y = residual + (d prediction / d influence) influence, so that the
+/// unknowns are the effects' full values; whitened by sigma and the robust weights, and with the
+/// frames that the cell leaves free projected out of response and columns alike.
+class LinearProblem {
+ public:
+  /// @param rows     which take part; others have no influence whatever
+  /// @param weights  of all rows, 0..1
+  LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear,
+                const Model& model, std::vector<int> rows, const std::vector<double>& weights,
+                double sigma_m, int threads);
+
+  const Dataset& data() const { return data_; }
+  const Linearisation& linear() const { return *linear_; }
+  const std::vector<int>& rows() const { return rows_; }
+  int clusters() const { return clusters_; }
+  double sigma_m() const { return sigma_m_; }
+  /// Rows times axes by their weights, less the frames' numbers.
+  double freedom() const { return freedom_; }
+  const Eigen::VectorXd& response() const { return response_; }
+
+  /// A block's columns, whitened; `projected` with the frames taken out.
+  Eigen::MatrixXd Columns(const Block& block, bool projected) const;
+  void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  /// One influence's column, whitened, not projected: what shapes multiply row by row.
+  const Eigen::VectorXd& Carrier(int entry) const;
+  /// Columns carrier_a f_k(row), ordered by k then a; not projected.
+  /// @param factors  shape (rows, k)
+  Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
+
+ private:
+  const Dataset& data_;
+  std::shared_ptr<const Linearisation> linear_;
+  std::vector<int> rows_;
+  double sigma_m_;
+  int threads_;
+  int clusters_ = 0;
+  double freedom_ = 0;
+  Eigen::VectorXd scale_;     ///< sqrt(weight)/sigma of each row in rows_
+  Eigen::MatrixXd frames_;    ///< orthonormal
+  Eigen::VectorXd response_;  ///< whitened, projected
+  mutable std::map<int, Eigen::VectorXd> carriers_;
+};
+
+/// What a support of blocks explains, the joints that do not earn their place dropped.
+struct Explanation {
+  std::vector<int> blocks;   ///< ascending
+  std::vector<int> columns;  ///< of the pool, that were kept
+  Eigen::VectorXd values;    ///< of those columns, SI
+  double chi2 = 0;           ///< that remains
+  double score = 0;          ///< chi2 + cost; -2 ln(evidence) up to a constant
+};
+
+/// Blocks with their projected columns and Gram matrix.
+class Pool {
+ public:
+  explicit Pool(const LinearProblem& problem);
+
+  /// Adds a block; the same one is not added twice. Returns its index.
+  int Add(const Block& block);
+
+  const LinearProblem& problem() const { return problem_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+  /// False where the frames imitate all of the block.
+  bool Observable(int block) const;
+  /// True where a value is far beyond what a sound machine can show: noise along a direction that
+  /// the rows hardly hold.
+  bool Absurd(const Explanation& explanation) const;
+  double chi2_null() const { return chi2_null_; }
+
+  /// Fits a support: rank first, then backward elimination of units that cost more than they bring.
+  Explanation Evaluate(std::vector<int> support) const;
+  /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
+  Explanation Fit(const std::vector<int>& support) const;
+  /// Whitened and projected residual of an explanation.
+  Eigen::VectorXd Residual(const Explanation& explanation) const;
+  /// (block, column) -> value.
+  Coefficients CoefficientsOf(const Explanation& explanation) const;
+  /// Blocks of an explanation that belong to an effect, and the others.
+  std::vector<int> BlocksOf(const Explanation& explanation, const std::string& id) const;
+  std::vector<int> BlocksBeside(const Explanation& explanation, const std::string& id) const;
+  /// Share (0..1) of the displacement that an explanation gives to an effect which a support
+  /// cannot imitate.
+  double SignalLeft(const Explanation& explanation, const std::string& id,
+                    const std::vector<int>& rival) const;
+  /// Smallest 3-D RMS displacement [m] of a block over the rows that would be found with power 0.9.
+  double MinimumDetectable(int block) const;
+
+  double UnitCost(int block, int unit) const {
+    return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];
+  }
+  double BlockCost(int block) const;
+
+  const Eigen::MatrixXd& columns() const { return columns_; }
+  int BlockOfColumn(int column) const { return block_of_[static_cast<std::size_t>(column)]; }
+
+ private:
+  std::vector<double> UnitCosts(const Block& block) const;
+  std::vector<int> Ranked(std::vector<int> columns) const;
+  Explanation Solve(std::vector<int> support, bool eliminate) const;
+
+  const LinearProblem& problem_;
+  std::vector<Block> blocks_;
+  std::vector<int> first_;                       ///< first column of each block
+  std::vector<int> block_of_;                    ///< of each column
+  std::vector<int> local_;                       ///< column within its block
+  std::vector<std::vector<double>> unit_costs_;  ///< of each block and unit
+  Eigen::MatrixXd columns_;                      ///< projected, unit length (or zero)
+  int used_ = 0;
+  Eigen::MatrixXd gram_;
+  Eigen::VectorXd moment_;         ///< columns^T response
+  std::vector<double> length_;     ///< projected length before normalising
+  std::vector<double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
+  double chi2_null_ = 0;
+};
+
+/// Most blocks of an explanation; what needs more is not explained but fitted.
+inline constexpr std::size_t kMostBlocks = 30;
+
+/// The best explanations of distinct effects, best first; the first may be empty ("nothing").
+/// Shapes (cycles, time constants, moments) are searched in the residual of what is promising.
+/// @param most  blocks in an explanation
+std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::size_t most,
+                                const std::function<bool()>& interrupted);
+
+/// Adds to the pool the best shapes of the searched effects for a residual; returns their indices.
+std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+                           const Eigen::VectorXd& residual);
+
+/// Lines of the spectrum of a residual, the strongest of each joint.
+struct PeriodicLine {
+  int joint = 0;
+  double cycles_per_turn = 0;
+  double gain = 0;  ///< drop of chi2
+  double amplitude_rad = 0;
+};
+std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
+                                        const Eigen::VectorXd& residual);
+
+/// The ids of an explanation's effects, distinct, ascending.
+std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation);
+
+}  // namespace plumbline

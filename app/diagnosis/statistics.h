@@ -1,0 +1,34 @@
+// The few distributions that a diagnosis needs.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace plumbline {
+
+/// P(chi^2_freedom > value); 1 for value <= 0.
+double ChiSquareTail(double value, double freedom);
+
+/// The value that chi^2_freedom exceeds with probability `tail` (0..1).
+double ChiSquareQuantile(double tail, double freedom);
+
+/// P(F_{d1,d2} > value).
+double FisherTail(double value, double d1, double d2);
+
+/// Middle of the values; 0 of none.
+double Median(std::vector<double> values);
+
+/// A small generator, the same on every machine [Steele et al. 2014, splitmix64].
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t Next();
+  double Uniform();      ///< in [0, 1)
+  int Below(int count);  ///< in 0..count-1
+  double Sign() { return Next() >> 63 ? 1.0 : -1.0; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,106 @@
+#include "app/diagnosis/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "app/diagnosis/words.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr std::size_t kMostParameters = 8;
+constexpr std::size_t kMostRivals = 2;
+constexpr std::size_t kMostPoses = 6;
+constexpr std::size_t kMostRemarks = 2;  // of each kind
+constexpr std::size_t kMostLines = 8;    // outlier lines named
+
+void AddParameters(const Diagnosis& diagnosis, std::string& text) {
+  std::size_t count = 0;
+  std::string lines;
+  for (const Finding& finding : diagnosis.findings) {
+    const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+    for (const EffectParameter& parameter : written.parameters) {
+      if (++count > kMostParameters) continue;
+      const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
+                                                     : ValueText{parameter.word, ""};
+      lines +=
+          fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id), parameter.name,
+                      shown.value, shown.sd.empty() ? "" : " +- " + shown.sd, parameter.unit);
+    }
+    if (!finding.implausible.empty() && count <= kMostParameters) {
+      lines += "    implausible: " + finding.implausible + '\n';
+    }
+  }
+  text += lines;
+  if (count > kMostParameters)
+    text += fmt::format("  and {} more parameters\n", count - kMostParameters);
+}
+
+void AddRivals(const Diagnosis& diagnosis, std::string& text) {
+  for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMostRivals); ++k) {
+    const Rival& rival = diagnosis.rivals[k];
+    text += fmt::format("Rival: {} in place of {}, which has {} of its signal left beside it\n",
+                        EffectName(rival.id, rival.scope), EffectName(rival.instead_of),
+                        PercentText(rival.signal_left));
+  }
+  if (diagnosis.rivals.size() > kMostRivals) {
+    text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMostRivals);
+  }
+}
+
+void AddNextPoses(const Diagnosis& diagnosis, std::string& text) {
+  const auto& poses = diagnosis.next_poses;
+  if (poses.empty()) return;
+  text += "Measure next (joints in degrees; apart: how far the explanations differ there)\n";
+  for (std::size_t k = 0; k < std::min(poses.size(), kMostPoses); ++k) {
+    text += fmt::format("  {}:", k + 1);
+    for (const double q : poses[k].q) text += fmt::format(" {:8.2f}", q * kDegPerRad);
+    text += fmt::format("  {:5.1f} kg  {} mm apart\n", poses[k].payload_kg,
+                        MillimetreText(poses[k].separation_m));
+  }
+  if (poses.size() > kMostPoses) text += fmt::format("  and {} more\n", poses.size() - kMostPoses);
+}
+
+void AddRemarks(const char* topic, const std::vector<std::string>& remarks, std::string& text) {
+  for (std::size_t k = 0; k < std::min(remarks.size(), kMostRemarks); ++k) {
+    text += fmt::format("{}: {}\n", topic, remarks[k]);
+  }
+  if (remarks.size() > kMostRemarks) {
+    text += fmt::format("  and {} more, see the report\n", remarks.size() - kMostRemarks);
+  }
+}
+
+std::string DataLine(const Diagnosis& diagnosis) {
+  std::string text = fmt::format("{} rows, noise floor {} mm (sigma {} mm, {})",
+                                 diagnosis.rows.size(), MillimetreText(diagnosis.noise_floor_m),
+                                 MillimetreText(diagnosis.sigma_m), SigmaOriginText(diagnosis));
+  if (!diagnosis.held_out_by.empty()) text += "; held out: " + diagnosis.held_out_by;
+  const auto& outliers = diagnosis.outlier_rows;
+  if (outliers.empty()) return text + "; no outliers\n";
+  text += fmt::format("; {} outlier{} in line{}", outliers.size(), outliers.size() == 1 ? "" : "s",
+                      outliers.size() == 1 ? "" : "s");
+  for (std::size_t k = 0; k < std::min(outliers.size(), kMostLines); ++k) {
+    text += fmt::format("{} {}", k == 0 ? "" : ",", outliers[k]);
+  }
+  return text + (outliers.size() > kMostLines ? ", ..\n" : "\n");
+}
+
+}  // namespace
+
+std::string SummaryText(const Diagnosis& diagnosis) {
+  std::string text = Capital(Headline(diagnosis));
+  const std::string error = ErrorSentence(diagnosis);
+  text += error.empty() ? "\n" : ":\n" + error + '\n';
+  AddParameters(diagnosis, text);
+  AddRivals(diagnosis, text);
+  AddNextPoses(diagnosis, text);
+  text += DataLine(diagnosis);
+  AddRemarks("Not recorded", diagnosis.not_recorded, text);
+  AddRemarks("Note", diagnosis.notes, text);
+  return text;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,271 @@
+#include "app/diagnosis/unknown.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/diagnosis/statistics.h"
+
+namespace plumbline {
+namespace {
+
+using I = Influence<double>;
+constexpr std::size_t kBlocksKept = 4;
+constexpr int kMostOfVectors = 7;  // degree in a joint's signal of curves that come in threes
+
+/// What an unknown cause may move.
+std::vector<std::vector<int>> Carriers(const Dataset& data) {
+  std::vector<std::vector<int>> carriers = {{I::kBase, I::kBase + 1, I::kBase + 2},
+                                            {I::kTip, I::kTip + 1, I::kTip + 2}};
+  if (!data.cell.tool.rigid) carriers.push_back({I::kBendRatio});
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
+  return carriers;
+}
+
+/// Degrees of the polynomial worth trying: a signal of few levels holds only a few.
+std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
+  std::vector<int> degrees;
+  for (const int degree : {1, 2, 3, 4, 5, 7, 10, 14}) {
+    if (carriers > 1 && signal.of_joint && degree > kMostOfVectors) continue;
+    if (degree <= 2 ? degree < signal.distinct : 2 * degree < signal.distinct) {
+      degrees.push_back(degree);
+    }
+  }
+  return degrees;
+}
+
+bool Free(const Dataset& data, const std::vector<int>& carrier) {
+  if (carrier.front() == I::kBase) return data.frames_free();
+  if (carrier.front() == I::kTip) return data.tip_free();
+  return false;
+}
+
+/// Legendre polynomials of a signal at the problem's rows, degrees first..last.
+Eigen::MatrixXd Polynomials(const LinearProblem& problem, int signal, int first, int last) {
+  const RecordedSignal& of = problem.data().signals[static_cast<std::size_t>(signal)];
+  Eigen::MatrixXd factors(static_cast<int>(problem.rows().size()), last - first + 1);
+  for (int j = 0; j < factors.rows(); ++j) {
+    const auto row = static_cast<std::size_t>(problem.rows()[static_cast<std::size_t>(j)]);
+    const double x = Scaled(of, of.values[row]);
+    for (int degree = first; degree <= last; ++degree) {
+      factors(j, degree - first) = Legendre(degree, x);
+    }
+  }
+  return factors;
+}
+
+/// Drops of chi2 by the first 1, 2, .. columns, from one Cholesky factorisation; a column that
+/// those before imitate adds nothing and does not count.
+struct Nested {
+  std::vector<double> gain;
+  std::vector<int> rank;
+};
+
+Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) {
+  const Eigen::MatrixXd gram = columns.transpose() * columns;
+  const Eigen::VectorXd moment = columns.transpose() * residual;
+  const auto n = static_cast<int>(columns.cols());
+  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd along(n);
+  std::vector<int> kept;
+  Nested nested;
+  double gain = 0;
+  for (int k = 0; k < n; ++k) {
+    const auto r = static_cast<int>(kept.size());
+    Eigen::VectorXd row(r);
+    double pivot = gram(k, k), rest = moment[k];
+    for (int i = 0; i < r; ++i) {
+      row[i] = (gram(k, kept[static_cast<std::size_t>(i)]) - row.head(i).dot(L.row(i).head(i))) /
+               L(i, i);
+      pivot -= row[i] * row[i];
+      rest -= row[i] * along[i];
+    }
+    if (pivot > 1e-9 * gram(k, k) && pivot > 0) {
+      L.row(r).head(r) = row.transpose();
+      L(r, r) = std::sqrt(pivot);
+      along[r] = rest / L(r, r);
+      gain += along[r] * along[r];
+      kept.push_back(k);
+    }
+    nested.gain.push_back(gain);
+    nested.rank.push_back(static_cast<int>(kept.size()));
+  }
+  return nested;
+}
+
+double Trials(const Dataset& data, std::size_t carriers) {
+  return static_cast<double>(data.signals.size() * carriers) * 8;
+}
+
+/// True where an empirical curve swings between the rows farther than it goes at them.
+bool Wild(const Pool& pool, const Explanation& explanation) {
+  constexpr int kNodes = 60;
+  constexpr double kSwing = 1.6;
+  const Dataset& data = pool.problem().data();
+  const Coefficients coefficients = pool.CoefficientsOf(explanation);
+  for (const int index : explanation.blocks) {
+    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+    if (!block.empirical()) continue;
+    const RecordedSignal& signal =
+        data.signals[static_cast<std::size_t>(block.columns.front().signal)];
+    std::map<int, std::map<int, double>> curves;  // of each carrier, degree -> coefficient
+    for (const auto& [key, value] : coefficients) {
+      if (key.first != index) continue;
+      const BlockColumn& column = block.columns[static_cast<std::size_t>(key.second)];
+      curves[column.entry][column.degree] = value;
+    }
+    for (const auto& [entry, curve] : curves) {
+      const auto at = [&curve = curve](double x) {
+        double sum = 0;
+        for (const auto& [degree, value] : curve) sum += value * Legendre(degree, x);
+        return std::abs(sum);
+      };
+      double at_rows = 0, between = 0;
+      for (const int row : pool.problem().rows()) {
+        at_rows =
+            std::max(at_rows, at(Scaled(signal, signal.values[static_cast<std::size_t>(row)])));
+      }
+      for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
+      if (between > kSwing * at_rows) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
+  const LinearProblem& problem = pool.problem();
+  const Dataset& data = problem.data();
+  const auto carriers = Carriers(data);
+  const double per_column = std::log(static_cast<double>(problem.clusters()));
+  std::vector<std::pair<double, Block>> found;
+  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
+    for (const std::vector<int>& carrier : carriers) {
+      const std::vector<int> degrees =
+          Degrees(data.signals[static_cast<std::size_t>(s)], carrier.size());
+      if (degrees.empty()) continue;
+      const int first = Free(data, carrier) ? 1 : 0;
+      Eigen::MatrixXd columns =
+          problem.Carried(carrier, Polynomials(problem, s, first, degrees.back()));
+      problem.Project(columns);
+      const Nested nested = NestedGains(columns, residual);
+      for (const int degree : degrees) {
+        const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
+        found.emplace_back(
+            nested.gain[last] - per_column * nested.rank[last],
+            EmpiricalBlock(data, s, carrier, degree, first == 0, Trials(data, carriers.size())));
+      }
+    }
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<int> indices;
+  for (std::size_t k = 0; k < std::min(kBlocksKept, found.size()); ++k) {
+    const int index = pool.Add(found[k].second);
+    if (pool.Observable(index)) indices.push_back(index);
+  }
+  return indices;
+}
+
+Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
+  Explanation best = ranked.front();
+  std::vector<int> empirical;
+  const std::size_t promising = std::min<std::size_t>(ranked.size(), 12);
+  const auto learn = [&](const Explanation& from) {
+    for (const int block : AddEmpirical(pool, pool.Residual(from))) {
+      if (std::find(empirical.begin(), empirical.end(), block) == empirical.end()) {
+        empirical.push_back(block);
+      }
+    }
+  };
+  const auto judge = [&](std::vector<int> support) {
+    Explanation explanation = pool.Evaluate(std::move(support));
+    if (explanation.score < best.score && !pool.Absurd(explanation) && !Wild(pool, explanation))
+      best = std::move(explanation);
+  };
+  learn(pool.Fit({}));
+  for (std::size_t k = 0; k < std::min<std::size_t>(promising, 3); ++k) learn(ranked[k]);
+  for (const int block : empirical) {
+    judge({block});
+    for (std::size_t k = 0; k < promising; ++k) {
+      std::vector<int> support = ranked[k].blocks;
+      support.push_back(block);
+      judge(std::move(support));
+      // Without each of the effects that were only there to imitate it.
+      for (const int gone : ranked[k].blocks) {
+        std::vector<int> fewer;
+        for (const int other : ranked[k].blocks) {
+          if (other != gone) fewer.push_back(other);
+        }
+        fewer.push_back(block);
+        judge(std::move(fewer));
+      }
+    }
+  }
+  return best;
+}
+
+std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                   int flips) {
+  const Dataset& data = problem.data();
+  const int axes = problem.linear().axes;
+  const auto carriers = Carriers(data);
+  // One orthonormal basis a signal and carrier, of its linear and quadratic columns.
+  std::vector<std::vector<Eigen::MatrixXd>> bases(data.signals.size());
+  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
+    const std::vector<int> degrees = Degrees(data.signals[static_cast<std::size_t>(s)], 3);
+    if (degrees.empty()) continue;
+    const int degree = degrees[std::min<std::size_t>(degrees.size() - 1, 2)];
+    for (const std::vector<int>& carrier : carriers) {
+      Eigen::MatrixXd columns = problem.Carried(carrier, Polynomials(problem, s, 1, degree));
+      problem.Project(columns);
+      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+      qr.setThreshold(1e-6);
+      bases[static_cast<std::size_t>(s)].push_back(
+          qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank()));
+    }
+  }
+  // The statistic of a basis is its gain above what noise brings, in deviations.
+  const auto statistic = [](const Eigen::MatrixXd& basis, const Eigen::VectorXd& r) {
+    if (basis.cols() == 0) return 0.0;
+    const double rank = static_cast<double>(basis.cols());
+    return ((basis.transpose() * r).squaredNorm() - rank) / std::sqrt(2 * rank);
+  };
+  std::vector<double> observed(data.signals.size(), 0.0), shares(data.signals.size(), 0.0);
+  const double total = std::max(1e-12, residual.squaredNorm());
+  for (std::size_t s = 0; s < bases.size(); ++s) {
+    for (const Eigen::MatrixXd& basis : bases[s]) {
+      observed[s] = std::max(observed[s], statistic(basis, residual));
+      shares[s] = std::max(shares[s], (basis.transpose() * residual).squaredNorm() / total);
+    }
+  }
+  std::vector<int> beaten(data.signals.size(), 0);
+  Random random(20240607);
+  for (int flip = 0; flip < flips; ++flip) {
+    std::map<int, double> signs;
+    Eigen::VectorXd flipped = residual;
+    for (std::size_t j = 0; j < problem.rows().size(); ++j) {
+      const int cluster = data.cluster_of[static_cast<std::size_t>(problem.rows()[j])];
+      const auto [sign, fresh] = signs.emplace(cluster, 0.0);
+      if (fresh) sign->second = random.Sign();
+      flipped.segment(static_cast<int>(j) * axes, axes) *= sign->second;
+    }
+    double largest = 0;
+    for (const auto& of_signal : bases) {
+      for (const Eigen::MatrixXd& basis : of_signal) {
+        largest = std::max(largest, statistic(basis, flipped));
+      }
+    }
+    for (std::size_t s = 0; s < observed.size(); ++s) beaten[s] += largest >= observed[s] ? 1 : 0;
+  }
+  std::vector<SignalTrace> traces;
+  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+    traces.push_back({data.signals[s].column, data.signals[s].values,
+                      (1.0 + beaten[s]) / (1.0 + flips), shares[s]});
+  }
+  return traces;
+}
+
+}  // namespace plumbline

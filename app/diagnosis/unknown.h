@@ -1,0 +1,22 @@
+// What no effect of the catalogue explains: recorded signals that the residual follows.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/search.h"
+
+namespace plumbline {
+
+/// Adds to the pool the empirical blocks (a carrier times a smooth function of one signal) that
+/// fit a residual best; returns their indices, best first.
+std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);
+
+/// The best explanation that may use empirical blocks beside (or instead of) catalogued effects.
+/// @param ranked  explanations by the catalogue alone, best first
+Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked);
+
+/// How far a residual follows each recorded signal, whatever it moves: share of chi2 and the
+/// chance of that by itself, from sign flips of whole clusters, the best of all signals each time.
+std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                   int flips);
+
+}  // namespace plumbline

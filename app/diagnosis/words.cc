@@ -1,0 +1,191 @@
+#include "app/diagnosis/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+const std::pair<std::string_view, std::string_view> kNames[] = {
+    {"gear_periodic", "periodic gear error"},
+    {"step_event", "a step at one moment"},
+    {"empirical", "an empirical term"},
+};
+
+constexpr double kPercent = 100;
+
+std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
+  std::vector<std::string> names;
+  for (const Finding& finding : diagnosis.findings) {
+    std::string name = EffectName(finding);
+    if (with_shares) {
+      name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
+                          names.empty() ? " of the residual" : "");
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::string NoEffectHeadline(const Diagnosis& diagnosis) {
+  std::string text = fmt::format("nothing stands out of the noise of {} mm",
+                                 MillimetreText(diagnosis.noise_floor_m));
+  const auto& detectable = diagnosis.minimum_detectable_m;
+  if (detectable.empty()) return text;
+  const auto smaller = [](const auto& a, const auto& b) { return a.second < b.second; };
+  const auto least = std::min_element(detectable.begin(), detectable.end(), smaller);
+  const auto most = std::max_element(detectable.begin(), detectable.end(), smaller);
+  text += fmt::format("; {} mm of {} would have been seen", MillimetreText(least->second),
+                      EffectName(least->first));
+  if (detectable.size() > 1) {
+    text += fmt::format(", and {} mm of any of the {} effects looked for",
+                        MillimetreText(most->second), detectable.size());
+  }
+  return text;
+}
+
+std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
+  std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
+  for (const Rival& rival : diagnosis.rivals) {
+    std::string name = EffectName(rival.id, rival.scope);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  std::string text = Listed(names, "or") + ": these points cannot tell";
+  const std::size_t poses = diagnosis.next_poses.size();
+  if (poses == 1) text += "; one further pose would";
+  if (poses > 1) text += fmt::format("; {} further poses would", poses);
+  return text;
+}
+
+std::string UnknownHeadline(const Diagnosis& diagnosis) {
+  std::string text;
+  std::vector<std::string> physical;
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.effect.term.effect->traits().id == "empirical") continue;
+    physical.push_back(fmt::format("{} ({} of the residual)", EffectName(finding),
+                                   PercentText(finding.share_of_residual)));
+  }
+  if (!physical.empty()) text = Listed(physical) + ", and beside it ";
+  text +=
+      diagnosis.drivers.empty()
+          ? "something that is not in the catalogue and follows no recorded signal"
+          : "something that follows " + Listed(diagnosis.drivers) + " and is not in the catalogue";
+  text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically where there is data"
+                                      : "; that part is not corrected";
+  return text;
+}
+
+}  // namespace
+
+std::string EffectName(std::string_view id) {
+  for (const auto& [known, name] : kNames) {
+    if (known == id) return std::string(name);
+  }
+  std::string name(id);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+std::string EffectName(std::string_view id, const std::vector<std::string>& scope) {
+  if (scope.empty()) return EffectName(id);
+  std::vector<std::string> axes;
+  axes.reserve(scope.size());
+  for (const std::string& joint : scope) axes.push_back(joint.substr(joint.starts_with('q')));
+  return EffectName(id) + (axes.size() == 1 ? " on axis " : " on axes ") + Listed(axes);
+}
+
+std::string EffectName(const Finding& finding) {
+  const WrittenEffect written = WrittenFromActive(finding.effect, {});
+  return EffectName(written.id, written.scope);
+}
+
+std::string Capital(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') {
+    text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  }
+  return text;
+}
+
+std::string Listed(const std::vector<std::string>& items, std::string_view last) {
+  std::string text;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    if (k > 0) text += k + 1 == items.size() ? fmt::format(" {} ", last) : ", ";
+    text += items[k];
+  }
+  return text;
+}
+
+std::string MillimetreText(double metres) {
+  const double mm = 1e3 * metres;
+  const double size = std::abs(mm);
+  if (!std::isfinite(mm)) return "unknown";
+  if (size == 0) return "0";
+  if (size < 1e-3) return "<0.001";
+  return fmt::format("{:.{}f}", mm, size < 0.1 ? 3 : size < 10 ? 2 : 1);
+}
+
+std::string PercentText(double share) {
+  if (!std::isfinite(share)) return "unknown";
+  if (share > 0 && share < 0.005) return "<1 %";
+  if (share < 1 && share > 0.995) return ">99 %";
+  return fmt::format("{:.0f} %", kPercent * share);
+}
+
+ValueText ValueTextOf(double value, std::optional<double> sd) {
+  if (!std::isfinite(value)) return {"unknown", ""};
+  const bool known = sd && std::isfinite(*sd) && *sd > 0;
+  if (!known) return {fmt::format("{:.4g}", value), ""};
+  const double largest = std::max(std::abs(value), *sd);
+  const int exponent = static_cast<int>(std::floor(std::log10(largest)));
+  const int last_digit = static_cast<int>(std::floor(std::log10(*sd))) - 1;
+  if (exponent < -3 || exponent > 5) {
+    const int digits = std::clamp(exponent - last_digit, 1, 9);
+    return {fmt::format("{:.{}e}", value, digits), fmt::format("{:.1e}", *sd)};
+  }
+  const int digits = std::clamp(-last_digit, 0, 9);
+  return {fmt::format("{:.{}f}", value, digits), fmt::format("{:.{}f}", *sd, digits)};
+}
+
+std::string SigmaOriginText(const Diagnosis& diagnosis) {
+  if (diagnosis.sigma_origin == "repeats") return "from repeats";
+  if (diagnosis.sigma_origin == "residual") return "from the residual";
+  return diagnosis.sigma_origin;
+}
+
+bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
+  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                     [](const Finding& finding) {
+                       return finding.effect.term.effect->traits().id == "empirical";
+                     });
+}
+
+std::string Headline(const Diagnosis& diagnosis) {
+  switch (diagnosis.verdict) {
+    case Verdict::kNoEffect:
+      return NoEffectHeadline(diagnosis);
+    case Verdict::kExplained:
+      return Listed(NamesOf(diagnosis, true));
+    case Verdict::kAmbiguous:
+      return AmbiguousHeadline(diagnosis);
+    case Verdict::kUnknown:
+      break;
+  }
+  return UnknownHeadline(diagnosis);
+}
+
+std::string ErrorSentence(const Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return "";
+  if (diagnosis.held_out_by.empty()) {
+    return fmt::format("{} -> {} mm on the points of the fit; none could be held out",
+                       MillimetreText(diagnosis.rms_before_m),
+                       MillimetreText(diagnosis.rms_after_m));
+  }
+  const HeldOutError& error = diagnosis.held_out;
+  return fmt::format("{} -> {} mm on points that took no part in the fit (95 %: {} to {} mm)",
+                     MillimetreText(error.before_m), MillimetreText(error.after_m),
+                     MillimetreText(error.after_low_m), MillimetreText(error.after_high_m));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,123 @@
+// DIAGNOSIS.json and next_poses.csv as the file formats fix them.
+#include "app/diagnosis/answer.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "firmware-like/effects/catalogue.h"
+#include "tests/app/diagnosis/example_diagnosis.h"
+
+using namespace plumbline;
+using test::ExampleDiagnosis;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+std::vector<std::string> KeysOf(const Json& json) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  return keys;
+}
+
+}  // namespace
+
+TEST_CASE("the keys are those of the format, in its order, with every verdict") {
+  const std::pair<Verdict, const char*> cases[] = {{Verdict::kNoEffect, "no_effect"},
+                                                   {Verdict::kExplained, "explained"},
+                                                   {Verdict::kAmbiguous, "ambiguous"},
+                                                   {Verdict::kUnknown, "unknown"}};
+  for (const auto& [verdict, word] : cases) {
+    CAPTURE(word);
+    const Json answer = Json::parse(AnswerJson(ExampleDiagnosis(verdict), ""));
+    CHECK(KeysOf(answer) == std::vector<std::string>{
+                                "schema", "verdict", "effects", "rivals", "drivers", "next_poses",
+                                "minimum_detectable_mm", "rms_mm", "outlier_rows"});
+    CHECK(answer["schema"] == 1);
+    CHECK(answer["verdict"] == word);
+    CHECK(answer["next_poses"].is_null());
+    CHECK(KeysOf(answer["rms_mm"]) == std::vector<std::string>{"before", "after", "before_held_out",
+                                                               "after_held_out", "noise_floor"});
+    CHECK(answer["outlier_rows"] == Json({17, 54}));
+  }
+}
+
+TEST_CASE("effects carry names, values and deviations in file units") {
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
+  const Json effects = Json::parse(AnswerJson(diagnosis, ""))["effects"];
+  REQUIRE(effects.size() == 2);
+  const Json& first = effects[0];
+  CHECK(KeysOf(first) ==
+        std::vector<std::string>{"id", "scope", "parameters", "p_value", "share_of_residual"});
+  CHECK(first["id"] == "joint_compliance");
+  CHECK(first["scope"] == Json({"q2", "q3"}));
+  CHECK(KeysOf(first["parameters"][0]) == std::vector<std::string>{"name", "value", "sd", "unit"});
+  CHECK(first["parameters"][1]["name"] == "q3");
+  CHECK(first["parameters"][1]["value"].get<double>() == 6e-7);
+  CHECK(first["parameters"][1]["sd"].get<double>() == Approx(3e-9).epsilon(1e-12));
+  CHECK(first["parameters"][1]["unit"] == "rad/(N m)");
+  CHECK(effects[1]["scope"].empty());
+
+  diagnosis.rms_before_m = 8.64123456789012345e-3;
+  CHECK(Json::parse(AnswerJson(diagnosis, ""))["rms_mm"]["before"].get<double>() ==
+        8.64123456789012345e-3 * 1e3);
+}
+
+TEST_CASE("a choice is a parameter whose value is a word") {
+  Diagnosis diagnosis;
+  Finding finding;
+  finding.effect.term = {FindEffect("backlash"), {{0, 2, 1}}, "move"};
+  finding.effect.values = {2e-4};
+  diagnosis.findings = {finding};
+  const Json parameters = Json::parse(AnswerJson(diagnosis, ""))["effects"][0]["parameters"];
+  REQUIRE(parameters.size() == 2);
+  CHECK(parameters[0] == Json({{"name", "q3"}, {"value", 2e-4}, {"sd", nullptr}, {"unit", "rad"}}));
+  CHECK(parameters[1] == Json({{"name", "by"}, {"value", "move"}}));
+}
+
+TEST_CASE("rivals, drivers, detectable sizes and the poses' file") {
+  const Json ambiguous =
+      Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kAmbiguous), "next_poses.csv"));
+  CHECK(ambiguous["next_poses"] == "next_poses.csv");
+  CHECK(ambiguous["rivals"] == Json::parse(R"([{"instead_of": "tool_stiffness",
+    "id": "payload_mass", "signal_left": 0.012}])"));
+  const Json unknown = Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kUnknown), ""));
+  CHECK(unknown["drivers"] == Json({"air_pressure_bar"}));
+  const Json nothing = Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kNoEffect), ""));
+  CHECK(nothing["effects"].empty());
+  CHECK(nothing["minimum_detectable_mm"]["backlash"].get<double>() == Approx(0.03));
+}
+
+TEST_CASE("what is not finite is null, and foreign bytes do not stop the answer") {
+  Diagnosis diagnosis;
+  diagnosis.rms_before_m = std::numeric_limits<double>::quiet_NaN();
+  diagnosis.rms_after_m = std::numeric_limits<double>::infinity();
+  diagnosis.drivers = {"druck_\xE4"};
+  const Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  CHECK(answer["rms_mm"]["before"].is_null());
+  CHECK(answer["rms_mm"]["after"].is_null());
+  CHECK(answer["drivers"].size() == 1);
+}
+
+TEST_CASE("the proposed poses read back as poses of that arm") {
+  CellModel cell = test::ExampleCell();
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
+  FaultList faults;
+  auto table =
+      TableFromCsv(NextPosesCsv(diagnosis, cell), "next_poses.csv", cell.robot.joints, faults);
+  INFO(FaultsText(faults));
+  REQUIRE(table);
+  CHECK(faults.All().empty());
+  REQUIRE(table->rows.size() == 6);
+  CHECK(table->recorded.payload);
+  CHECK(table->rows[3].payload_kg == 80);
+  CHECK((table->rows[3].q - diagnosis.next_poses[3].q).cwiseAbs().maxCoeff() < 1e-7);
+
+  cell.robot.joints[0].type = JointType::kPrismatic;
+  cell.payload_cog_F.reset();
+  const std::string text = NextPosesCsv(diagnosis, cell);
+  CHECK(text.starts_with("q1_mm,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n"));
+  table = TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
+  REQUIRE(table);
+  CHECK(table->rows[0].q[0] == Approx(diagnosis.next_poses[0].q[0]).margin(1e-8));
+}

@@ -1,0 +1,211 @@
+// The engine against data of the simulator (which shares no code with it) and the shared examples.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "app/config/cell_reader.h"
+#include "app/diagnosis/diagnosis.h"
+
+using namespace plumbline;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Data {
+  CellModel cell;
+  MeasuredTable table;
+};
+
+Data Read(const fs::path& folder) {
+  FaultList faults;
+  auto cell = ReadCell((folder / "cell.toml").string(), faults);
+  INFO(FaultsText(faults));
+  REQUIRE(cell);
+  auto table = ReadTable((folder / "measured.csv").string(), cell->robot.joints, faults);
+  REQUIRE(table);
+  return {*cell, *table};
+}
+
+/// Fresh data of the simulator.
+Data Simulated(const std::string& options) {
+  static int number = 0;
+  const fs::path folder =
+      fs::temp_directory_path() /
+      ("plumbline-diagnose-" + std::to_string(getpid()) + "-" + std::to_string(++number));
+  const std::string command = std::string(PLUMBLINE_SIMULATE) + " " + options + " --out " +
+                              folder.string() + " > /dev/null";
+  REQUIRE(std::system(command.c_str()) == 0);
+  Data data = Read(folder);
+  fs::remove_all(folder);
+  return data;
+}
+
+Result<Diagnosis> Answer(const Data& data) {
+  return Diagnose(data.cell, data.table, {});
+}
+
+std::vector<std::string> Ids(const Diagnosis& diagnosis) {
+  std::vector<std::string> ids;
+  for (const Finding& finding : diagnosis.findings) {
+    ids.emplace_back(finding.effect.term.effect->traits().id);
+  }
+  return ids;
+}
+
+}  // namespace
+
+TEST_CASE("hidden effects of the simulator are named, with their values") {
+  for (const char* family :
+       {"joint_compliance", "thermal_growth", "backlash_move", "gear_periodic"}) {
+    CAPTURE(family);
+    const auto diagnosis =
+        Answer(Simulated(std::string("--family ") + family + " --seed 3 --signal 20"));
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->verdict == Verdict::kExplained);
+    const std::string id = std::string(family) == "backlash_move" ? "backlash" : family;
+    CHECK(Ids(*diagnosis) == std::vector<std::string>{id});
+    CHECK(diagnosis->rms_after_m < 1.3 * diagnosis->noise_floor_m);
+    CHECK(diagnosis->held_out.after_m < 1.5 * diagnosis->noise_floor_m);
+    CHECK(diagnosis->held_out.before_m > 3 * diagnosis->held_out.after_m);
+  }
+}
+
+TEST_CASE("nothing hidden: nothing found, with outliers and heavy tails, too") {
+  for (const char* options : {"", " --outliers 0.05", " --heavy-tails"}) {
+    CAPTURE(options);
+    const auto diagnosis = Answer(Simulated(std::string("--family none --seed 5") + options));
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->verdict == Verdict::kNoEffect);
+    CHECK(diagnosis->minimum_detectable_m.size() > 12);
+    for (const auto& [id, least_m] : diagnosis->minimum_detectable_m) {
+      CAPTURE(id);
+      CHECK(least_m > 0);
+      CHECK(least_m < 1e-3);
+    }
+  }
+}
+
+TEST_CASE("what is in no catalogue is unknown, and its driver is named") {
+  const auto diagnosis = Answer(Simulated("--family air_pressure --seed 2 --signal 15"));
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kUnknown);
+  CHECK(diagnosis->drivers == std::vector<std::string>{"air_pressure_bar"});
+  CHECK(diagnosis->held_out.after_m < 0.5 * diagnosis->held_out.before_m);
+}
+
+TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, and next poses are given") {
+  const auto diagnosis = Answer(
+      Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kAmbiguous);
+  CHECK_FALSE(diagnosis->rivals.empty());
+  CHECK(diagnosis->next_poses.size() == 6);
+}
+
+TEST_CASE("a diagnosis of few rows by two threads") {
+  Data data = Simulated("--family joint_compliance --seed 6 --signal 20 --robot ur10");
+  DiagnosisOptions options;
+  options.bootstrap = 20;
+  const auto diagnosis = Diagnose(data.cell, data.table, options);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kExplained);
+}
+
+TEST_CASE("the same input gives the same answer") {
+  const Data data = Simulated("--family pedestal_compliance --seed 4 --signal 10");
+  const auto first = Answer(data), second = Answer(data);
+  REQUIRE(first);
+  REQUIRE(second);
+  REQUIRE(first->findings.size() == second->findings.size());
+  for (std::size_t k = 0; k < first->findings.size(); ++k) {
+    CHECK(first->findings[k].effect.values == second->findings[k].effect.values);
+  }
+  CHECK(first->held_out.after_m == second->held_out.after_m);
+}
+
+TEST_CASE("mistakes in the data get a refusal that says what to do") {
+  const Data clean = Simulated("--family none --seed 8");
+  const auto refused = [](Data data, const std::function<void(MeasuredRow&)>& spoil) {
+    for (MeasuredRow& row : data.table.rows) spoil(row);
+    const auto diagnosis = Answer(data);
+    REQUIRE_FALSE(diagnosis);
+    return diagnosis.error();
+  };
+  CHECK(refused(clean, [](MeasuredRow& row) {
+          row.q[2] = -row.q[2];
+        }).find("joint q3 counts the other way") != std::string::npos);
+  CHECK(refused(clean, [](MeasuredRow& row) { row.q *= kRadPerDeg; }).find("radians") !=
+        std::string::npos);
+  CHECK(refused(clean, [](MeasuredRow& row) {
+          row.q[1] += 90 * kRadPerDeg;
+        }).find("theta_offset_deg") != std::string::npos);
+  CHECK(refused(clean, [](MeasuredRow& row) {
+          row.p_WT += Vec3(1, 0, 0);
+        }).find("check the DH table") != std::string::npos);
+}
+
+TEST_CASE("few rows, repeated rows, a joint that never moved: an answer, or what is missing") {
+  Data few = Simulated("--family none --seed 8");
+  few.table.rows.resize(3);
+  const auto too_few = Answer(few);
+  REQUIRE_FALSE(too_few);
+  CHECK(too_few.error().find("at least 4 are needed") != std::string::npos);
+
+  few = Simulated("--family none --seed 8");
+  few.table.rows.resize(6);
+  CHECK(Answer(few));
+
+  Data repeated = Simulated("--family none --seed 9");
+  const auto rows = repeated.table.rows;
+  repeated.table.rows.insert(repeated.table.rows.end(), rows.begin(), rows.end());
+  const auto of_repeated = Answer(repeated);
+  REQUIRE(of_repeated);
+  CHECK(of_repeated->verdict == Verdict::kNoEffect);
+
+  Data nothing = Simulated("--family none --seed 9");
+  nothing.table.recorded.position = false;
+  const auto unmeasured = Answer(nothing);
+  REQUIRE_FALSE(unmeasured);
+  CHECK(unmeasured.error().find("nothing was measured") != std::string::npos);
+}
+
+TEST_CASE("a diagnosis can be interrupted") {
+  DiagnosisOptions options;
+  options.interrupted = [] { return true; };
+  const Data data = Simulated("--family none --seed 9");
+  const auto diagnosis = Diagnose(data.cell, data.table, options);
+  REQUIRE_FALSE(diagnosis);
+  CHECK(diagnosis.error() == "interrupted");
+}
+
+TEST_CASE("the shared examples are answered", "[measured]") {
+  const char* folder = std::getenv("PLUMBLINE_MEASURED");
+  const fs::path measured = folder != nullptr ? folder : "../shared/measured";
+  if (!fs::exists(measured / "example-01")) {
+    WARN("SKIPPED: " << measured << " is not there (set PLUMBLINE_MEASURED)");
+    return;
+  }
+  struct Expected {
+    const char* set;
+    Verdict verdict;
+    std::vector<std::string> ids, drivers;
+  };
+  const std::vector<Expected> expected = {
+      {"example-01", Verdict::kUnknown, {"empirical"}, {"t_s"}},
+      {"example-02", Verdict::kExplained, {"thermal_growth"}, {}},
+      {"example-03", Verdict::kNoEffect, {}, {}},
+      {"example-04", Verdict::kExplained, {"joint_compliance"}, {}}};
+  for (const Expected& of : expected) {
+    CAPTURE(of.set);
+    const auto diagnosis = Answer(Read(measured / of.set));
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->verdict == of.verdict);
+    CHECK(Ids(*diagnosis) == of.ids);
+    CHECK(diagnosis->drivers == of.drivers);
+    CHECK(diagnosis->rms_after_m < 1.2 * diagnosis->noise_floor_m);
+  }
+}

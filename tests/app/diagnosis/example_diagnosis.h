@@ -1,0 +1,16 @@
+// Diagnoses made by hand from a simulated measurement, one for each verdict.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+
+namespace plumbline::test {
+
+/// The cell that the examples speak of: HeavyArm with a name to show.
+CellModel ExampleCell();
+
+/// kExplained: compliance of joints 2 and 3, with thermal growth; kNoEffect: noise only;
+/// kAmbiguous: tool stiffness against payload mass; kUnknown: a compliance, and the base follows
+/// air_pressure_bar. 96 rows in two sessions, two of them outliers, sigma 0.05 mm.
+Diagnosis ExampleDiagnosis(Verdict verdict);
+
+}  // namespace plumbline::test

@@ -1,0 +1,230 @@
+// The corrected cell: the original's text stays, what was found reads back exactly.
+#include "app/diagnosis/model_writer.h"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/diagnosis/toml_statements.h"
+#include "firmware-like/effects/catalogue.h"
+#include "firmware-like/geometry/rotation.h"
+#include "tests/app/diagnosis/example_diagnosis.h"
+
+using namespace plumbline;
+
+namespace {
+
+const DataOrigin kOrigin{"measured.csv", 96, "2026-11-21"};
+
+std::string CellText() {
+  return ReadTextFile("config/cells/kr210.toml").value();
+}
+
+CellModel Read(const std::string& text) {
+  FaultList faults;
+  const auto cell = CellFromText(text, "cell.toml", faults);
+  INFO(text << FaultsText(faults));
+  REQUIRE(cell);
+  return *cell;
+}
+
+std::string Corrected(const std::string& text, const Diagnosis& diagnosis) {
+  const auto corrected = CorrectedCellText(text, Read(text), diagnosis, kOrigin);
+  INFO((corrected ? "" : corrected.error()));
+  REQUIRE(corrected.ok());
+  return *corrected;
+}
+
+bool Same(double a, double b) {
+  return std::abs(a - b) <= 1e-12 * std::abs(b);
+}
+
+}  // namespace
+
+TEST_CASE("effects, frames and domain read back within 1e-12") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  SessionFrames session;
+  session.id = "shift \"2\"\\";
+  session.X_WB.p = Vec3(0.123456789012345, -1.0 / 3, 2);
+  session.X_WB.R = RotationFromRollPitchYaw(Vec3(0.1, -0.2, 3.0000000000001));
+  session.tip_F = Vec3(1.0 / 7, 0, 1e-9);
+  diagnosis.sessions = {session};
+  diagnosis.domain.q[1] = {-1.0 / 3, 2.0 / 3};
+  const std::string original = CellText();
+  const std::string text = Corrected(original, diagnosis);
+  CHECK(text.starts_with(original));
+  const CellModel cell = Read(text);
+
+  REQUIRE(cell.effects.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const WrittenEffect wanted =
+        WrittenFromActive(diagnosis.findings[k].effect, diagnosis.findings[k].covariance);
+    const WrittenEffect& read = cell.effects[k];
+    CHECK(read.id == wanted.id);
+    CHECK(read.scope == wanted.scope);
+    REQUIRE(read.parameters.size() == wanted.parameters.size());
+    for (std::size_t i = 0; i < read.parameters.size(); ++i) {
+      CHECK(read.parameters[i].name == wanted.parameters[i].name);
+      CHECK(read.parameters[i].unit == wanted.parameters[i].unit);
+      CHECK(Same(read.parameters[i].value, wanted.parameters[i].value));
+      CHECK(Same(*read.parameters[i].sd, *wanted.parameters[i].sd));
+    }
+    CHECK((read.covariance - wanted.covariance).norm() <= 1e-12 * wanted.covariance.norm());
+    CHECK(read.from_file == "measured.csv");
+    CHECK(read.from_rows == 96);
+    CHECK(read.from_date == "2026-11-21");
+  }
+  REQUIRE(cell.sessions.size() == 1);
+  CHECK(cell.sessions[0].id == session.id);
+  CHECK((cell.sessions[0].X_WB.p - session.X_WB.p).norm() < 1e-14);
+  CHECK((cell.sessions[0].X_WB.R - session.X_WB.R).norm() < 1e-12);
+  CHECK((*cell.sessions[0].tip_F - *session.tip_F).norm() < 1e-15);
+  REQUIRE(cell.domain);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(Same(cell.domain->q[i].low, diagnosis.domain.q[i].low));
+    CHECK(Same(cell.domain->q[i].high, diagnosis.domain.q[i].high));
+  }
+  CHECK(cell.domain->payload_kg->high == 80);
+  CHECK(cell.domain->temp_C->low == 22);
+}
+
+TEST_CASE("old frames and domain in the middle of the file give way, all else stays") {
+  std::string original = CellText();
+  const std::string middle =
+      "# frames of spring\n[[session]]  # first\nid = \"1\"\n# inside\ntip_mm = [0.0, 0.0, "
+      "93.0]\n\n"
+      "[ domain ]\nq_deg = [[-1, 1], [-2, 2],  # [not a header]\n  [-3, 3], [-4, 4],\n"
+      "[-5, 5], [-6, 6]]\n# \"\"\"\npayload_kg = [0, 1]\n\n";
+  const std::string tool_comment = "# The tool on the flange.";
+  const auto at = original.find(tool_comment);
+  REQUIRE(at != std::string::npos);
+  original.insert(at, middle);
+  original +=
+      "\n[[effect]]\nid = \"joint_offset\"\nparameters = [{ name = \"q1\", value = 1e-4 }]\n";
+
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
+  const std::string text = Corrected(original, diagnosis);
+  const CellModel cell = Read(text);
+  REQUIRE(cell.effects.size() == 3);
+  CHECK(cell.effects[0].id == "joint_offset");
+  REQUIRE(cell.sessions.size() == 1);
+  CHECK(cell.sessions[0].id == "2");
+  CHECK(cell.domain->payload_kg->high == 80);
+  CHECK(text.find("93.0") == std::string::npos);
+  CHECK(text.find("# frames of spring\n") != std::string::npos);
+  CHECK(text.find(tool_comment) != std::string::npos);
+  CHECK(text.find("[tool]") != std::string::npos);
+
+  SECTION("and a second diagnosis adds to the first") {
+    const CellModel again = Read(Corrected(text, diagnosis));
+    CHECK(again.effects.size() == 5);
+    CHECK(again.sessions.size() == 1);
+  }
+  SECTION("what the diagnosis did not estimate stays as it was") {
+    const CellModel kept = Read(Corrected(original, Diagnosis{}));
+    REQUIRE(kept.sessions.size() == 1);
+    CHECK(kept.sessions[0].id == "1");
+    CHECK(kept.domain->payload_kg->high == 1);
+  }
+}
+
+TEST_CASE("frames, domain and effects as inline values of the root give way, too") {
+  const std::string inlined =
+      "domain.q_deg = [[-1, 1], [-2, 2], [-3, 3], [-4, 4], [-5, 5], [-6, 6]]\n"
+      "session = [ { id = \"1\" } ]\n"
+      "\"effect\" = [ { id = \"joint_offset\", parameters = [\n"
+      "  { name = \"q1\", value = 1e-4, sd = 1e-5, unit = \"rad\" } ] } ]\n";
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
+  const CellModel cell = Read(Corrected(inlined + CellText(), diagnosis));
+  REQUIRE(cell.effects.size() == 3);
+  CHECK(cell.effects[0].id == "joint_offset");
+  CHECK(cell.effects[0].parameters[0].value == 1e-4);
+  CHECK(cell.sessions[0].id == "2");
+  CHECK(cell.domain->q[5].high == Approx(1.5));
+}
+
+TEST_CASE("a prismatic joint's range is written in mm, as it is read") {
+  std::string original = CellText();
+  const std::string limits = "min_deg = -185.0\nmax_deg = 185.0\n";
+  original.replace(original.find(limits), limits.size(), "type = \"prismatic\"\n");
+  Diagnosis diagnosis;
+  diagnosis.domain.q.assign(6, {-0.25, 1.75});
+  const CellModel cell = Read(Corrected(original, diagnosis));
+  CHECK(Same(cell.domain->q[0].low, -0.25));
+  CHECK(Same(cell.domain->q[1].high, 1.75));
+}
+
+TEST_CASE("words and empirical nodes read back") {
+  Diagnosis diagnosis;
+  Finding backlash;
+  backlash.effect.term = {FindEffect("backlash"), {{0, 2, 1}}, "move"};
+  backlash.effect.values = {2e-4};
+  Finding empirical;
+  empirical.effect.term.effect = FindEffect("empirical");
+  empirical.effect.term.parameters = {{2, -1, 1}};
+  empirical.effect.term.drivers = {"temp_C"};
+  empirical.effect.term.nodes = (Eigen::MatrixXd(2, 2) << 5, -0.1, 7, 1.0 / 3).finished();
+  empirical.effect.values = {1};
+  diagnosis.findings = {backlash, empirical};
+  const CellModel cell = Read(Corrected(CellText(), diagnosis));
+  REQUIRE(cell.effects.size() == 2);
+  CHECK(cell.effects[0].parameters[1].word == "move");
+  CHECK(cell.effects[1].drivers == std::vector<std::string>{"temp_C"});
+  CHECK(cell.effects[1].nodes == empirical.effect.term.nodes);
+}
+
+TEST_CASE("a model that no reader would take is refused, not written") {
+  Diagnosis diagnosis;
+  diagnosis.domain.q.assign(2, {-1, 1});
+  const auto corrected = CorrectedCellText(CellText(), Read(CellText()), diagnosis, kOrigin);
+  REQUIRE_FALSE(corrected.ok());
+  CHECK(corrected.error().find("domain") != std::string::npos);
+}
+
+TEST_CASE("carriage returns are kept, and a last line without its newline is ended") {
+  std::string original;
+  for (const char c : CellText()) original += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  original.resize(original.size() - 2);
+  const std::string text = Corrected(original, test::ExampleDiagnosis(Verdict::kExplained));
+  CHECK(text.find("id = \"thermal_growth\"\r\n") != std::string::npos);
+}
+
+TEST_CASE("statements of a text are the text again") {
+  const std::string text =
+      "\xEF\xBB\xBF# a\na.b = \"\"\"x\n[c]\"\"\"\"\nd = '''\n[e] \\''' # '''\n[f.\"g\"] # [h]\n"
+      "i = [ # ]\n '[', \"\\\"]\",\n]\n[['domain']]\nj = \"#\"";
+  std::string joined;
+  std::vector<std::string> headers;
+  for (const TomlStatement& statement : TomlStatements(text)) {
+    joined += statement.text;
+    if (statement.kind == TomlStatement::Kind::kHeader) headers.push_back(statement.first_key);
+  }
+  CHECK(joined == text);
+  CHECK(headers == std::vector<std::string>{"f", "domain"});
+  CHECK(WithoutTable(text, "domain") == text.substr(0, text.find("[['domain']]")));
+}
+
+TEST_CASE("a text file is replaced as a whole, through links, and only where that is allowed") {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("plumbline-" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string file = folder / "model.toml", link = folder / "link.toml";
+  REQUIRE_FALSE(WriteTextFile(file, "one"));
+  fs::create_symlink(file, link);
+  CHECK_FALSE(WhyNotWritable(link));
+  REQUIRE_FALSE(WriteTextFile(link, "two"));
+  CHECK(ReadTextFile(file).value() == "two");
+  CHECK(fs::is_symlink(link));
+  CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 2);
+  CHECK_FALSE(WriteTextFile("/dev/null", "three"));
+  CHECK(fs::is_character_file("/dev/null"));
+  CHECK(WhyNotWritable(folder / "absent" / "model.toml"));
+  CHECK(WriteTextFile(folder / "absent" / "model.toml", ""));
+  CHECK(WhyNotWritable(folder));
+  fs::remove_all(folder);
+}
