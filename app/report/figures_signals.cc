@@ -1,0 +1,234 @@
+// Panels of the residual against signals and cycles.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "app/diagnosis/words.h"
+#include "app/report/figures.h"
+#include "app/report/plot.h"
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kWidth = 340, kHeight = 310, kUncorrectedHeight = 220;
+constexpr int kSpectrumHeight = 220;
+constexpr std::size_t kBins = 10;
+constexpr double kGapShare = 0.3;     // of the signal's range
+constexpr double kSideMargin = 0.04;  // likewise
+constexpr std::size_t kMostSignals = 18;
+constexpr std::size_t kFewLines = 60;
+constexpr double kLogFrom = 30;  // span of cycles that is better seen on a logarithmic axis
+const char* const kAxisNames[] = {"x", "y", "z"};
+
+/// A signal's values beside one axis of the residual [mm], ordered by the value.
+struct Cloud {
+  std::vector<double> value, before, after;
+};
+
+Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < std::min(signal.values.size(), diagnosis.rows.size()); ++k) {
+    if (diagnosis.rows[k].weight > 0 && std::isfinite(signal.values[k])) order.push_back(k);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return signal.values[a] < signal.values[b];
+  });
+  Cloud cloud;
+  for (const std::size_t k : order) {
+    cloud.value.push_back(signal.values[k]);
+    cloud.before.push_back(1e3 * diagnosis.rows[k].before[axis]);
+    cloud.after.push_back(1e3 * diagnosis.rows[k].after[axis]);
+  }
+  return cloud;
+}
+
+struct Bin {
+  double value = 0, before = 0, after = 0;
+  bool after_gap = false;  ///< nothing was recorded between the bin before and this one
+};
+
+/// Means over bins of equal count along the signal; equal values stay in one bin, and no bin spans
+/// a gap in the values.
+std::vector<Bin> BinsOf(const Cloud& cloud) {
+  std::vector<Bin> bins;
+  const std::size_t n = cloud.value.size();
+  if (n == 0) return bins;
+  const double gap = kGapShare * (cloud.value.back() - cloud.value.front());
+  bool after_gap = false;
+  std::size_t start = 0;
+  while (start < n) {
+    const std::size_t least = std::min(n, start + std::max<std::size_t>(4, n / kBins));
+    std::size_t end = start + 1;
+    const auto step = [&](std::size_t k) { return cloud.value[k] - cloud.value[k - 1]; };
+    while (end < n && step(end) <= gap && (end < least || step(end) == 0)) ++end;
+    Bin bin;
+    for (std::size_t k = start; k < end; ++k) {
+      bin.value += cloud.value[k];
+      bin.before += cloud.before[k];
+      bin.after += cloud.after[k];
+    }
+    const auto count = static_cast<double>(end - start);
+    bins.push_back({bin.value / count, bin.before / count, bin.after / count, after_gap});
+    after_gap = end < n && gap > 0 && step(end) > gap;
+    start = end;
+  }
+  return bins;
+}
+
+/// The axis whose bins' means differ most, after where that says something, else before.
+int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
+  int best = 2;
+  double most = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    double spread = 0;
+    for (const Bin& bin : BinsOf(CloudOf(diagnosis, signal, axis))) {
+      spread += bin.before * bin.before + bin.after * bin.after;
+    }
+    if (spread > most) {
+      most = spread;
+      best = axis;
+    }
+  }
+  return best;
+}
+
+/// One of the two plots of a panel: points and means of a column of $points and $means.
+std::string SignalPlot(const char* when, int column, const char* colour, double noise_mm,
+                       const std::vector<double>& residual_mm) {
+  const auto [low, high] = std::minmax_element(residual_mm.begin(), residual_mm.end());
+  const double span = std::max(*high, noise_mm) - std::min(*low, -noise_mm);
+  return fmt::format(
+      "set ylabel '{0} (mm)'\nset ytics {5:.6g}\n"
+      "plot {4:.6g} with lines linecolor rgb '{3}' dashtype 2, -{4:.6g} with lines linecolor rgb "
+      "'{3}' dashtype 2, "
+      "$points using 1:{1} with points pointtype 7 pointsize 0.3 linecolor rgb '{3}', "
+      "$means using 1:{1} with linespoints pointtype 7 pointsize 0.35 linecolor rgb '{2}' "
+      "linewidth 1.8\n",
+      when, column, colour, plot::kGrey, noise_mm, plot::RoundDown(span / 2.2));
+}
+
+Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
+  const int axis = MostRelatedAxis(diagnosis, signal);
+  const Cloud cloud = CloudOf(diagnosis, signal, axis);
+  const std::string chance = signal.p_value < 0.001
+                                 ? "p\u00a0<\u00a00.001"
+                                 : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
+  Panel panel{signal.name,
+              fmt::format("residual in {}; {} of what remains, {}", kAxisNames[axis],
+                          PercentText(signal.share), chance),
+              plot::Begin(kWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kHeight), ""};
+  if (cloud.value.empty()) return panel;
+  std::vector<std::vector<double>> points, means;
+  for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
+    points.push_back({cloud.value[k], cloud.before[k], cloud.after[k]});
+  }
+  for (const Bin& bin : BinsOf(cloud)) {
+    if (bin.after_gap) means.emplace_back();  // a blank line lifts the pen
+    means.push_back({bin.value, bin.before, bin.after});
+  }
+  const double low = cloud.value.front(), high = cloud.value.back();
+  const double margin = high > low ? kSideMargin * (high - low) : 1;
+  const double noise_mm = 2e3 * diagnosis.sigma_m;
+  panel.script += plot::Data("points", points) + plot::Data("means", means);
+  panel.script += fmt::format(
+      "set xrange [{:.8g}:{:.8g}]\nset xtics {:.6g}\nset offsets 0, 0, graph 0.05, graph 0.05\n",
+      low - margin, high + margin, plot::RoundDown(high > low ? (high - low) / 3 : 1));
+  const std::string label = "set xlabel " + GnuplotQuoted(signal.name) + '\n';
+  if (diagnosis.findings.empty()) {
+    panel.script += label + SignalPlot("residual", 2, plot::kAccent, noise_mm, cloud.before);
+    return panel;
+  }
+  panel.script +=
+      "set multiplot\nset lmargin at screen 0.2\nset rmargin at screen 0.97\n"
+      "set tmargin at screen 0.98\nset bmargin at screen 0.62\nset format x ''\n";
+  panel.script += SignalPlot("before", 2, plot::kInk, noise_mm, cloud.before);
+  panel.script +=
+      "set tmargin at screen 0.55\nset bmargin at screen 0.2\nset format x '% h'\n" + label;
+  panel.script +=
+      SignalPlot("after", 3, plot::kAccent, noise_mm, cloud.after) + "unset multiplot\n";
+  return panel;
+}
+
+/// Cycles a turn that the answer corrects, by joint.
+std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
+  std::multimap<int, double> found;
+  for (const Finding& finding : diagnosis.findings) {
+    const EffectTerm& term = finding.effect.term;
+    for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
+      const auto& spec =
+          term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+      if (spec.unit == "1/turn") {
+        found.emplace(term.parameters[k].joint, finding.effect.values[k] / spec.to_SI);
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+PanelGroup SignalFigures(const Diagnosis& diagnosis) {
+  PanelGroup group;
+  std::vector<const SignalTrace*> signals;
+  for (const SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
+  std::stable_sort(signals.begin(), signals.end(), [](const auto* a, const auto* b) {
+    return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
+  });
+  for (std::size_t k = 0; k < std::min(signals.size(), kMostSignals); ++k) {
+    group.panels.push_back(SignalPanel(diagnosis, *signals[k]));
+  }
+  group.caption = fmt::format(
+      "Residual{} against each recorded signal; lines: means over a tenth of the rows; "
+      "dashed: twice the noise. Of the three axes, the one that follows the signal "
+      "most. p: the chance that pure noise follows the signal as closely as what "
+      "remains does.",
+      diagnosis.findings.empty() ? "" : " before (above) and after (below, on its own scale)");
+  if (signals.size() > kMostSignals) {
+    group.caption +=
+        fmt::format(" {} signals less related are left out.", signals.size() - kMostSignals);
+  }
+  return group;
+}
+
+PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
+  PanelGroup group;
+  std::map<int, std::vector<std::vector<double>>> by_joint;
+  double highest_urad = 0, least = 1e300, most = 0;
+  for (const SpectralLine& line : diagnosis.spectrum) {
+    by_joint[line.joint].push_back({line.cycles_per_turn, 1e6 * line.amplitude_rad});
+    highest_urad = std::max(highest_urad, 1e6 * line.amplitude_rad);
+    least = std::min(least, line.cycles_per_turn);
+    most = std::max(most, line.cycles_per_turn);
+  }
+  const auto found = CyclesFound(diagnosis);
+  for (auto& [joint, lines] : by_joint) {
+    std::sort(lines.begin(), lines.end());
+    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kWidth, kSpectrumHeight), ""};
+    const bool logarithmic = least > 0 && most > kLogFrom * least;
+    panel.script += fmt::format(
+        "set xlabel 'cycles a turn'\nset ylabel 'amplitude (µrad)'\n"
+        "set yrange [0:{:.6g}]\n{}",
+        std::max(1.1 * highest_urad, 1e-3), logarithmic ? "set logscale x\n" : "");
+    panel.script += fmt::format("set xrange [{:.6g}:{:.6g}]\n", logarithmic ? least : 0, most);
+    int label = 1;
+    const auto [first, last] = found.equal_range(joint);
+    for (auto cycles = first; cycles != last; ++cycles, ++label) {
+      panel.script += fmt::format(
+          "set arrow {0} from {1:.6g}, graph 0 to {1:.6g}, graph 1 nohead dashtype 2 linecolor rgb "
+          "'{2}'\nset label {0} '{1:.4g}' at {1:.6g}, graph 0.95 offset 0.4,0 textcolor rgb "
+          "'{2}'\n",
+          label, cycles->second, plot::kInk);
+    }
+    panel.script += plot::Data("lines", lines);
+    panel.script += fmt::format("plot $lines using 1:2 with {} linecolor rgb '{}' linewidth 1.2\n",
+                                lines.size() <= kFewLines ? "impulses" : "lines", plot::kAccent);
+    group.panels.push_back(panel);
+  }
+  group.caption = "Periodic part of what remains, joint by joint, at its best phase.";
+  if (!found.empty()) group.caption += " Dashed: cycles that the corrected model carries.";
+  return group;
+}
+
+}  // namespace plumbline

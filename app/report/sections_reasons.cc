@@ -1,0 +1,188 @@
+// Why it was found, and what is missing: candidates, rivals, poses, outliers, data.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "app/diagnosis/words.h"
+#include "app/report/html.h"
+#include "app/report/sections.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr std::size_t kMostOutliers = 40;
+
+std::string List(const std::vector<std::string>& items) {
+  if (items.empty()) return "";
+  std::string html = "<ul>\n";
+  for (const std::string& item : items) html += "<li>" + Escape(item) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+bool Offered(const Considered& considered) {
+  return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
+}
+
+std::string GapText(double gap) {
+  return NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
+}
+
+/// Taken ones first, then by evidence, those that could not be offered last.
+bool Before(const Considered& a, const Considered& b) {
+  if (a.taken != b.taken) return a.taken;
+  if (Offered(a) != Offered(b)) return Offered(a);
+  return a.evidence_gap > b.evidence_gap;
+}
+
+}  // namespace
+
+std::string ConsideredTable(const Diagnosis& diagnosis) {
+  if (diagnosis.considered.empty()) return "";
+  std::vector<Considered> all = diagnosis.considered;
+  std::stable_sort(all.begin(), all.end(), &Before);
+  HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "What became of it"},
+                  {0, 4});
+  for (const Considered& one : all) {
+    const bool offered = Offered(one);
+    table.AddRow({Escape(Capital(EffectName(one.id, one.scope))),
+                  offered ? fmt::format("{}", one.parameters) : "",
+                  offered ? Escape(PercentText(one.signal_share)) : "",
+                  offered && !one.taken ? GapText(one.evidence_gap) : "", Escape(one.reason)},
+                 one.taken);
+  }
+  return table.Html() +
+         "<p class=\"soft\">Explains alone: share of the residual, frames aligned, that the effect "
+         "explains when nothing else is added. Evidence gap: score of the best explanation with "
+         "the effect minus that of the best; 16, four sigma, rules it out.</p>\n";
+}
+
+std::string RivalText(const Rival& rival) {
+  return fmt::format(
+      "<p>Refitted, {} can imitate all but {} of what {} does at these points; score {} "
+      "against the answer's.</p>\n",
+      Escape(EffectName(rival.id, rival.scope)), Escape(PercentText(rival.signal_left)),
+      Escape(EffectName(rival.instead_of)), NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
+}
+
+std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
+  if (diagnosis.next_poses.empty()) return "";
+  std::vector<std::string> headers = {"Pose"};
+  for (int i = 0; i < cell.robot.size(); ++i) {
+    const bool prismatic =
+        cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+    headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
+  }
+  headers.insert(headers.end(), {"Payload (kg)", "Apart (mm)"});
+  HtmlTable table(headers, {});
+  for (std::size_t k = 0; k < diagnosis.next_poses.size(); ++k) {
+    const NextPose& pose = diagnosis.next_poses[k];
+    std::vector<std::string> cells = {fmt::format("{}", k + 1)};
+    for (int i = 0; i < cell.robot.size(); ++i) {
+      const bool prismatic =
+          cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+      cells.push_back(
+          NumberHtml(fmt::format("{:.2f}", pose.q[i] * (prismatic ? 1e3 : kDegPerRad))));
+    }
+    cells.push_back(fmt::format("{:.1f}", pose.payload_kg));
+    cells.push_back(Escape(MillimetreText(pose.separation_m)));
+    table.AddRow(cells);
+  }
+  return "<p>Measure these poses and diagnose again with old and new rows in one file. Check for "
+         "collisions before driving there.</p>\n" +
+         table.Html() +
+         "<p class=\"soft\">Apart: how far the predictions of the explanations differ there. "
+         "</p>\n";
+}
+
+std::string NotRecordedList(const Diagnosis& diagnosis) {
+  return List(diagnosis.not_recorded);
+}
+
+std::string NotesList(const Diagnosis& diagnosis) {
+  return List(diagnosis.notes);
+}
+
+std::string OutlierTable(const Diagnosis& diagnosis) {
+  if (diagnosis.outlier_rows.empty()) return "";
+  const std::set<int> lines(diagnosis.outlier_rows.begin(), diagnosis.outlier_rows.end());
+  const bool sessions = std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(),
+                                    [](const RowTrace& row) { return !row.session.empty(); });
+  std::vector<std::string> headers = {"Line", "Before (mm)", "After (mm)", "Weight"};
+  if (sessions) headers.emplace_back("Session");
+  HtmlTable table(headers, {4});
+  std::size_t count = 0;
+  for (const RowTrace& row : diagnosis.rows) {
+    if (!lines.contains(row.line) || ++count > kMostOutliers) continue;
+    std::vector<std::string> cells = {
+        fmt::format("{}", row.line), Escape(MillimetreText(row.before.norm())),
+        Escape(MillimetreText(row.after.norm())), fmt::format("{:.2f}", row.weight)};
+    if (sessions) cells.push_back(Escape(row.session));
+    table.AddRow(cells);
+  }
+  std::string html =
+      "<p>Rows that the corrected model misses by far more than the noise. They stay in the file "
+      "and "
+      "in this report; the fit does not follow them.</p>\n";
+  if (!table.empty()) html += table.Html();
+  if (count > kMostOutliers) {
+    html += fmt::format("<p>and {} more.</p>\n", count - kMostOutliers);
+  }
+  return html;
+}
+
+std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
+                      const ReportSource& source) {
+  std::set<std::string> sessions;
+  for (const RowTrace& row : diagnosis.rows) sessions.insert(row.session);
+  HtmlTable table({"What", "Value"}, {0, 1});
+  table.AddRow({"Cell", Escape(cell.robot.name) + " (" + Escape(source.cell_file) + ")"});
+  table.AddRow({"Measured data", Escape(source.data_file)});
+  table.AddRow(
+      {"Rows", fmt::format("{}{}", source.rows,
+                           sessions.size() > 1 ? fmt::format(" in {} sessions", sessions.size())
+                                               : std::string())});
+  if (!source.unreadable_lines.empty()) {
+    std::string lines;
+    for (std::size_t k = 0; k < std::min(source.unreadable_lines.size(), kMostOutliers); ++k) {
+      lines += fmt::format("{}{}", k == 0 ? "" : ", ", source.unreadable_lines[k]);
+    }
+    if (source.unreadable_lines.size() > kMostOutliers) lines += ", ..";
+    table.AddRow({"Lines that could not be read", lines});
+  }
+  table.AddRow(
+      {"Noise of one axis", Escape(fmt::format("{} mm, {}", MillimetreText(diagnosis.sigma_m),
+                                               SigmaOriginText(diagnosis)))});
+  if (!diagnosis.held_out_by.empty()) {
+    table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
+  }
+  table.AddRow({"Date", Escape(source.date)});
+  table.AddRow({"Program", "Plumbline " + Escape(source.version)});
+  return table.Html();
+}
+
+std::string FigureHtml(const PanelGroup& group) {
+  if (group.panels.empty()) return "";
+  const bool drawn = std::any_of(group.panels.begin(), group.panels.end(),
+                                 [](const Panel& panel) { return !panel.svg.empty(); });
+  if (!drawn) return "";
+  const bool small = group.panels.size() > 4 || group.panels.size() == 3;
+  std::string html = "<figure>\n<div class=\"panels";
+  html += small ? " small\">\n" : "\">\n";
+  for (const Panel& panel : group.panels) {
+    html += "<div class=\"panel\"><p>" + Escape(panel.title) + "</p>\n" +
+            (panel.note.empty() ? "" : "<p class=\"soft\">" + Escape(panel.note) + "</p>\n") +
+            panel.svg + "</div>\n";
+  }
+  html += "</div>\n";
+  if (group.colour_to_mm > 0) {
+    html += "<div class=\"legend\"><span>0</span><i></i><span>" +
+            Escape(MillimetreText(1e-3 * group.colour_to_mm)) + " mm and more</span></div>\n";
+  }
+  return html + "<figcaption>" + Escape(group.caption) + "</figcaption>\n</figure>\n";
+}
+
+}  // namespace plumbline

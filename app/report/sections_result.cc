@@ -1,0 +1,274 @@
+// What was found: verdict, errors, effects, correlations.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "app/diagnosis/words.h"
+#include "app/report/html.h"
+#include "app/report/sections.h"
+
+namespace plumbline {
+namespace {
+
+constexpr Eigen::Index kMostHeatRows = 14;
+constexpr std::size_t kMostPairs = 10;
+constexpr double kUnbounded = 1e100;
+constexpr double kStrong = 0.9;  // a correlation that is worth a second look
+
+const char* VerdictWords(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNoEffect:
+      return "No effect beyond the noise";
+    case Verdict::kExplained:
+      return "Explained";
+    case Verdict::kAmbiguous:
+      return "Not decided by these points";
+    case Verdict::kUnknown:
+      break;
+  }
+  return "Not explained by the catalogue";
+}
+
+std::string Key(const std::string& name, const std::string& value, const std::string& remark) {
+  return "<div><dt>" + name + "</dt><dd>" + Escape(value) + " mm <small>" + Escape(remark) +
+         "</small></dd></div>\n";
+}
+
+/// Sizes of a residual over the rows that are no outliers [m], ascending.
+std::vector<double> Sizes(const Diagnosis& diagnosis, Vec3 RowTrace::*residual) {
+  std::vector<double> sizes;
+  for (const RowTrace& row : diagnosis.rows) {
+    if (row.weight > 0) sizes.push_back((row.*residual).norm());
+  }
+  std::sort(sizes.begin(), sizes.end());
+  return sizes;
+}
+
+std::string Quantile(const std::vector<double>& ascending, double share) {
+  if (ascending.empty()) return "";
+  const double at = share * static_cast<double>(ascending.size() - 1);
+  return Escape(MillimetreText(ascending[static_cast<std::size_t>(std::lround(at))]));
+}
+
+void AddErrorRow(HtmlTable& table, const std::string& what, double rms_m, const std::string& range,
+                 const std::vector<double>& sizes, bool strong) {
+  table.AddRow({what, Escape(MillimetreText(rms_m)), range, Quantile(sizes, 0.5),
+                Quantile(sizes, 0.95), Quantile(sizes, 1)},
+               strong);
+}
+
+/// Kept on one line.
+std::string PercentHtml(double share) {
+  std::string html = Escape(PercentText(share));
+  if (const auto blank = html.find(' '); blank != std::string::npos) {
+    html.replace(blank, 1, "&nbsp;");
+  }
+  return html;
+}
+
+std::string PlausibleText(const ParameterSpec& spec) {
+  const auto end = [](double value) {
+    const bool small = value != 0 && std::abs(value) < 0.01;
+    return NumberHtml(small ? fmt::format("{:.0e}", value) : fmt::format("{:.4g}", value));
+  };
+  if (spec.role == ParameterRole::kWord) return "";
+  if (std::abs(spec.plausible.low) > kUnbounded || std::abs(spec.plausible.high) > kUnbounded) {
+    return "";
+  }
+  return end(spec.plausible.low) + " to " + end(spec.plausible.high);
+}
+
+const ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
+  const EffectTerm& term = finding.effect.term;
+  if (k >= term.parameters.size()) return nullptr;
+  return &term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+}
+
+/// Names of all parameters in the order of the correlation matrix, with their effects where the
+/// two lists agree.
+std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
+  std::vector<std::string> names;
+  for (const Finding& finding : diagnosis.findings) {
+    for (const EffectParameter& parameter :
+         WrittenFromActive(finding.effect, finding.covariance).parameters) {
+      if (!parameter.word.empty()) continue;
+      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " + parameter.name);
+    }
+  }
+  return names.size() == diagnosis.finding_names.size() ? names : diagnosis.finding_names;
+}
+
+std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std::string>& names) {
+  std::string html = "<div class=\"table\"><table class=\"heat\">\n<thead><tr><th></th>";
+  for (Eigen::Index j = 0; j < correlation.cols(); ++j) html += fmt::format("<th>{}</th>", j + 1);
+  html += "</tr></thead>\n<tbody>\n";
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
+    html += fmt::format("<tr><th class=\"name\" scope=\"row\">{}&ensp;{}</th>", i + 1,
+                        Escape(names[static_cast<std::size_t>(i)]));
+    for (Eigen::Index j = 0; j < correlation.cols(); ++j) {
+      const double r = correlation(i, j);
+      const double strength = i == j ? 0 : std::min(1.0, std::abs(r));
+      html += fmt::format(
+          "<td style=\"background: rgba(11, 110, 143, {:.2f}); color: {}\">{}{:.2f}</td>", strength,
+          strength > 0.55 ? "#fff" : "inherit", r < 0 ? "&minus;" : "", std::abs(r));
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+/// The strongest pairs, strongest first: |r|, row, column.
+std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
+    const Eigen::MatrixXd& correlation) {
+  std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> pairs;
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) pairs.emplace_back(-std::abs(correlation(i, j)), j, i);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+  return pairs;
+}
+
+}  // namespace
+
+std::string VerdictBlock(const Diagnosis& diagnosis) {
+  std::string html = "<section class=\"verdict\">\n<p class=\"word\">";
+  html += VerdictWords(diagnosis.verdict);
+  html += "</p>\n<p class=\"headline\">" + Escape(Capital(Headline(diagnosis))) + ".</p>\n";
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.implausible.empty()) continue;
+    html +=
+        "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
+  }
+  html += "</section>\n<dl class=\"keys\">\n";
+  const bool held_out = !diagnosis.held_out_by.empty();
+  const HeldOutError& error = diagnosis.held_out;
+  html += Key(diagnosis.findings.empty() ? "Error" : "Error before",
+              MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
+  if (!diagnosis.findings.empty()) {
+    html += Key("Error after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
+                held_out ? fmt::format("95 %: {} to {}", MillimetreText(error.after_low_m),
+                                       MillimetreText(error.after_high_m))
+                         : "3-D RMS, on the points of the fit");
+  }
+  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m), SigmaOriginText(diagnosis));
+  html += "</dl>\n";
+  if (held_out && !diagnosis.findings.empty()) {
+    html +=
+        "<p class=\"soft\">Errors on points that took no part in choosing the effects or fitting "
+        "them (" +
+        Escape(diagnosis.held_out_by) + " held out in turn).</p>\n";
+  }
+  return html;
+}
+
+std::string ErrorTable(const Diagnosis& diagnosis) {
+  HtmlTable table({"Error in mm", "RMS", "95 % interval", "median", "95 % are below", "largest"},
+                  {0});
+  const bool corrected = !diagnosis.findings.empty();
+  AddErrorRow(table, "All rows, declared model", diagnosis.rms_before_m, "",
+              Sizes(diagnosis, &RowTrace::before), false);
+  if (corrected) {
+    AddErrorRow(table, "All rows, corrected model", diagnosis.rms_after_m, "",
+                Sizes(diagnosis, &RowTrace::after), false);
+  }
+  if (!diagnosis.held_out_by.empty()) {
+    const HeldOutError& error = diagnosis.held_out;
+    AddErrorRow(table, "Held out, declared model", error.before_m, "",
+                Sizes(diagnosis, &RowTrace::held_out_before), false);
+    if (corrected) {
+      AddErrorRow(table, "Held out, corrected model", error.after_m,
+                  Escape(fmt::format("{} to {}", MillimetreText(error.after_low_m),
+                                     MillimetreText(error.after_high_m))),
+                  Sizes(diagnosis, &RowTrace::held_out_after), true);
+    }
+  }
+  table.AddRow({"Noise floor of the instrument", Escape(MillimetreText(diagnosis.noise_floor_m)),
+                "", "", "", ""});
+  std::string html = table.Html();
+  html += "<p class=\"soft\">Length of the 3-D difference between measured and predicted tip";
+  if (!diagnosis.outlier_rows.empty()) html += ", outliers left out";
+  html += ". The noise floor is &radic;3 times the deviation of one axis";
+  return html + (diagnosis.held_out_by.empty() || !corrected
+                     ? ".</p>\n"
+                     : "; the interval is a bootstrap over groups of rows.</p>\n");
+}
+
+std::string EffectsBlock(const Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return "";
+  std::string html;
+  HtmlTable table(
+      {"Effect", "Parameter", "Value", "Deviation (1&sigma;)", "Unit", "A sound machine shows"},
+      {0, 1, 4});
+  for (const Finding& finding : diagnosis.findings) {
+    const EffectTraits& traits = finding.effect.term.effect->traits();
+    html += "<h3>" + Escape(Capital(EffectName(finding))) + "</h3>\n<p>";
+    html += Escape(Capital(std::string(traits.meaning))) + ". ";
+    html +=
+        fmt::format("Leaving it out brings back {} of the residual; chance: {}.</p>\n",
+                    PercentHtml(finding.share_of_residual),
+                    finding.p_value < 1e-4 ? "less than one in 10&thinsp;000"
+                                           : Escape(fmt::format("p = {:.2g}", finding.p_value)));
+    html += "<p><em>What to do.</em> " + Escape(Capital(std::string(traits.remedy))) + ".</p>\n";
+    if (!finding.implausible.empty()) {
+      html += "<p class=\"note\">Implausible on a sound machine: " + Escape(finding.implausible) +
+              "</p>\n";
+    }
+    const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+    for (std::size_t k = 0; k < written.parameters.size(); ++k) {
+      const EffectParameter& parameter = written.parameters[k];
+      const ParameterSpec* spec = SpecOf(finding, k);
+      const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
+                                                     : ValueText{parameter.word, ""};
+      table.AddRow({Escape(EffectName(written.id)), Escape(parameter.name),
+                    parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
+                    NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
+                    spec != nullptr ? PlausibleText(*spec) : ""});
+    }
+  }
+  return html + table.Html() +
+         "<p class=\"soft\">Values are added to (or multiply) what the cell declares.</p>\n";
+}
+
+std::string CorrelationBlock(const Diagnosis& diagnosis) {
+  const Eigen::MatrixXd& correlation = diagnosis.correlation;
+  const std::vector<std::string> names = CorrelationNames(diagnosis);
+  if (correlation.rows() < 2 || correlation.rows() != correlation.cols() ||
+      static_cast<std::size_t>(correlation.rows()) != names.size()) {
+    return "";
+  }
+  std::string html;
+  if (correlation.rows() <= kMostHeatRows) {
+    html = HeatTable(correlation, names);
+  } else {
+    HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
+    for (const auto& [strength, i, j] : PairsOf(correlation)) {
+      table.AddRow(
+          {Escape(names[static_cast<std::size_t>(i)]), Escape(names[static_cast<std::size_t>(j)]),
+           NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
+          -strength > kStrong);
+    }
+    html = "<p>The strongest of all pairs:</p>\n" + table.Html();
+  }
+  return html +
+         "<p class=\"soft\">Near &plusmn;1, the data fix a combination of the two better than "
+         "either alone.</p>\n";
+}
+
+std::string DetectableTable(const Diagnosis& diagnosis) {
+  if (diagnosis.minimum_detectable_m.empty()) return "";
+  std::vector<std::pair<double, std::string>> sizes;
+  for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
+  std::sort(sizes.begin(), sizes.end());
+  HtmlTable table({"Effect", "would have been seen from (mm)"}, {0});
+  for (const auto& [size_m, id] : sizes) {
+    table.AddRow({Escape(Capital(EffectName(id))), Escape(MillimetreText(size_m))});
+  }
+  return table.Html() +
+         "<p class=\"soft\">RMS of the displacement over these rows that the test would have "
+         "found.</p>\n";
+}
+
+}  // namespace plumbline

@@ -1,0 +1,260 @@
+// The report as a file: well-formed, self-contained, escaped, and honest about missing pictures.
+#include "app/report/report.h"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "app/report/html.h"
+#include "tests/app/diagnosis/example_diagnosis.h"
+
+using namespace plumbline;
+using test::ExampleCell;
+using test::ExampleDiagnosis;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const ReportSource kSource{"cell.toml", "measured.csv", 96, {7}, "2026-11-21", "0.1.0"};
+
+std::string Report(const Diagnosis& diagnosis) {
+  return ReportHtml(diagnosis, ExampleCell(), kSource);
+}
+
+bool Has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::size_t Count(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+bool HasGnuplot() {
+  return DrawSvgs("").ok();
+}
+
+/// A folder of this process that goes away with the test.
+class Folder {
+ public:
+  Folder() : path_(fs::temp_directory_path() / ("plumbline-report-" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string File(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  fs::path path_;
+};
+
+// Every tag is closed in its turn, ids are unique, and every reference stays inside the file.
+constexpr const char* kChecker = R"python(
+import sys
+from html.parser import HTMLParser
+void = {'meta', 'br', 'img', 'hr', 'link', 'input'}
+class Checker(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.uses, self.faults = [], set(), [], []
+    def attributes(self, tag, attrs):
+        if tag in ('script', 'link', 'iframe', 'object', 'img'): self.faults.append('tag ' + tag)
+        for name, value in attrs:
+            if name.startswith('on'): self.faults.append('handler ' + name)
+            if name == 'id':
+                if value in self.ids: self.faults.append('id twice: ' + value)
+                self.ids.add(value)
+            if name in ('href', 'src', 'xlink:href'):
+                if not value.startswith('#'): self.faults.append('reference ' + value)
+                self.uses.append(value[1:])
+    def handle_starttag(self, tag, attrs):
+        self.attributes(tag, attrs)
+        if tag not in void: self.open.append(tag)
+    def handle_startendtag(self, tag, attrs):
+        self.attributes(tag, attrs)
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag: self.faults.append('closes %s at %s' % (tag, self.getpos()))
+text = open(sys.argv[1], encoding='utf-8').read()
+checker = Checker()
+checker.feed(text)
+checker.close()
+faults = checker.faults + ['open: ' + tag for tag in checker.open]
+faults += ['no id ' + use for use in checker.uses if use not in checker.ids]
+faults += ['address ' + word for word in ('http:', 'https:', '@import', 'url(//') if word in text]
+print('\n'.join(faults[:20]))
+sys.exit(1 if faults else 0)
+)python";
+
+}  // namespace
+
+TEST_CASE("with every verdict the report is well-formed and needs nothing from outside") {
+  const Folder folder;
+  std::ofstream(folder.File("check.py")) << kChecker;
+  for (const Verdict verdict :
+       {Verdict::kNoEffect, Verdict::kExplained, Verdict::kAmbiguous, Verdict::kUnknown}) {
+    CAPTURE(Describe(verdict));
+    const std::string file = folder.File("report.html");
+    std::ofstream(file) << Report(ExampleDiagnosis(verdict));
+    const std::string command = "python3 '" + folder.File("check.py") + "' '" + file + "'";
+    CHECK(std::system(command.c_str()) == 0);
+  }
+}
+
+TEST_CASE("the checker itself finds faults") {
+  const Folder folder;
+  std::ofstream(folder.File("check.py")) << kChecker;
+  for (const char* bad : {"<p><b>x</p>", "<p id=\"a\"></p><p id=\"a\"></p>", "<a href=\"#b\"></a>",
+                          "<a href=\"http://example.org\"></a>", "<script></script>"}) {
+    CAPTURE(bad);
+    std::ofstream(folder.File("bad.html")) << bad;
+    const std::string command =
+        "python3 '" + folder.File("check.py") + "' '" + folder.File("bad.html") + "' > /dev/null";
+    CHECK(std::system(command.c_str()) != 0);
+  }
+}
+
+TEST_CASE("each verdict says what it has to say") {
+  struct Case {
+    Verdict verdict;
+    std::vector<std::string> says, does_not_say;
+  };
+  const Case cases[] = {
+      {Verdict::kNoEffect,
+       {"Nothing stands out of the noise of 0.087 mm", "What would have been seen"},
+       {"What was found", "What to measure next", "Held out, corrected"}},
+      {Verdict::kExplained,
+       {"Joint compliance on axes 2 and 3 (93 % of the residual) and thermal growth (6 %)",
+        "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>", "Correlation", "Held out, corrected"},
+       {"Other explanations"}},
+      {Verdict::kAmbiguous,
+       {"Tool stiffness or payload mass: these points cannot tell; 6 further poses would",
+        "Other explanations", "What to measure next"},
+       {"Correlation of"}},
+      {Verdict::kUnknown,
+       {"something that follows air_pressure_bar and is not in the catalogue",
+        "that part is not corrected"},
+       {"What to measure next"}}};
+  for (const Case& c : cases) {
+    CAPTURE(Describe(c.verdict));
+    const std::string html = Report(ExampleDiagnosis(c.verdict));
+    for (const std::string& part : c.says) {
+      CAPTURE(part);
+      CHECK(Has(html, part));
+    }
+    for (const std::string& part : c.does_not_say) {
+      CAPTURE(part);
+      CHECK_FALSE(Has(html, part));
+    }
+    for (const char* always : {"measured.csv", "2026-11-21", "Effects considered", "Outliers",
+                               "<td class=\"number\">54</td>", "latency cannot be seen"}) {
+      CAPTURE(always);
+      CHECK(Has(html, always));
+    }
+  }
+}
+
+TEST_CASE("pictures are there where gnuplot is") {
+  if (!HasGnuplot()) {
+    WARN("SKIPPED: gnuplot is not there (Debian package gnuplot-nox)");
+    return;
+  }
+  const std::string html = Report(ExampleDiagnosis(Verdict::kAmbiguous));
+  CHECK_FALSE(Has(html, "no pictures"));
+  // Arrows 4 to 6, 10 signals, 6 joints, 2 for the poses, 2 for the rival.
+  CHECK(Count(html, "<svg") >= 24);
+  CHECK(Has(html, "aria-label=\"air_pressure_bar\""));
+}
+
+TEST_CASE("without gnuplot the report says so and stands by its tables") {
+  GnuplotOptions absent;
+  absent.program = "gnuplot-that-is-not-installed";
+  const std::string html =
+      ReportHtml(ExampleDiagnosis(Verdict::kExplained), ExampleCell(), kSource, absent);
+  CHECK(Has(html, "no pictures"));
+  CHECK(Has(html, "gnuplot-nox"));
+  CHECK_FALSE(Has(html, "<svg"));
+  CHECK_FALSE(Has(html, "<h2>The residual in the cell"));
+  CHECK(Has(html, "Held out, corrected model"));
+}
+
+TEST_CASE("what gnuplot cannot do is told") {
+  const Folder folder;
+  struct Case {
+    const char* script;
+    const char* says;
+  };
+  const Case cases[] = {{"#!/bin/sh\ncat > /dev/null; echo broken >&2; exit 3\n", "broken"},
+                        {"#!/bin/sh\nexec sleep 60\n", "did not end in its time"},
+                        {"#!/bin/sh\nexec < /dev/null; echo '<svg></svg>'\n", ""}};
+  for (const Case& c : cases) {
+    CAPTURE(c.script);
+    GnuplotOptions options;
+    options.program = folder.File("gnuplot");
+    options.limit = std::chrono::milliseconds(700);
+    std::ofstream(options.program) << c.script;
+    fs::permissions(options.program, fs::perms::owner_all);
+    // Larger than a pipe holds: a child that does not read must not stop us.
+    const auto drawn = DrawSvgs(std::string(300000, '#'), options);
+    CHECK(drawn.ok() == std::string(c.says).empty());
+    if (!drawn) CHECK(Has(drawn.error(), c.says));
+    fs::remove(options.program);
+  }
+}
+
+TEST_CASE("what stands in files is text, in HTML and in gnuplot") {
+  const Folder folder;
+  const std::string trace = folder.File("trace");
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kUnknown);
+  const std::string evil[] = {
+      "<script>alert(1)</script>",           "\"&'",         "`touch " + trace + "`",
+      "'; system('touch " + trace + "'); '", "@x\nplot 1\n", "\xff\xfe_%s{}"};
+  for (std::size_t k = 0; k < std::size(evil); ++k) diagnosis.signals[k].name = evil[k];
+  diagnosis.drivers = {evil[0], evil[5]};
+  diagnosis.notes = {evil[0]};
+  diagnosis.not_recorded = {evil[1]};
+  diagnosis.considered[0].reason = evil[0];
+  diagnosis.rows[15].session = evil[0];
+  diagnosis.held_out_by = evil[1];
+  CellModel cell = ExampleCell();
+  cell.robot.name = "</title>" + evil[0];
+  ReportSource source = kSource;
+  source.cell_file = source.data_file = evil[0];
+  const std::string html = ReportHtml(diagnosis, cell, source);
+  CHECK_FALSE(Has(html, "<script"));
+  CHECK(Count(html, "</title>") == 1);
+  CHECK(Has(html, "&lt;script&gt;alert(1)&lt;/script&gt;"));
+  CHECK(ValidUtf8(html) == html);
+  CHECK_FALSE(fs::exists(trace));
+  if (HasGnuplot()) CHECK_FALSE(Has(html, "no pictures"));
+}
+
+TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too") {
+  CHECK(Has(Report(Diagnosis{}), "</html>"));
+  Diagnosis one = ExampleDiagnosis(Verdict::kExplained);
+  one.rows.resize(1);
+  for (SignalTrace& signal : one.signals) signal.values.resize(1);
+  one.rows[0].after = Vec3::Constant(std::nan(""));
+  one.held_out.after_m = std::nan("");
+  one.findings[0].covariance.setConstant(std::nan(""));
+  const std::string html = Report(one);
+  CHECK(Has(html, "</html>"));
+  CHECK(Has(html, "unknown"));
+}
+
+TEST_CASE("texts for HTML") {
+  CHECK(Escape("a<b>&\"'\x01") == "a&lt;b&gt;&amp;&quot;&#39; ");
+  CHECK(ValidUtf8("\xC3\xA4\xC3") == "\xC3\xA4\xEF\xBF\xBD");
+  CHECK(ValidUtf8("\xED\xA0\x80") == "\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD");
+  CHECK(NumberHtml("-1.5e-07") == "&minus;1.5&thinsp;&times;&thinsp;10<sup>&minus;7</sup>");
+  CHECK(NumberHtml("2e+10") == "2&thinsp;&times;&thinsp;10<sup>10</sup>");
+  CHECK(NumberHtml("-0.180") == "&minus;0.180");
+  CHECK(NumberHtml("none") == "none");
+  CHECK(GnuplotQuoted("it's\n`x`") == "'it\u2019s `x`'");
+}
