@@ -1,0 +1,71 @@
+#include "app/journal/database.h"
+
+#include <fmt/format.h>
+
+namespace plumbline {
+namespace {
+
+constexpr int kBusyTimeout_ms = 5000;  // the daemon and a command may write at the same time
+
+}  // namespace
+
+Statement::Statement(sqlite3* database, std::string_view sql) {
+  sqlite3_stmt* statement = nullptr;
+  sqlite3_prepare_v2(database, sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
+  statement_.reset(statement);
+}
+
+void Statement::Bind(int index, const std::string& text) {
+  sqlite3_bind_text(get(), index, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+}
+
+bool Statement::Run() {
+  if (!statement_) return false;
+  const bool done = Step() == SQLITE_DONE;
+  sqlite3_reset(get());
+  return done;
+}
+
+std::string Statement::Text(int column) const {
+  const void* text = sqlite3_column_blob(get(), column);
+  const int size = sqlite3_column_bytes(get(), column);
+  return text == nullptr
+             ? std::string()
+             : std::string(static_cast<const char*>(text), static_cast<std::size_t>(size));
+}
+
+Result<Database> Database::Open(const std::string& path, Mode mode) {
+  Database database(path);
+  sqlite3* handle = nullptr;
+  const int flags =
+      mode == Mode::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  database.handle_.reset(handle);
+  if (code != SQLITE_OK) return Error{fmt::format("{}: {}", path, sqlite3_errstr(code))};
+  sqlite3_busy_timeout(handle, kBusyTimeout_ms);
+  return database;
+}
+
+bool Database::Run(const char* sql) {
+  return sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK;
+}
+
+std::int64_t Database::IntegerOf(const char* sql) {
+  Statement statement(handle_.get(), sql);
+  return statement.Step() == SQLITE_ROW ? statement.Integer(0) : 0;
+}
+
+Transaction::Transaction(Database& database)
+    : database_(database), open_(database.Run("BEGIN IMMEDIATE")) {}
+
+Transaction::~Transaction() {
+  if (open_) database_.Run("ROLLBACK");
+}
+
+bool Transaction::Commit() {
+  if (!open_ || !database_.Run("COMMIT")) return false;
+  open_ = false;
+  return true;
+}
+
+}  // namespace plumbline

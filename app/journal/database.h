@@ -1,0 +1,88 @@
+// SQLite, as far as the journal needs it: a connection and prepared statements that end themselves.
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// A prepared statement. Indices of parameters and columns begin at 1 and 0, as SQLite's own.
+class Statement {
+ public:
+  Statement(sqlite3* database, std::string_view sql);
+
+  void Bind(int index, std::int64_t value) { sqlite3_bind_int64(get(), index, value); }
+  void Bind(int index, double value) { sqlite3_bind_double(get(), index, value); }
+  void Bind(int index, const std::string& text);
+  template <typename T>
+  void Bind(int index, const std::optional<T>& value) {
+    if (value) {
+      Bind(index, *value);
+    } else {
+      sqlite3_bind_null(get(), index);
+    }
+  }
+
+  /// SQLITE_ROW, SQLITE_DONE or an error code.
+  int Step() { return statement_ ? sqlite3_step(get()) : SQLITE_ERROR; }
+  /// Runs a statement that gives no rows, and makes it ready for the next values.
+  bool Run();
+
+  bool IsNull(int column) const { return sqlite3_column_type(get(), column) == SQLITE_NULL; }
+  std::int64_t Integer(int column) const { return sqlite3_column_int64(get(), column); }
+  double Number(int column) const { return sqlite3_column_double(get(), column); }
+  std::string Text(int column) const;
+  std::optional<double> NumberIfThere(int column) const {
+    return IsNull(column) ? std::nullopt : std::optional(Number(column));
+  }
+  std::optional<std::int64_t> IntegerIfThere(int column) const {
+    return IsNull(column) ? std::nullopt : std::optional(Integer(column));
+  }
+
+ private:
+  sqlite3_stmt* get() const { return statement_.get(); }
+  std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_{nullptr, &sqlite3_finalize};
+};
+
+/// A connection to one file. Not for several threads at once.
+class Database {
+ public:
+  enum class Mode { kRead, kWrite };
+  /// kWrite makes the file where there is none.
+  static Result<Database> Open(const std::string& path, Mode mode);
+
+  bool Run(const char* sql);
+  std::int64_t IntegerOf(const char* sql);
+  std::string Problem() const { return sqlite3_errmsg(handle_.get()); }
+  sqlite3* get() const { return handle_.get(); }
+  const std::string& path() const { return path_; }
+
+ private:
+  explicit Database(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+  std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_{nullptr, &sqlite3_close_v2};
+};
+
+/// Begins a write transaction; rolled back where Commit() was not reached.
+class Transaction {
+ public:
+  explicit Transaction(Database& database);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  bool begun() const { return open_; }
+  bool Commit();
+
+ private:
+  Database& database_;
+  bool open_;
+};
+
+}  // namespace plumbline

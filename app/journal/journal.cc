@@ -1,0 +1,374 @@
+#include "app/journal/journal.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", told by file(1)
+constexpr double kMmPerMetre = 1 / kMetrePerMm;
+
+constexpr const char* kSchema = R"(
+CREATE TABLE measurement (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import')),
+  unix_ms INTEGER,
+  t_s REAL,  -- of probes: since the computer booted
+  session TEXT NOT NULL, command INTEGER,
+  q TEXT NOT NULL, qd TEXT, qdd TEXT, tau TEXT,  -- arrays; deg and Nm, mm and N where prismatic
+  payload_kg REAL, temp_C REAL,
+  predicted_x_mm REAL, predicted_y_mm REAL, predicted_z_mm REAL,
+  x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
+  qw REAL, qx REAL, qy REAL, qz REAL,
+  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0
+);
+CREATE TABLE import (
+  id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
+  rows INTEGER NOT NULL, last_row INTEGER NOT NULL
+);
+CREATE TABLE monitor_restart (
+  id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
+  reason TEXT NOT NULL
+);
+)";
+
+constexpr const char* kInsert =
+    "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
+    " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
+    " qy, qz, model_version, wild, alarm)"
+    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+
+constexpr const char* kSelect =
+    "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
+    " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
+    " model_version, wild, alarm, id FROM measurement";
+
+double FileUnit(const Joint& joint) {
+  return joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+}
+
+/// Joint values as a JSON array in the units of measured.csv; nothing where they are absent.
+std::optional<std::string> JointText(const JointVector& values, const std::vector<Joint>& joints,
+                                     bool torque) {
+  if (values.size() == 0) return std::nullopt;
+  nlohmann::json array = nlohmann::json::array();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const double unit = torque ? 1 : FileUnit(joints[static_cast<std::size_t>(i)]);
+    array.push_back(values[i] / unit);
+  }
+  return array.dump();
+}
+
+bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints, bool torque,
+                    JointVector& values) {
+  if (row.IsNull(column)) return true;
+  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  if (!array.is_array() || array.size() != joints.size()) return false;
+  values.resize(static_cast<Eigen::Index>(joints.size()));
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (!array[i].is_number()) return false;
+    const double unit = torque ? 1 : FileUnit(joints[i]);
+    values[static_cast<Eigen::Index>(i)] = array[i].get<double>() * unit;
+  }
+  return true;
+}
+
+void BindPoint(Statement& statement, int index, const std::optional<Vec3>& point_m) {
+  for (int k = 0; k < 3; ++k) {
+    statement.Bind(index + k, point_m ? std::optional((*point_m)[k] * kMmPerMetre) : std::nullopt);
+  }
+}
+
+std::optional<Vec3> PointFrom(const Statement& row, int column) {
+  if (row.IsNull(column)) return std::nullopt;
+  return Vec3(kMetrePerMm *
+              Vec3(row.Number(column), row.Number(column + 1), row.Number(column + 2)));
+}
+
+std::optional<std::int64_t> Widened(const auto& value) {
+  return value ? std::optional<std::int64_t>(*value) : std::nullopt;
+}
+
+bool Insert(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints) {
+  statement.Bind(1, std::string(NameOf(row.source)));
+  statement.Bind(2, row.unix_ms);
+  statement.Bind(3, row.t_s);
+  statement.Bind(4, row.session);
+  statement.Bind(5, Widened(row.command));
+  statement.Bind(6, JointText(row.q, joints, false));
+  statement.Bind(7, JointText(row.qd, joints, false));
+  statement.Bind(8, JointText(row.qdd, joints, false));
+  statement.Bind(9, JointText(row.tau, joints, true));
+  statement.Bind(10, row.payload_kg);
+  statement.Bind(11, row.temp_C);
+  BindPoint(statement, 12, row.predicted_W);
+  BindPoint(statement, 15, row.measured_W);
+  statement.Bind(18, row.range_m ? std::optional(*row.range_m * kMmPerMetre) : std::nullopt);
+  const auto turned = [&row](auto part) {
+    return row.orientation_W ? std::optional(part(*row.orientation_W)) : std::nullopt;
+  };
+  statement.Bind(19, turned([](const Eigen::Quaterniond& q) { return q.w(); }));
+  statement.Bind(20, turned([](const Eigen::Quaterniond& q) { return q.x(); }));
+  statement.Bind(21, turned([](const Eigen::Quaterniond& q) { return q.y(); }));
+  statement.Bind(22, turned([](const Eigen::Quaterniond& q) { return q.z(); }));
+  statement.Bind(23, Widened(row.model_version));
+  statement.Bind(24, std::int64_t{row.wild});
+  statement.Bind(25, std::int64_t{row.alarm});
+  return statement.Run();
+}
+
+std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
+  JournalRow row;
+  const std::string source = s.Text(0);
+  row.source = source == "plc"      ? JournalRow::Source::kPlc
+               : source == "camera" ? JournalRow::Source::kCamera
+                                    : JournalRow::Source::kImport;
+  row.unix_ms = s.IntegerIfThere(1);
+  row.t_s = s.NumberIfThere(2);
+  row.session = s.Text(3);
+  if (!s.IsNull(4)) row.command = static_cast<std::uint16_t>(s.Integer(4));
+  const bool joints_fit = JointsFromText(s, 5, joints, false, row.q) && row.q.size() > 0 &&
+                          JointsFromText(s, 6, joints, false, row.qd) &&
+                          JointsFromText(s, 7, joints, false, row.qdd) &&
+                          JointsFromText(s, 8, joints, true, row.tau);
+  if (!joints_fit) return std::nullopt;
+  row.payload_kg = s.NumberIfThere(9);
+  row.temp_C = s.NumberIfThere(10);
+  row.predicted_W = PointFrom(s, 11);
+  row.measured_W = PointFrom(s, 14);
+  if (!s.IsNull(17)) row.range_m = s.Number(17) * kMetrePerMm;
+  if (!s.IsNull(18)) {
+    row.orientation_W = Eigen::Quaterniond(s.Number(18), s.Number(19), s.Number(20), s.Number(21));
+  }
+  if (!s.IsNull(22)) row.model_version = static_cast<int>(s.Integer(22));
+  row.wild = s.Integer(23) != 0;
+  row.alarm = s.Integer(24) != 0;
+  row.id = s.Integer(25);
+  return row;
+}
+
+/// What a file that opened is: a journal of this version, an empty file, or something else.
+std::optional<Error> NotAJournal(Database& database) {
+  const std::int64_t version = database.IntegerOf("PRAGMA user_version");
+  // A file that is no database shows it at the first reading.
+  if (!database.Run("SELECT count(*) FROM sqlite_master")) {
+    return Error{fmt::format("{}: {}; move it away to begin a new journal", database.path(),
+                             database.Problem())};
+  }
+  if (version > Journal::kSchemaVersion) {
+    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
+                             database.path(), version, Journal::kSchemaVersion)};
+  }
+  const bool empty = database.IntegerOf("SELECT count(*) FROM sqlite_master") == 0;
+  if (!empty && database.IntegerOf("PRAGMA application_id") != kApplicationId) {
+    return Error{fmt::format("{}: is a database, but no plumbline journal", database.path())};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* NameOf(JournalRow::Source source) {
+  switch (source) {
+    case JournalRow::Source::kPlc:
+      return "plc";
+    case JournalRow::Source::kCamera:
+      return "camera";
+    case JournalRow::Source::kImport:
+      return "import";
+  }
+  return "?";
+}
+
+Result<Journal> Journal::Open(const std::string& path) {
+  Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
+  if (!opened) return Error{opened.error()};
+  Journal journal(std::move(opened).value());
+  Database& database = journal.database_;
+  if (auto problem = NotAJournal(database)) return *std::move(problem);
+  if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
+    return journal.Failed("cannot be prepared");
+  }
+  if (database.IntegerOf("PRAGMA user_version") == 0) {
+    Transaction transaction(database);
+    if (!transaction.begun()) return journal.Failed("cannot be made");
+    // Another process may have made it since.
+    if (database.IntegerOf("PRAGMA user_version") == 0) {
+      const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
+                                           kApplicationId, kSchemaVersion);
+      if (!database.Run(kSchema) || !database.Run(mark.c_str()) || !transaction.Commit()) {
+        return journal.Failed("cannot be made");
+      }
+    }
+  }
+  return journal;
+}
+
+Result<Journal> Journal::OpenForReading(const std::string& path) {
+  Result<Database> opened = Database::Open(path, Database::Mode::kRead);
+  if (!opened) return Error{opened.error()};
+  Journal journal(std::move(opened).value());
+  if (auto problem = NotAJournal(journal.database_)) return *std::move(problem);
+  if (journal.database_.IntegerOf("PRAGMA user_version") == 0) {
+    return Error{fmt::format("{}: is empty, no journal yet", path)};
+  }
+  return journal;
+}
+
+Error Journal::Failed(const char* what) const {
+  return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
+}
+
+Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
+                                           const std::vector<Joint>& joints) {
+  Statement statement(database_.get(), kInsert);
+  for (const JournalRow& row : rows) {
+    assert(row.q.size() == static_cast<Eigen::Index>(joints.size()));
+    if (!Insert(statement, row, joints)) return Failed("row not written");
+  }
+  return sqlite3_last_insert_rowid(database_.get());
+}
+
+Result<std::int64_t> Journal::Append(const std::vector<JournalRow>& rows,
+                                     const std::vector<Joint>& joints) {
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed("row not written");
+  Result<std::int64_t> last = AppendInside(rows, joints);
+  if (last && !transaction.Commit()) return Failed("row not written");
+  return last;
+}
+
+Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
+                                           const std::vector<Joint>& joints,
+                                           const std::string& file, std::uint64_t content_hash,
+                                           bool again) {
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed("nothing imported");
+  if (const auto before = ImportedAs(content_hash); before && !again) {
+    return Error{
+        fmt::format("{}: its rows are in the journal already (imported as {}); --again "
+                    "takes them a second time",
+                    file, *before)};
+  }
+  Result<std::int64_t> last = AppendInside(rows, joints);
+  if (!last) return last;
+  Statement record(database_.get(),
+                   "INSERT INTO import (file, content_hash, rows, last_row) VALUES (?,?,?,?)");
+  record.Bind(1, file);
+  record.Bind(2, static_cast<std::int64_t>(content_hash));
+  record.Bind(3, static_cast<std::int64_t>(rows.size()));
+  record.Bind(4, *last);
+  if (!record.Run() || !transaction.Commit()) return Failed("nothing imported");
+  return last;
+}
+
+std::optional<std::string> Journal::ImportedAs(std::uint64_t content_hash) {
+  Statement known(database_.get(), "SELECT file FROM import WHERE content_hash = ?");
+  known.Bind(1, static_cast<std::int64_t>(content_hash));
+  if (known.Step() != SQLITE_ROW) return std::nullopt;
+  return known.Text(0);
+}
+
+Result<bool> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
+  Statement statement(database_.get(), "UPDATE measurement SET wild = ?, alarm = ? WHERE id = ?");
+  statement.Bind(1, std::int64_t{wild});
+  statement.Bind(2, std::int64_t{alarm});
+  statement.Bind(3, id);
+  if (!statement.Run()) return Failed("row not marked");
+  return true;
+}
+
+Result<bool> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+                              const std::function<void(const JournalRow&)>& show) {
+  // Absent conditions are NULL, and hold. The newest rows are sought from the end.
+  const std::string chosen = fmt::format(
+      "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2"
+      " OR substr(session, 1, length(?2) + 6) = ?2 || ' boot ')"
+      " AND (?3 IS NULL OR model_version = ?3)",
+      kSelect);
+  Statement statement(database_.get(),
+                      filter.last ? fmt::format("SELECT * FROM ({} ORDER BY id DESC LIMIT ?4)"
+                                                " ORDER BY id",
+                                                chosen)
+                                  : chosen + " ORDER BY id");
+  statement.Bind(1, filter.after_id);
+  statement.Bind(2, filter.session);
+  statement.Bind(3, Widened(filter.model_version));
+  if (filter.last) statement.Bind(4, *filter.last);
+  int code = SQLITE_ROW;
+  while ((code = statement.Step()) == SQLITE_ROW) {
+    const std::optional<JournalRow> row = RowFrom(statement, joints);
+    if (!row) {
+      return Error{
+          fmt::format("{}: row {} has not the cell's {} joints; choose rows of this cell "
+                      "(--session, --after)",
+                      database_.path(), statement.Integer(25), joints.size())};
+    }
+    show(*row);
+  }
+  if (code != SQLITE_DONE) return Failed("cannot be read");
+  return true;
+}
+
+Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
+                                              const std::vector<Joint>& joints) {
+  std::vector<JournalRow> rows;
+  const Result<bool> read =
+      ForEach(filter, joints, [&rows](const JournalRow& row) { rows.push_back(row); });
+  if (!read) return Error{read.error()};
+  return rows;
+}
+
+Result<bool> Journal::NoteRestart(int model_version, const std::string& reason) {
+  Statement statement(database_.get(),
+                      "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
+                      "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
+  statement.Bind(1, std::int64_t{model_version});
+  statement.Bind(2, reason);
+  if (!statement.Run()) return Failed("restart of the monitor not noted");
+  return true;
+}
+
+std::optional<Journal::Restart> Journal::RestartBy(const char* sql) {
+  Statement statement(database_.get(), sql);
+  if (statement.Step() != SQLITE_ROW) return std::nullopt;
+  return Restart{statement.Integer(0), static_cast<int>(statement.Integer(1))};
+}
+
+std::optional<Journal::Restart> Journal::LastRestart() {
+  return RestartBy("SELECT after_row, model_version FROM monitor_restart ORDER BY id DESC LIMIT 1");
+}
+
+std::optional<Journal::Restart> Journal::LastModel() {
+  return RestartBy(
+      "SELECT after_row, model_version FROM monitor_restart WHERE reason = 'model'"
+      " ORDER BY id DESC LIMIT 1");
+}
+
+std::int64_t Journal::LastRow() {
+  return database_.IntegerOf("SELECT coalesce(max(id), 0) FROM measurement");
+}
+
+std::int64_t Journal::Count() {
+  return database_.IntegerOf("SELECT count(*) FROM measurement");
+}
+
+int Journal::JointCount() {
+  return static_cast<int>(
+      database_.IntegerOf("SELECT json_array_length(q) FROM measurement ORDER BY id DESC LIMIT 1"));
+}
+
+std::uint64_t ContentHash(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) {
+    hash ^= static_cast<unsigned char>(c);
+    hash *= 0x100000001b3;
+  }
+  return hash;
+}
+
+}  // namespace plumbline

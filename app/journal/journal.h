@@ -1,0 +1,86 @@
+// The measurement journal: every measured point, kept in one SQLite file.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "app/journal/database.h"
+#include "app/journal/journal_row.h"
+
+namespace plumbline {
+
+/// Which rows are asked for; every condition that is set must hold.
+struct JournalFilter {
+  std::optional<std::int64_t> after_id = std::nullopt;
+  std::optional<std::int64_t> last = std::nullopt;    ///< only that many, the newest
+  std::optional<std::string> session = std::nullopt;  ///< in any boot, where it names none
+  std::optional<int> model_version = std::nullopt;
+};
+
+/// The journal. Append() returns when the rows are on the disk (write-ahead log,
+/// synchronous=FULL): a power cut or kill loses nothing that was reported as written, and leaves
+/// no half row. Lengths and angles stand in mm and degrees in the file, as in measured.csv, so that
+/// it can be read with the sqlite3 command.
+class Journal {
+ public:
+  static constexpr int kSchemaVersion = 1;
+
+  /// Opens or makes the file. @return why not: not a journal, of a newer version, not writable
+  static Result<Journal> Open(const std::string& path);
+  /// Opens an existing one for reading; makes nothing.
+  static Result<Journal> OpenForReading(const std::string& path);
+
+  /// Writes all rows or none. @param joints  the cell's, for their units
+  /// @return the id of the last row
+  Result<std::int64_t> Append(const std::vector<JournalRow>& rows,
+                              const std::vector<Joint>& joints);
+  /// The same, with a record of the imported file; refused where that content was imported before.
+  Result<std::int64_t> AppendImport(const std::vector<JournalRow>& rows,
+                                    const std::vector<Joint>& joints, const std::string& file,
+                                    std::uint64_t content_hash, bool again);
+
+  /// The file that content was imported as; nothing where it was not.
+  std::optional<std::string> ImportedAs(std::uint64_t content_hash);
+
+  /// Marks what the monitor found of a row. Called when the row is written and judged.
+  Result<bool> Mark(std::int64_t id, bool wild, bool alarm);
+
+  /// Shows rows one by one in ascending id, without holding them all. Errors as Read().
+  Result<bool> ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+                       const std::function<void(const JournalRow&)>& show);
+  /// Rows in ascending id. A row whose joints are not those of the cell is an error that names it.
+  Result<std::vector<JournalRow>> Read(const JournalFilter& filter,
+                                       const std::vector<Joint>& joints);
+
+  /// From where on the monitor counts.
+  struct Restart {
+    std::int64_t after_row = 0;
+    int model_version = 0;
+  };
+  /// Notes that the monitor begins anew behind the present last row. @param reason  "model"
+  /// (another one came into force) or "person"
+  Result<bool> NoteRestart(int model_version, const std::string& reason);
+  /// The newest restart of any reason, and the newest for a model; nothing where there is none.
+  std::optional<Restart> LastRestart();
+  std::optional<Restart> LastModel();
+
+  std::int64_t Count();
+  std::int64_t LastRow();
+  /// Number of joints of the newest row; 0 where there is none.
+  int JointCount();
+
+ private:
+  explicit Journal(Database database) : database_(std::move(database)) {}
+  Result<std::int64_t> AppendInside(const std::vector<JournalRow>& rows,
+                                    const std::vector<Joint>& joints);
+  std::optional<Restart> RestartBy(const char* sql);
+  Error Failed(const char* what) const;
+
+  Database database_;
+};
+
+/// FNV-1a, to recognise a file that was imported before.
+std::uint64_t ContentHash(std::string_view text);
+
+}  // namespace plumbline

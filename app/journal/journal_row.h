@@ -1,0 +1,40 @@
+// One row of the measurement journal.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline {
+
+/// A measured point with everything that is known of the moment, in SI. What was not recorded is
+/// absent (joint vectors: empty), never zero.
+struct JournalRow {
+  enum class Source { kPlc, kCamera, kImport };
+  std::int64_t id = 0;  ///< the journal's number, ascending; 0 before it is written
+  Source source = Source::kPlc;
+  std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
+  /// Of a probe: CLOCK_MONOTONIC of this computer, which begins when it boots (and so does another
+  /// session); effects of time read the same. Of an imported row: as its file has it.
+  std::optional<double> t_s;
+  std::string session;
+  std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
+  JointVector q;                         ///< [rad] or [m], as the controller counts them
+  JointVector qd, qdd, tau;
+  std::optional<double> payload_kg;
+  std::optional<double> temp_C;
+  std::optional<Vec3> predicted_W;  ///< tip by the model in force [m]
+  std::optional<Vec3> measured_W;   ///< [m]
+  std::optional<double> range_m;
+  std::optional<Eigen::Quaterniond> orientation_W;
+  std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted
+  bool wild = false;                 ///< far from the monitor's reference
+  bool alarm = false;                ///< it raised the monitor's alarm
+};
+
+const char* NameOf(JournalRow::Source source);
+
+}  // namespace plumbline

@@ -1,0 +1,37 @@
+// Files that a power cut leaves whole: the old content or the new one.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// Writes `content` beside `path`, syncs it, renames it to `path`, syncs the folder. At every
+/// moment `path` stands for its whole old content (or for nothing) or its whole new one.
+/// @param mode  permissions, 0444 for what is never written again
+Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
+
+/// An advisory lock on a file, held as long as the object lives; freed by the kernel when the
+/// process ends, however it ends.
+class FileLock {
+ public:
+  enum class Wait { kYes, kNo };
+  /// Makes the file where there is none.
+  static Result<FileLock> Take(const std::string& path, Wait wait);
+  FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+  FileLock& operator=(FileLock&&) = delete;
+  ~FileLock();
+
+  /// Replaces the content of the locked file (not durable: for a process's own number).
+  bool Write(std::string_view text) const;
+
+ private:
+  explicit FileLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,125 @@
+#include "app/model_store/model_json.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace plumbline {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+void Put(json& into, const char* name, const std::optional<T>& value) {
+  if (value) into[name] = *value;
+}
+
+/// A member of the wanted kind; nothing where it is absent or of another kind.
+std::optional<double> NumberIn(const json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::string TextIn(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+}  // namespace
+
+std::string JsonFrom(const ModelFacts& facts) {
+  json object = {
+      {"schema", 1},           {"origin", NameOf(facts.origin)}, {"date", facts.date},
+      {"from", facts.from},    {"verdict", facts.verdict},       {"effects", facts.effects},
+      {"report", facts.report}};
+  Put(object, "based_on", facts.based_on);
+  Put(object, "rms_before_mm", facts.rms_before_mm);
+  Put(object, "rms_after_mm", facts.rms_after_mm);
+  Put(object, "change_mm", facts.change_mm);
+  return object.dump(1) + "\n";
+}
+
+std::string JsonFrom(const ModelState& state) {
+  return json{{"schema", 1},
+              {"declared", state.declared},
+              {"applied", state.applied},
+              {"proposed", state.proposed},
+              {"history", state.history}}
+             .dump(1) +
+         "\n";
+}
+
+std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
+  const json object = json::parse(text, nullptr, false);
+  if (!object.is_object()) return std::nullopt;
+  ModelFacts facts;
+  const std::string origin = TextIn(object, "origin");
+  if (origin == "declared") {
+    facts.origin = ModelFacts::Origin::kDeclared;
+  } else if (origin == "diagnosis") {
+    facts.origin = ModelFacts::Origin::kDiagnosis;
+  } else if (origin != "manual") {
+    return std::nullopt;
+  }
+  facts.date = TextIn(object, "date");
+  facts.from = TextIn(object, "from");
+  facts.verdict = TextIn(object, "verdict");
+  facts.report = TextIn(object, "report");
+  if (const auto effects = object.find("effects"); effects != object.end()) {
+    for (const json& effect : *effects) {
+      if (effect.is_string()) facts.effects.push_back(effect.get<std::string>());
+    }
+  }
+  if (const auto based_on = NumberIn(object, "based_on")) {
+    facts.based_on = static_cast<int>(*based_on);
+  }
+  facts.rms_before_mm = NumberIn(object, "rms_before_mm");
+  facts.rms_after_mm = NumberIn(object, "rms_after_mm");
+  facts.change_mm = NumberIn(object, "change_mm");
+  return facts;
+}
+
+std::optional<ModelState> ModelStateFromJson(const std::string& text) {
+  const json object = json::parse(text, nullptr, false);
+  if (!object.is_object()) return std::nullopt;
+  ModelState state;
+  for (const auto& [name, into] :
+       {std::pair("declared", &state.declared), std::pair("applied", &state.applied),
+        std::pair("proposed", &state.proposed)}) {
+    const auto number = NumberIn(object, name);
+    if (!number) return std::nullopt;
+    *into = static_cast<int>(*number);
+  }
+  const auto history = object.find("history");
+  if (history == object.end() || !history->is_array()) return std::nullopt;
+  for (const json& number : *history) {
+    if (!number.is_number_integer()) return std::nullopt;
+    state.history.push_back(number.get<int>());
+  }
+  return state;
+}
+
+Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
+  const json object = json::parse(text, nullptr, false);
+  if (!object.is_object()) return Error{"the diagnosis is no JSON object"};
+  ModelFacts facts;
+  facts.origin = ModelFacts::Origin::kDiagnosis;
+  facts.verdict = TextIn(object, "verdict");
+  if (facts.verdict != "no_effect" && facts.verdict != "explained" &&
+      facts.verdict != "ambiguous" && facts.verdict != "unknown") {
+    return Error{fmt::format("the diagnosis has the verdict \"{}\", which is none", facts.verdict)};
+  }
+  if (const auto effects = object.find("effects"); effects != object.end()) {
+    for (const json& effect : *effects) {
+      if (effect.is_object()) facts.effects.push_back(TextIn(effect, "id"));
+    }
+  }
+  const auto rms = object.find("rms_mm");
+  if (rms == object.end() || !rms->is_object()) return Error{"the diagnosis tells no rms_mm"};
+  facts.rms_before_mm = NumberIn(*rms, "before_held_out");
+  facts.rms_after_mm = NumberIn(*rms, "after_held_out");
+  return facts;
+}
+
+}  // namespace plumbline

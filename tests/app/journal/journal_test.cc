@@ -1,0 +1,293 @@
+#include "app/journal/journal.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "app/journal/journal_csv.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+const std::vector<Joint>& Joints() {
+  static const CellModel cell = test::HeavyArm();
+  return cell.robot.joints;
+}
+
+JournalRow FullRow(int number) {
+  JournalRow row;
+  row.unix_ms = 1800000000000 + number;
+  row.t_s = 86400.125 + number;
+  row.session = "day 1";
+  row.command = static_cast<std::uint16_t>(number);
+  row.q = JointVector::LinSpaced(6, -1, 1) * (number + 1) / 7.0;
+  row.qd = row.q / 3;
+  row.qdd = row.q / 9;
+  row.tau = row.q * 100;
+  row.payload_kg = 60.25;
+  row.temp_C = 21.5;
+  row.predicted_W = Vec3(1.1, 2.2, 3.3);
+  row.measured_W = Vec3(1.1001, 2.2002, number);
+  row.orientation_W = Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
+  row.model_version = 3;
+  return row;
+}
+
+void CheckSame(const JournalRow& a, const JournalRow& b) {
+  CHECK(a.source == b.source);
+  CHECK(a.unix_ms == b.unix_ms);
+  CHECK(a.t_s == b.t_s);
+  CHECK(a.session == b.session);
+  CHECK(a.command == b.command);
+  CHECK((a.q - b.q).norm() < 1e-15);
+  CHECK(a.qd.size() == b.qd.size());
+  CHECK(a.tau.size() == b.tau.size());
+  CHECK(a.payload_kg == b.payload_kg);
+  CHECK(a.temp_C == b.temp_C);
+  CHECK(a.predicted_W.has_value() == b.predicted_W.has_value());
+  REQUIRE(a.measured_W.has_value() == b.measured_W.has_value());
+  if (a.measured_W) CHECK((*a.measured_W - *b.measured_W).norm() < 1e-14);
+  CHECK(a.orientation_W.has_value() == b.orientation_W.has_value());
+  CHECK(a.model_version == b.model_version);
+}
+
+}  // namespace
+
+TEST_CASE("rows come back as they were written, absent values absent") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  JournalRow bare;
+  bare.source = JournalRow::Source::kImport;
+  bare.q = JointVector::Constant(6, 0.5);
+  bare.range_m = 2.5;
+  bare.t_s = 12.5;
+  {
+    auto journal = Journal::Open(path);
+    REQUIRE(journal.ok());
+    CHECK(*journal.value().Append({FullRow(1), bare}, Joints()) == 2);
+    REQUIRE(journal.value().Mark(1, true, true).ok());
+  }
+  auto journal = Journal::OpenForReading(path);
+  REQUIRE(journal.ok());
+  const auto rows = journal.value().Read({}, Joints());
+  REQUIRE(rows.ok());
+  REQUIRE(rows->size() == 2);
+  CheckSame((*rows)[0], FullRow(1));
+  CHECK((*rows)[0].wild);
+  CHECK((*rows)[0].alarm);
+  CheckSame((*rows)[1], bare);
+  CHECK((*rows)[1].range_m == 2.5);
+  CHECK((*rows)[1].id == 2);
+  CHECK(journal.value().JointCount() == 6);
+}
+
+TEST_CASE("filters choose rows") {
+  const TemporaryFolder folder;
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.ok());
+  for (int i = 1; i <= 20; ++i) {
+    JournalRow row = FullRow(i);
+    row.session = i <= 10 ? "a" : "b";
+    row.model_version = i % 2;
+    REQUIRE(journal.value().Append({row}, Joints()).ok());
+  }
+  const auto ids = [&](const JournalFilter& filter) {
+    std::vector<std::int64_t> found;
+    const auto rows = journal.value().Read(filter, Joints());
+    for (const JournalRow& row : *rows) found.push_back(row.id);
+    return found;
+  };
+  CHECK(ids({.last = 2}) == std::vector<std::int64_t>{19, 20});
+  CHECK(ids({.after_id = 18}) == std::vector<std::int64_t>{19, 20});
+  CHECK(ids({.last = 1, .session = "a"}) == std::vector<std::int64_t>{10});
+  CHECK(ids({.after_id = 16, .model_version = 1}) == std::vector<std::int64_t>{17, 19});
+  for (const char* session : {"c boot 11111111", "c boot 22222222", "c bootless", "c"}) {
+    JournalRow row = FullRow(1);
+    row.session = session;
+    REQUIRE(journal.value().Append({row}, Joints()).ok());
+  }
+  CHECK(ids({.session = "c"}) == std::vector<std::int64_t>{21, 22, 24});  // in any boot
+  CHECK(ids({.session = "c boot 22222222"}) == std::vector<std::int64_t>{22});
+}
+
+TEST_CASE("what is no journal is refused and stays as it was") {
+  const TemporaryFolder folder;
+  const auto content = [](const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  struct Case {
+    const char* name;
+    std::function<void(const std::string&)> make;
+    const char* told;
+  };
+  const auto run = [](const std::string& path, const char* sql) {
+    auto database = Database::Open(path, Database::Mode::kWrite);
+    REQUIRE(database.value().Run(sql));
+  };
+  const Case cases[] = {
+      {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
+       "not a database"},
+      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 2"); }, "newer"},
+      {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
+       "no plumbline journal"},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    const std::string path = folder.path() + "/" + c.name;
+    c.make(path);
+    const std::string before = content(path);
+    const auto journal = Journal::Open(path);
+    REQUIRE_FALSE(journal.ok());
+    CHECK_THAT(journal.error(), Catch::Contains(c.told));
+    CHECK(content(path) == before);
+  }
+  CHECK_FALSE(Journal::OpenForReading(folder.path() + "/none").ok());
+  CHECK_FALSE(std::filesystem::exists(folder.path() + "/none"));
+  CHECK_FALSE(Journal::Open(folder.path() + "/no/folder").ok());
+}
+
+TEST_CASE("rows of another arm are named, not misread") {
+  const TemporaryFolder folder;
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
+  const auto rows = journal.value().Read({}, std::vector<Joint>(7));
+  REQUIRE_FALSE(rows.ok());
+  CHECK_THAT(rows.error(), Catch::Contains("row 1") && Catch::Contains("7 joints"));
+}
+
+TEST_CASE("two writers do not lose rows") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  const auto write = [&path] {
+    auto journal = Journal::Open(path);
+    for (int i = 0; i < 100; ++i) {
+      if (!journal || !journal.value().Append({FullRow(i)}, Joints())) return;
+    }
+  };
+  std::thread first(write), second(write);
+  first.join();
+  second.join();
+  CHECK(Journal::Open(path).value().Count() == 200);
+}
+
+TEST_CASE("a process killed while it writes loses nothing that it had reported") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  std::mt19937 random(5);
+  std::int64_t reported = 0;
+  for (int round = 0; round < 40; ++round) {
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    const pid_t writer = fork();
+    if (writer == 0) {
+      close(ends[0]);
+      auto journal = Journal::Open(path);
+      if (!journal) _exit(1);
+      for (int i = 0;; ++i) {
+        // Pairs: half of one would be seen.
+        const auto last = journal.value().Append({FullRow(i), FullRow(i)}, Joints());
+        if (!last) _exit(2);
+        const std::int64_t id = *last;
+        if (write(ends[1], &id, sizeof id) != sizeof id) _exit(3);
+      }
+    }
+    close(ends[1]);
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(std::uniform_int_distribution(0, 30000)(random)));
+    kill(writer, SIGKILL);
+    int status = 0;
+    waitpid(writer, &status, 0);
+    CHECK(WIFSIGNALED(status));  // it did not end by a fault of its own
+    std::int64_t id = 0;
+    while (read(ends[0], &id, sizeof id) == sizeof id) reported = id;
+    close(ends[0]);
+
+    auto journal = Journal::Open(path);
+    REQUIRE(journal.ok());
+    const std::int64_t count = journal.value().Count();
+    CHECK(count >= reported);
+    CHECK(count <= reported + 2);
+    CHECK(count % 2 == 0);
+    reported = count;
+  }
+  CHECK(reported > 100);
+  auto database = Database::Open(path, Database::Mode::kRead);
+  Statement check(database.value().get(), "PRAGMA integrity_check");
+  REQUIRE(check.Step() == SQLITE_ROW);
+  CHECK(check.Text(0) == "ok");
+  const auto rows = Journal::OpenForReading(path).value().Read({}, Joints());
+  REQUIRE(rows.ok());
+  CHECK(static_cast<std::int64_t>(rows->size()) == reported);
+  CHECK(rows->back().id == reported);
+}
+
+TEST_CASE("exported rows read as the measured.csv they came from") {
+  const TemporaryFolder folder;
+  const std::string text =
+      "session,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,tau1_Nm,tau2_Nm,tau3_Nm,tau4_Nm,"
+      "tau5_Nm,tau6_Nm,payload_kg,temp_C,x_mm,y_mm,z_mm\n"
+      "1,0.5,1.00001,-20,30,40,50,60,1,2,3,4,5,6,60,21.5,1000.00001,-2.5,3.25\n"
+      "1,1.5,2.00001,-21,31,41,51,61,1,2,3,4,5,6,60,21.6,1001.00001,-2.5,3.25\n";
+  FaultList faults;
+  const auto table = TableFromCsv(text, "measured.csv", Joints(), faults);
+  REQUIRE(table);
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
+  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
+  CHECK(exported.notes.empty());
+  const auto back = TableFromCsv(exported.text, "back.csv", Joints(), faults);
+  CHECK_FALSE(faults.HasFaults());
+  REQUIRE(back);
+  CHECK(back->recorded == table->recorded);
+  REQUIRE(back->rows.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK((back->rows[i].q - table->rows[i].q).norm() < 1e-9);
+    CHECK((back->rows[i].p_WT - table->rows[i].p_WT).norm() < 1e-9);
+    CHECK(back->rows[i].t_s == table->rows[i].t_s);
+    CHECK(back->rows[i].temp_C == table->rows[i].temp_C);
+  }
+}
+
+TEST_CASE("t_s is exported as it stands in the journal, whatever the wall clock did") {
+  std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3)};
+  rows[1].unix_ms = 0;
+  rows[2].source = JournalRow::Source::kImport;
+  rows[2].session = "imported";
+  rows[2].t_s = 0.5;
+  FaultList faults;
+  const auto back = TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
+  REQUIRE(back);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(back->rows[i].t_s == rows[i].t_s);
+  rows[1].t_s.reset();  // never made up from another clock
+  CHECK_FALSE(
+      TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults)->recorded.time);
+}
+
+TEST_CASE("what only some rows have is left out and told, never zero") {
+  std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3), FullRow(4)};
+  rows[1].temp_C.reset();
+  rows[2].qd.resize(0);
+  rows[3].measured_W.reset();
+  rows[3].range_m = 1.0;
+  const ExportedCsv exported = CsvFromJournal(rows, Joints());
+  const std::string header = exported.text.substr(0, exported.text.find('\n'));
+  CHECK_THAT(header, !Catch::Contains("temp_C") && !Catch::Contains("qd1_deg_s") &&
+                         Catch::Contains("t_s") && Catch::Contains("payload_kg"));
+  CHECK(exported.ids.size() == 3);
+  const std::string notes = fmt::format("{}", fmt::join(exported.notes, "\n"));
+  CHECK_THAT(notes, Catch::Contains("temp_C") && Catch::Contains("2 of 3") &&
+                        Catch::Contains("no position"));
+}

@@ -1,0 +1,243 @@
+#include "app/model_store/model_store.h"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <fstream>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "app/model_store/daemon_signal.h"
+#include "app/model_store/model_change.h"
+#include "app/model_store/model_json.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+ModelStore StoreIn(const TemporaryFolder& folder) {
+  auto store = ModelStore::Open(folder.path());
+  REQUIRE(store.ok());
+  return std::move(store).value();
+}
+
+ModelState StateOf(const ModelStore& store) {
+  const auto state = store.State();
+  INFO((state ? "" : state.error()));
+  REQUIRE(state.ok());
+  return *state;
+}
+
+/// A model whose every byte tells which one it is.
+std::string BigText(int number) {
+  return std::string(20000, static_cast<char>('a' + number % 26)) + std::to_string(number);
+}
+
+}  // namespace
+
+TEST_CASE("the life of a model: declared, proposed, applied, rolled back") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  CHECK(StateOf(store) == ModelState{});
+  CHECK(*store.Declare("cell 1", "cell.toml") == 1);
+  CHECK(*store.Declare("cell 1", "cell.toml") == 1);  // unchanged
+  CHECK(StateOf(store) == ModelState{1, 1, 0, {1}});
+
+  std::ofstream(folder.path() + "/r.html") << "<html>";
+  ModelFacts facts;
+  facts.origin = ModelFacts::Origin::kDiagnosis;
+  facts.verdict = "explained";
+  facts.effects = {"joint_compliance"};
+  facts.rms_before_mm = 8.5;
+  facts.rms_after_mm = 0.09;
+  CHECK(*store.Propose("cell 1 corrected", facts, folder.path() + "/r.html") == 2);
+  CHECK(StateOf(store) == ModelState{1, 1, 2, {1}});
+  CHECK(*store.Text(2) == "cell 1 corrected");
+  const auto kept = store.Facts(2);
+  REQUIRE(kept.ok());
+  CHECK(kept->based_on == 1);
+  CHECK(kept->effects == facts.effects);
+  CHECK(kept->rms_before_mm == 8.5);
+  CHECK(kept->report == "0002.html");
+  CHECK(std::ifstream(store.ReportFile(2)).get() == '<');
+
+  REQUIRE(store.Apply(2).ok());
+  CHECK(StateOf(store) == ModelState{1, 2, 0, {1, 2}});
+  CHECK(*store.Declare("cell 1", "cell.toml") == 1);  // still unchanged: the correction stays
+  CHECK(StateOf(store).applied == 2);
+  CHECK(*store.RollBack() == 1);
+  CHECK(StateOf(store) == ModelState{1, 1, 0, {1}});
+  const auto no_more = store.RollBack();
+  REQUIRE_FALSE(no_more.ok());
+  CHECK_FALSE(store.Apply(7).ok());
+  CHECK(StateOf(store).applied == 1);
+
+  REQUIRE(store.Apply(2).ok());
+  CHECK(*store.Declare("another cell", "cell.toml") == 3);  // somebody edited it
+  CHECK(StateOf(store) == ModelState{3, 3, 0, {1, 2, 3}});
+  CHECK(store.Versions()->size() == 3);
+}
+
+TEST_CASE("a version is never written again") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(store.Declare("cell 1", "cell.toml").ok());
+  struct stat info {};
+  REQUIRE(stat(store.ModelFile(1).c_str(), &info) == 0);
+  CHECK((info.st_mode & 0777) == 0444);
+}
+
+TEST_CASE("a damaged store is told, and not written over") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(store.Declare("cell 1", "cell.toml").ok());
+  for (const char* damage : {"", "{", "{\"applied\": \"two\"}", "[1]"}) {
+    CAPTURE(damage);
+    std::ofstream(folder.path() + "/models/state.json") << damage;
+    CHECK_FALSE(store.State().ok());
+    CHECK_FALSE(store.Propose("x", {}, "").ok());
+    CHECK_FALSE(store.Apply(1).ok());
+  }
+}
+
+TEST_CASE("a folder that cannot be written is an error") {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() + "/models") << "a file in the way";
+  CHECK_FALSE(ModelStore::Open(folder.path()).ok());
+}
+
+TEST_CASE("a model proposed without its report is not half kept") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  CHECK_FALSE(store.Propose("cell", {}, folder.path() + "/no-report.html").ok());
+  CHECK(store.Versions()->empty());
+  CHECK(StateOf(store).proposed == 0);
+}
+
+TEST_CASE("killed at any moment, the store holds the state before or after") {
+  const TemporaryFolder folder;
+  StoreIn(folder).Declare(BigText(1), "cell.toml").value();
+  std::mt19937 random(3);
+  std::set<int> states_seen;
+  for (int round = 0; round < 200; ++round) {
+    const ModelState before = StateOf(StoreIn(folder));
+    const auto versions_before = StoreIn(folder).Versions()->size();
+    const pid_t writer = fork();
+    if (writer == 0) {
+      auto store = ModelStore::Open(folder.path());
+      for (int i = 0;; ++i) {
+        const auto number = store.value().Propose(BigText(static_cast<int>(random())), {}, "");
+        if (!number || !store.value().Apply(*number)) _exit(1);
+        if (i % 3 == 2 && !store.value().RollBack()) _exit(2);
+      }
+    }
+    std::this_thread::sleep_for(
+        std::chrono::microseconds(std::uniform_int_distribution(0, 40000)(random)));
+    kill(writer, SIGKILL);
+    int status = 0;
+    waitpid(writer, &status, 0);
+    REQUIRE(WIFSIGNALED(status));
+
+    ModelStore store = StoreIn(folder);
+    const ModelState state = StateOf(store);
+    const auto versions = store.Versions();
+    REQUIRE(versions.ok());
+    CHECK(versions->size() >= versions_before);
+    for (const int number : {state.declared, state.applied}) CHECK(store.Text(number).ok());
+    if (state.proposed != 0) CHECK(store.Text(state.proposed).ok());
+    CHECK(state.history.back() == state.applied);
+    CHECK(state.history.size() + 1 >= before.history.size());
+    for (const ModelVersion& version : *versions) {
+      const auto text = store.Text(version.number);
+      REQUIRE(text.ok());
+      CHECK(text->size() > 20000);
+      CHECK(text->find_first_not_of((*text)[0]) == 20000);  // no mixture, no half
+    }
+    states_seen.insert(state.applied);
+    // It goes on working, also over what was left.
+    const auto next = store.Propose(BigText(1), {}, "");
+    REQUIRE(next.ok());
+    CHECK(*store.Text(*next) == BigText(1));
+  }
+  CHECK(states_seen.size() > 20);
+}
+
+TEST_CASE("writers wait for each other") {
+  const TemporaryFolder folder;
+  const auto propose = [&folder] {
+    auto store = ModelStore::Open(folder.path());
+    for (int i = 0; i < 25; ++i) {
+      if (!store || !store.value().Propose(BigText(i), {}, "")) return;
+    }
+  };
+  std::thread first(propose), second(propose);
+  first.join();
+  second.join();
+  CHECK(StoreIn(folder).Versions()->size() == 50);
+}
+
+TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") {
+  const TemporaryFolder folder;
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);
+  int ends[2];
+  REQUIRE(pipe(ends) == 0);
+  const pid_t daemon = fork();
+  if (daemon == 0) {
+    signal(SIGHUP, [](int) { _exit(42); });
+    const auto lock = AnnounceDaemon(folder.path());
+    const char ready = lock ? 'y' : 'n';
+    if (write(ends[1], &ready, 1) != 1) _exit(1);
+    for (;;) pause();
+  }
+  char ready = 0;
+  REQUIRE(read(ends[0], &ready, 1) == 1);
+  CHECK(ready == 'y');
+  CHECK_FALSE(AnnounceDaemon(folder.path()).ok());  // a second daemon
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
+  int status = 0;
+  waitpid(daemon, &status, 0);
+  CHECK(WEXITSTATUS(status) == 42);
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);
+  close(ends[0]);
+  close(ends[1]);
+}
+
+TEST_CASE("what the diagnosis answers is read, and nonsense is refused") {
+  const auto facts = ModelFactsFromDiagnosis(R"({"schema": 1, "verdict": "explained",
+    "effects": [{"id": "joint_compliance", "scope": ["q2"]}], "rivals": [],
+    "rms_mm": {"before": 8.64, "after": 0.09, "before_held_out": 8.7, "after_held_out": 0.1}})");
+  REQUIRE(facts.ok());
+  CHECK(facts->verdict == "explained");
+  CHECK(facts->effects == std::vector<std::string>{"joint_compliance"});
+  CHECK(facts->rms_before_mm == 8.7);
+  CHECK(facts->rms_after_mm == 0.1);
+  for (const char* text :
+       {"", "[]", "{}", R"({"verdict": "fine", "rms_mm": {}})", R"({"verdict": "explained"})",
+        R"({"verdict": "explained", "rms_mm": 3})"}) {
+    CAPTURE(text);
+    CHECK_FALSE(ModelFactsFromDiagnosis(text).ok());
+  }
+}
+
+TEST_CASE("the change between two models is that of the loaded tip") {
+  const CellModel cell = test::HeavyArm();
+  CellModel other = cell;
+  other.robot.X_WB.p += Vec3(0, 0, 2e-3);
+  std::mt19937 random(1);
+  std::vector<ModelPose> poses;
+  for (int i = 0; i < 10; ++i) poses.push_back({"", test::RandomPosture(cell, random), 60, {}, {}});
+  CHECK(*LargestChange(cell, cell, poses) == 0);
+  CHECK(*LargestChange(cell, other, poses) == Approx(2e-3));
+  other = cell;
+  other.robot.joints[1].compliance_rad_per_Nm = 2e-6;
+  CHECK(*LargestChange(cell, other, poses) > 1e-3);
+  other.robot.joints[2].link_mass_kg.reset();
+  CHECK_FALSE(LargestChange(cell, other, poses).ok());
+}
