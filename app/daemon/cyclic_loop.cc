@@ -33,7 +33,7 @@ std::chrono::steady_clock::time_point TimePoint(double monotonic_s) {
 
 std::vector<std::uint16_t> PointIds(const DaemonConfig& config) {
   std::vector<std::uint16_t> ids;
-  for (const AssemblyPoint& point : config.points) {
+  for (const AssemblyPoint& point : config.machine.points) {
     ids.push_back(static_cast<std::uint16_t>(point.id));
   }
   return ids;
@@ -43,19 +43,28 @@ void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& b
   for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
 }
 
+std::uint16_t LoopWarnings(std::uint16_t state) {
+  int warnings = 0;
+  if ((state & loop_state::kAlarm) != 0) warnings |= warning::kDrift;
+  if ((state & loop_state::kProposalWaiting) != 0) warnings |= warning::kProposalWaiting;
+  if ((state & loop_state::kFault) != 0) warnings |= warning::kLoopFault;
+  return static_cast<std::uint16_t>(warnings);
+}
+
 }  // namespace
 
-CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device)
-    : machine(MachineConfigFrom(config)),
-      convention(PlcConventionFrom(config.plc)),
+CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
+    : machine(config.machine),
+      model_version(version),
+      convention(config.plc.convention),
       encoder(convention, PointIds(config)),
-      readable(ReadableRanges(config.points.size())),
+      readable(ReadableRanges(config.machine.points.size())),
       link(std::make_unique<RobotLink>(std::move(device))),
       period_s(config.cycle_period_s) {
-  if (config.push.enabled) {
-    for (const int id : config.push.point_ids) {
-      for (std::size_t k = 0; k < config.points.size(); ++k) {
-        if (config.points[k].id == id) push.push_back({k, id});
+  if (config.robot.connection.push.enabled) {
+    for (const int id : config.push_ids) {
+      for (std::size_t k = 0; k < config.machine.points.size(); ++k) {
+        if (config.machine.points[k].id == id) push.push_back({k, id});
       }
     }
   }
@@ -63,11 +72,12 @@ CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> 
 }
 
 CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
-                       Latest<modbus::RegisterImage>& images, std::uint16_t boot_count,
-                       const modbus::TcpServer* server)
+                       Latest<modbus::RegisterImage>& images, LoopLink& link,
+                       std::uint16_t boot_count, const modbus::TcpServer* server)
     : parts_(std::move(parts)),
       handler_(handler),
       images_(images),
+      link_(link),
       snapshots_(1, parts_->machine.Cycle({})),
       server_(server) {
   environment_.boot_count = boot_count;
@@ -98,13 +108,13 @@ void CyclicLoop::Stop() {
 }
 
 void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts) {
-  parts->link->Start();
   next_.store(parts.get());
   while (next_.load() != nullptr && !stop_) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   parts_->link->Stop();
   parts_ = std::move(parts);
+  parts_->link->Start();
 }
 
 LoopCounters CyclicLoop::counters() const {
@@ -115,12 +125,15 @@ void CyclicLoop::Run() {
   CycleParts* parts = parts_.get();
   double tick_s = MonotonicSeconds();
   while (!stop_) {
-    if (CycleParts* next = next_.load()) {
+    CycleParts* const next = next_.load();
+    if (next != nullptr) {
+      next->machine.TakeOver(parts->machine);
       parts = next;
       environment_.cycle_period_s = parts->period_s;
-      next_.store(nullptr);  // from here on the old parts are no longer touched
     }
     OneCycle(*parts, tick_s);
+    // The old parts are no longer touched, and no snapshot of theirs is the newest.
+    if (next != nullptr) next_.store(nullptr);
     tick_s += parts->period_s;
     const double now_s = MonotonicSeconds();
     if (now_s > tick_s) {
@@ -147,13 +160,24 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
     input.command = PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
                                             parts.convention);
   }
+  environment_.loop = *link_.told.Read();
+  environment_.loop.applied = parts.model_version;
+  const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
+  input.probes_recorded = recording && link_.queue.HasRoom();
+  input.loop_warnings = LoopWarnings(environment_.loop.state);
   const Snapshot& snapshot = parts.machine.Cycle(input);
+  HandOver(parts, snapshot);
   Publish(parts, snapshot);
 
   alarms_.fetch_or(snapshot.alarms);
   cycles_.fetch_add(1, std::memory_order_relaxed);
   const double spent_s = MonotonicSeconds() - begin_s;
   if (spent_s > longest_cycle_s_.load(std::memory_order_relaxed)) longest_cycle_s_ = spent_s;
+}
+
+void CyclicLoop::HandOver(const CycleParts& parts, const Snapshot& snapshot) {
+  if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
+  link_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version});
 }
 
 void CyclicLoop::Publish(CycleParts& parts, const Snapshot& snapshot) {

@@ -5,18 +5,21 @@
 #include <memory>
 #include <thread>
 
+#include "app/daemon/loop_link.h"
 #include "app/daemon/setup.h"
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
+#include "drivers/plc/codec.h"
 #include "drivers/robot/robot_link.h"
 
 namespace plumbline {
 
 /// Everything of one configuration that the cycle uses; replaced as a whole on reload.
 struct CycleParts {
-  CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device);
+  CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version);
 
   Machine machine;
+  int model_version;  ///< of the machine's cell; 0: not known to the model store
   PlcConvention convention;
   PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;
@@ -40,17 +43,21 @@ class CyclicLoop {
  public:
   /// @param handler  shared by the PLC transports; commands are read from it
   /// @param images   what it answers from
+  /// @param link     where probes go
   CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
-             Latest<modbus::RegisterImage>& images, std::uint16_t boot_count,
+             Latest<modbus::RegisterImage>& images, LoopLink& link, std::uint16_t boot_count,
              const modbus::TcpServer* server);
   ~CyclicLoop();
   CyclicLoop(const CyclicLoop&) = delete;
   CyclicLoop& operator=(const CyclicLoop&) = delete;
 
   void Start();
+  /// Ends the cycle and the robot link, which withdraws what it pushed.
   void Stop();
 
-  /// Hands over a new configuration and waits until the next cycle has taken it.
+  /// Hands over a new configuration, which goes on from the former's values, and waits until its
+  /// first cycle was published. The new robot link starts when the old one has withdrawn what it
+  /// pushed: the slots may be others now.
   void Replace(std::unique_ptr<CycleParts> parts);
 
   /// The newest snapshot; one reader.
@@ -64,12 +71,14 @@ class CyclicLoop {
  private:
   void Run();
   void OneCycle(CycleParts& parts, double tick_s);
+  void HandOver(const CycleParts& parts, const Snapshot& snapshot);
   void Publish(CycleParts& parts, const Snapshot& snapshot);
 
   std::unique_ptr<CycleParts> parts_;       ///< owned by the thread that calls Replace()
   std::atomic<CycleParts*> next_{nullptr};  ///< waiting to be taken over
   modbus::ImageHandler& handler_;
   Latest<modbus::RegisterImage>& images_;
+  LoopLink& link_;
   Latest<Snapshot> snapshots_;
   PlcEnvironment environment_;
   const modbus::TcpServer* server_;

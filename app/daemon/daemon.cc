@@ -10,10 +10,13 @@
 #include <csignal>
 #include <mutex>
 
-#include "app/config/daemon_config_reader.h"
 #include "app/daemon/boot_counter.h"
 #include "app/daemon/cyclic_loop.h"
+#include "app/daemon/loop_worker.h"
+#include "app/daemon/model_in_force.h"
 #include "app/daemon/reporter.h"
+#include "app/model_store/daemon_signal.h"
+#include "app/model_store/usable_model.h"
 #include "app/version.h"
 
 namespace plumbline {
@@ -37,10 +40,10 @@ void LogFaults(const FaultList& faults) {
   }
 }
 
-std::unique_ptr<CycleParts> PartsFrom(const DaemonConfig& config) {
-  if (!config.cell.effects.empty()) {  // to leave one out would correct wrongly
-    Log(LogLevel::kError, fmt::format("{}: effect \"{}\" cannot be applied by this version",
-                                      config.cell_file, config.cell.effects.front().id));
+std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force) {
+  const DaemonConfig& config = in_force.config;
+  if (const auto why_not = WhyNotUsable(config.machine.cell)) {
+    Log(LogLevel::kError, fmt::format("{}: {}", config.cell_file, *why_not));
     return nullptr;
   }
   Result<std::unique_ptr<RobotDevice>> robot = RobotFrom(config);
@@ -48,12 +51,18 @@ std::unique_ptr<CycleParts> PartsFrom(const DaemonConfig& config) {
     Log(LogLevel::kError, fmt::format("robot: {}", robot.error()));
     return nullptr;
   }
-  return std::make_unique<CycleParts>(config, std::move(robot).value());
+  return std::make_unique<CycleParts>(config, std::move(robot).value(), in_force.models.applied);
+}
+
+void TellModel(const ModelState& models) {
+  if (models.applied == models.declared) return;
+  Log(LogLevel::kNotice,
+      fmt::format("model version {} in force in place of the cell file", models.applied));
 }
 
 Reporter ReporterFor(const DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
-  for (const AssemblyPoint& point : config.points) names.push_back({point.id, point.name});
+  for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
   return {std::move(names), [](LogLevel level, const std::string& text) { Log(level, text); }};
 }
 
@@ -96,29 +105,60 @@ modbus::DeviceIdentification Identification() {
   return identification;
 }
 
-void Reload(const std::string& file, CyclicLoop& loop, Reporter& reporter, DaemonConfig& config) {
+/// How the PLC reaches the daemon: opened at the start, changed by a restart only.
+struct Opened {
+  std::string address;
+  int port, unit_id, max_clients;
+  std::vector<std::string> allow;
+  std::string device;  ///< empty: no serial line
+  int baud = 0, stop_bits = 0;
+  char parity = 0;
+  bool operator==(const Opened&) const = default;
+};
+
+Opened OpenedFor(const DaemonConfig& config) {
+  const modbus::TcpServerOptions& tcp = config.plc.tcp;
+  Opened opened{tcp.address, tcp.port, tcp.unit_id, tcp.max_clients, tcp.allow, "", 0, 0, 0};
+  if (const auto& rtu = config.plc.rtu) {
+    opened.device = rtu->device;
+    opened.baud = rtu->baud;
+    opened.stop_bits = rtu->stop_bits;
+    opened.parity = rtu->parity;
+  }
+  return opened;
+}
+
+void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Reporter& reporter,
+            const DaemonConfig& started) {
   FaultList faults;
-  std::optional<DaemonConfig> fresh = ReadDaemonConfig(file, faults);
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, started.state_directory);
   LogFaults(faults);
-  std::unique_ptr<CycleParts> parts = fresh ? PartsFrom(*fresh) : nullptr;
+  std::unique_ptr<CycleParts> parts = in_force ? PartsFrom(*in_force) : nullptr;
   if (!parts) {
     Log(LogLevel::kError, "configuration not reloaded; the former one stays in force");
     return;
   }
-  if (fresh->plc.listen != config.plc.listen || fresh->plc.port != config.plc.port ||
-      fresh->plc.unit_id != config.plc.unit_id || fresh->plc.allow != config.plc.allow ||
-      fresh->plc.max_clients != config.plc.max_clients) {
-    Log(LogLevel::kWarning, "plc.listen, port, unit_id, allow and max_clients change by a restart");
+  const DaemonConfig& fresh = in_force->config;
+  if (OpenedFor(fresh) != OpenedFor(started)) {
+    Log(LogLevel::kWarning,
+        "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
+        "what the daemon started with");
   }
+  if (in_force->asked_state_directory != started.state_directory) {
+    Log(LogLevel::kWarning,
+        fmt::format("needs a restart: state_directory, in force is {}", started.state_directory));
+  }
+  worker.Configure(fresh, in_force->models);  // first: it judges the new machine's first probe too
   loop.Replace(std::move(parts));
-  config = std::move(*fresh);
-  reporter = ReporterFor(config);
+  reporter = ReporterFor(fresh);
   Log(LogLevel::kNotice, fmt::format("configuration {} reloaded", file));
+  TellModel(in_force->models);
 }
 
 /// Tells transitions until a signal ends the daemon.
-void Watch(int signals, const std::string& file, CyclicLoop& loop, DaemonConfig& config) {
-  Reporter reporter = ReporterFor(config);
+void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& worker,
+           const DaemonConfig& started) {
+  Reporter reporter = ReporterFor(started);
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
     if (poll(&waiting, 1, kReportPeriod_ms) > 0) {
@@ -129,7 +169,7 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, DaemonConfig&
             fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
         return;
       }
-      Reload(file, loop, reporter, config);
+      Reload(file, loop, worker, reporter, started);
     }
     const std::uint16_t raised = loop.TakeAlarms();
     const auto snapshot = loop.ReadSnapshot();
@@ -145,21 +185,23 @@ int RunDaemon(const std::string& config_file) {
   const int signals = OpenSignals();
 
   FaultList faults;
-  std::optional<DaemonConfig> config = ReadDaemonConfig(config_file, faults);
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
   LogFaults(faults);
-  if (!config) {
+  if (!in_force) {
     Log(LogLevel::kError,
         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
     return 1;
   }
-  std::uint16_t boot_count = 0;
-  if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
-    boot_count = *raised;
-  } else {
-    Log(LogLevel::kWarning, fmt::format("boot counter not kept: {}", raised.error()));
+  const DaemonConfig* const config = &in_force->config;
+  const Result<FileLock> announced = AnnounceDaemon(config->state_directory);
+  if (!announced) {
+    Log(config->loop.enabled ? LogLevel::kError : LogLevel::kWarning,
+        fmt::format("state directory: {}; `plumbline model` cannot tell this daemon",
+                    announced.error()));
+    if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 
-  std::unique_ptr<CycleParts> parts = PartsFrom(*config);
+  std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
@@ -168,39 +210,59 @@ int RunDaemon(const std::string& config_file) {
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
 
-  modbus::TcpServerOptions tcp = TcpServerOptionsFrom(config->plc);
+  modbus::TcpServerOptions tcp = config->plc.tcp;
   tcp.on_event = ClientEvents();
   const auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) {
     Log(LogLevel::kError, fmt::format("PLC side: {}", server.error()));
-    return 1;
+    return 2;
   }
   std::unique_ptr<modbus::RtuSlave> slave;
   if (config->plc.rtu) {
-    modbus::RtuSlaveOptions rtu = RtuSlaveOptionsFrom(config->plc);
+    modbus::RtuSlaveOptions rtu = *config->plc.rtu;
     rtu.on_change = [device = rtu.device](const std::string& lost_because) {
       if (lost_because.empty()) {
         Log(LogLevel::kNotice, fmt::format("serial line {} open", device));
       } else {
-        Log(LogLevel::kError, fmt::format("serial line {} lost: {}", device, lost_because));
+        Log(LogLevel::kError, fmt::format("serial line {}: {}", device, lost_because));
       }
     };
     auto started = modbus::RtuSlave::Start(rtu, handler);
     if (!started) {
       Log(LogLevel::kError, fmt::format("PLC side: {}", started.error()));
-      return 1;
+      return 2;
     }
     slave = std::move(started).value();
   }
 
-  CyclicLoop loop(std::move(parts), handler, images, boot_count, server->get());
+  std::uint16_t boot_count = 0;  // of starts that came this far
+  if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
+    boot_count = *raised;
+  } else {
+    Log(LogLevel::kWarning, fmt::format("boot counter not kept: {}", raised.error()));
+  }
+  LoopLink link;
+  LoopWorker worker(
+      link, [](LogLevel level, const std::string& text) { Log(level, text); },
+      [] { kill(getpid(), SIGHUP); });
+  worker.Configure(*config, in_force->models);
+  worker.Start();
+  CyclicLoop loop(std::move(parts), handler, images, link, boot_count, server->get());
   loop.Start();
-  Log(LogLevel::kNotice, fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}",
-                                     PLUMBLINE_VERSION, config->cell.robot.name,
-                                     config->points.size(), config->plc.listen, (*server)->port()));
+  Log(LogLevel::kNotice,
+      fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
+                  config->machine.cell.robot.name, config->machine.points.size(),
+                  config->plc.tcp.address, (*server)->port()));
+  TellModel(in_force->models);
   malloc_trim(0);
-  Watch(signals, config_file, loop, *config);
+  Watch(signals, config_file, loop, worker, *config);
   loop.Stop();
+  worker.Stop();
+  if (const RobotLinkStatus robot = loop.parts().link->Status();
+      robot.push_result != LinkResult::kOk) {
+    Log(LogLevel::kWarning, fmt::format("pushed points may still stand in the controller: {}",
+                                        LinkResultText(robot.push_result)));
+  }
   return 0;
 }
 

@@ -73,7 +73,7 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
       (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
   if (blip) sink_(LogLevel::kWarning, "robot input was not trusted for some cycles");
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
-  if (emergency_stop != emergency_stop_) {
+  if (fault == InputFault::kOk && emergency_stop != emergency_stop_) {
     emergency_stop_ = emergency_stop;
     sink_(LogLevel::kWarning, emergency_stop ? "the controller reports an emergency stop"
                                              : "the emergency stop is released");

@@ -11,35 +11,23 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <thread>
 
+#include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
+
 namespace plumbline::test {
-
-/// A folder that goes with its owner.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    char pattern[] = "/tmp/plumbline-test-XXXXXX";
-    path_ = mkdtemp(pattern);
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 class DaemonProcess {
  public:
-  explicit DaemonProcess(const std::string& config) {
+  /// @param log_to  descriptor that gets the log in place of a file of its own
+  explicit DaemonProcess(const std::string& config, std::optional<int> log_to = std::nullopt) {
     Write(config);
     pid_ = fork();
     if (pid_ == 0) {
-      const int log = open(LogFile().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
+      const int log =
+          log_to ? *log_to : open(LogFile().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
       dup2(log, STDERR_FILENO);
       dup2(log, STDOUT_FILENO);
       const std::string file = ConfigFile();
@@ -71,12 +59,7 @@ class DaemonProcess {
     return std::nullopt;
   }
 
-  std::string Log() const {
-    std::ifstream file(LogFile());
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-  }
+  std::string Log() const { return FileText(LogFile()); }
   bool Says(const std::string& text) const { return Log().find(text) != std::string::npos; }
   int Count(const std::string& text) const {
     const std::string log = Log();

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/app/cli/shell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/assembly_client.h"
@@ -153,6 +154,15 @@ TEST_CASE("every fault of the link withdraws the points, is told once, and heals
   }
 }
 
+TEST_CASE("what is read and not trusted is shown as it was read") {
+  RunningCell cell(Idle(Profile::kGeneric));
+  REQUIRE(cell.Tell("fault jump on") == "ok");
+  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  CHECK(Eventually([&] { return std::abs(plc.Read(318, 2).Float(0)) > 5000; }));
+  CHECK((plc.Read(300, 2).Word(0) & 1) == 0);
+}
+
 TEST_CASE("connections that are reset or half closed are made again") {
   for (const char* fault : {"fault reset", "fault half-close"}) {
     CAPTURE(fault);
@@ -184,11 +194,114 @@ TEST_CASE("SIGHUP takes a checked configuration; a faulty one changes nothing") 
   }));
 }
 
+TEST_CASE("what only a restart changes is said at every SIGHUP, against what was started") {
+  Station station;
+  const std::string good = DemoConfig(station.cell.robot(), "generic");
+  struct Change {
+    const char* name;
+    std::string config;
+    const char* told;  ///< nullptr: nothing needs a restart
+  };
+  const Change changes[] = {
+      {"clients", WithLine(good, "plc", "port", "0\nmax_clients = 5"), "plc.listen, port"},
+      {"the same again", WithLine(good, "plc", "port", "0\nmax_clients = 5"), "plc.listen, port"},
+      {"as it was started", good, nullptr},
+      {"a serial line", good + "\n[plc.rtu]\ndevice = \"/dev/ttyS9\"\n", "[plc.rtu]"},
+      {"state", WithLine(good, "", "state_directory", "\"elsewhere\""),
+       "state_directory, in force"},
+  };
+  int reloads = 0;
+  for (const Change& change : changes) {
+    CAPTURE(change.name);
+    const int before = station.daemon.Count("needs a restart");
+    const int told = change.told != nullptr ? station.daemon.Count(change.told) : 0;
+    station.daemon.Write(change.config);
+    station.daemon.Signal(SIGHUP);
+    ++reloads;
+    REQUIRE(Eventually([&] { return station.daemon.Count("reloaded") == reloads; }));
+    CHECK(station.daemon.Count("needs a restart") == before + (change.told != nullptr ? 1 : 0));
+    if (change.told != nullptr) CHECK(station.daemon.Count(change.told) == told + 1);
+  }
+}
+
+TEST_CASE("values and the frozen result stay across SIGHUP, and commands go on") {
+  Station station;
+  std::vector<std::uint16_t> command(40);
+  command[0] = 1;
+  command[1] = 2;
+  command[39] = 7;
+  station.plc.Write(1000, command);
+  REQUIRE(Eventually([&] { return station.plc.Read(200, 20).Word(0) == 7; }));
+  const auto scaled = station.plc.Read(200, 20);
+  REQUIRE(scaled.Word(4) != 0);
+
+  // Without the controller nothing can be computed anew: what stands then was taken over.
+  REQUIRE(station.cell.Tell("fault exception on") == "ok");
+  REQUIRE(Eventually([&] { return !Valid(station.plc); }));
+  const auto block = station.plc.Read(2000, 20);
+  station.daemon.Signal(SIGHUP);
+  REQUIRE(station.daemon.Awaits("reloaded"));
+  const auto scaled_after = station.plc.Read(200, 20);
+  for (const int k : {0, 3, 4, 5, 6, 18, 19}) CHECK(scaled_after.Word(k) == scaled.Word(k));
+  CHECK((scaled_after.Word(2) & 1) == 0);
+  const auto block_after = station.plc.Read(2000, 20);
+  for (const int k : {3, 5, 7}) CHECK(block_after.Float(k) == block.Float(k));
+  CHECK(block_after.Word(1) == 4);  // valid once
+
+  REQUIRE(station.cell.Tell("fault exception off") == "ok");
+  REQUIRE(Eventually([&] { return Valid(station.plc); }));
+  CHECK((station.plc.Read(200, 20).Word(2) & 1) == 0);  // a withdrawn result stays withdrawn
+  command[39] = 8;
+  station.plc.Write(1000, command);
+  CHECK(Eventually([&] { return (station.plc.Read(200, 20).Word(2) & 1) != 0; }));
+}
+
 TEST_CASE("SIGTERM ends it cleanly") {
   Station station;
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
   CHECK(station.daemon.Says("ending on SIGTERM"));
+}
+
+TEST_CASE("a replay plays its rows at their rate, and holds the last or begins again") {
+  for (const bool loop : {false, true}) {
+    CAPTURE(loop);
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() + "/run.csv")
+        << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n"
+           "1,-60,60,0,30,0\n2,-60,60,0,30,0\n3,-60,60,0,30,0\n";
+    const std::string config = WithLine(
+        DemoConfig("127.0.0.1:1", "generic"), "robot", "transport",
+        "\"replay\"\nreplay_file = \"" + folder.path() +
+            "/run.csv\"\nreplay_rows_per_s = 20\nreplay_loop = " + (loop ? "true" : "false"));
+    DaemonProcess daemon(config);
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    const auto q1_deg = [&] { return plc.Read(304, 2).Float(0); };
+    REQUIRE(Eventually([&] { return q1_deg() == Approx(3); }));
+    if (loop) {
+      CHECK(Eventually([&] { return q1_deg() == Approx(1); }));
+    } else {
+      CHECK(Eventually([&] { return (plc.Read(300, 1).Word(0) & 1) != 0; }));
+      for (int row = 0; row < 10; ++row) {
+        CHECK(q1_deg() == Approx(3));
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    }
+  }
+}
+
+TEST_CASE("it outlives the reader of its log") {
+  int ends[2];
+  REQUIRE(pipe2(ends, O_CLOEXEC) == 0);  // the daemon gets its copy of one end only
+  DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"), ends[1]);
+  close(ends[1]);
+  char first = 0;
+  CHECK(read(ends[0], &first, 1) == 1);
+  close(ends[0]);
+  daemon.Signal(SIGHUP);  // told in the log
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  daemon.Signal(SIGTERM);
+  CHECK(daemon.Wait() == 0);
 }
 
 TEST_CASE("a faulty configuration is told in full, and nothing starts") {
@@ -203,26 +316,100 @@ TEST_CASE("a faulty configuration is told in full, and nothing starts") {
   CHECK(daemon.Says("not started"));
 }
 
+TEST_CASE("a start that fails does not count; a serial line that is not there is told once") {
+  const std::string config =
+      WithLine(DemoConfig("127.0.0.1:1", "generic"), "", "state_directory", "\"state\"") +
+      "\n[plc.rtu]\ndevice = \"/dev/no-such-line\"\n";
+  DaemonProcess first(config);
+  RegisterClient plc("plumblined", first.Plc(), 1, 10);
+  CHECK(
+      first.Awaits("serial line /dev/no-such-line: cannot be opened: No such file or directory; "
+                   "is the adapter plugged in"));
+  CHECK(first.Count("/dev/no-such-line") == 1);
+  CHECK(plc.Read(19, 1).Word(0) == 1);
+
+  const std::string state = first.folder() + "/state";
+  const std::string port = first.Plc().substr(first.Plc().find(':') + 1);
+  DaemonProcess second(
+      WithLine(WithLine(config, "plc", "port", port), "", "state_directory", "\"" + state + "\""));
+  CHECK(second.Wait() == 2);  // the port is taken
+  CHECK(second.Says("PLC side: "));
+  std::ifstream count(state + "/boot_count");
+  int starts = 0;
+  CHECK(count >> starts);
+  CHECK(starts == 1);
+}
+
 TEST_CASE("without a robot the daemon serves, and says what is missing") {
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"));
   RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
   CHECK(daemon.Awaits("robot link not there yet"));
   CHECK_FALSE(Valid(plc));
   CHECK((plc.Read(12, 1).Word(0) & 1) != 0);
+
+  const std::string port = daemon.Plc().substr(daemon.Plc().find(':') + 1);
+  const Answer status = Shell("status --port " + port);
+  CHECK(status.exit_code == 1);
+  CHECK_THAT(status.told, Catch::Contains("joints       none\n") &&
+                              Catch::Contains("alarms       0x0001: nothing read from the robot"));
+  const Answer json = Shell("status --json --port " + port);
+  CHECK_THAT(json.told, Catch::Contains("\"alarms\": 1,") && Catch::Contains("\"points\": 2,"));
+}
+
+namespace {
+
+/// A daemon that pushes both points into the controller's slots.
+struct PushingStation {
+  RunningCell cell{Idle(Profile::kGeneric)};
+  std::string config = WithLine(DemoConfig(cell.robot(), "generic"), "push", "enabled", "true");
+  DaemonProcess daemon{config};
+  RegisterClient robot{"robot", cell.robot(), 1, 10};
+
+  PushingStation() {
+    REQUIRE(cell.Tell("payload 60") == "ok");
+    INFO(daemon.Log());
+    REQUIRE(Eventually([&] {
+      const auto slots = robot.Read(300, 16);
+      return slots.Word(0) == 1 && slots.Word(7) != 0 && slots.Word(8) == 2 && slots.Word(15) != 0;
+    }));
+  }
+  /// Neither slot is valid.
+  bool Withdrawn() {
+    const auto slots = robot.Read(300, 16);
+    return slots.Word(7) == 0 && slots.Word(15) == 0;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a daemon that ends leaves no pushed point standing") {
+  PushingStation station;
+  station.daemon.Signal(SIGTERM);
+  CHECK(station.daemon.Wait() == 0);
+  CHECK(station.Withdrawn());
+  CHECK_FALSE(station.daemon.Says("may still stand"));
+}
+
+TEST_CASE("a controller that is silent does not keep the daemon from ending, and that is told") {
+  PushingStation station;
+  REQUIRE(station.cell.Tell("fault stall 20") == "ok");
+  station.daemon.Signal(SIGTERM);
+  CHECK(station.daemon.Wait() == 0);
+  CHECK(station.daemon.Says("pushed points may still stand in the controller"));
+}
+
+TEST_CASE("points that a new configuration no longer pushes are withdrawn") {
+  PushingStation station;
+  station.daemon.Write(WithLine(station.config, "push", "enabled", "false"));
+  station.daemon.Signal(SIGHUP);
+  REQUIRE(station.daemon.Awaits("reloaded"));
+  CHECK(station.Withdrawn());
 }
 
 TEST_CASE("pushed points stand in the controller's registers, and it can go there") {
-  RunningCell cell(Idle(Profile::kGeneric));
-  std::string config = DemoConfig(cell.robot(), "generic");
-  config = WithLine(config, "push", "enabled", "true");
-  DaemonProcess daemon(config);
-  REQUIRE(cell.Tell("payload 60") == "ok");
-  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
-  RegisterClient robot("robot", cell.robot(), 1, 10);
-  REQUIRE(Eventually([&] {
-    const auto slots = robot.Read(300, 16);
-    return slots.Word(0) == 1 && slots.Word(7) != 0 && slots.Word(8) == 2 && slots.Word(15) != 0;
-  }));
+  PushingStation station;
+  RegisterClient& robot = station.robot;
+  RegisterClient plc("plumblined", station.daemon.Plc(), 1, 10);
   REQUIRE(Eventually([&] { return Valid(plc) && plc.Read(330, 2).Float(0) == 60; }));
   // Once the corrected point has settled the slot holds it to its rounding of 0.1 mm.
   CHECK(Eventually([&] {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
+
+#include "tests/file_text.h"
 
 namespace plumbline::test {
 
@@ -16,16 +16,17 @@ inline std::string WithLine(std::string text, const std::string& section, const 
   return text.replace(at, text.find('\n', at) - at, key + " = " + value);
 }
 
+/// Without the demo's [loop]: a test adds its own.
 /// @param robot    "HOST:PORT" of the controller
 /// @param profile  name in config/profiles
 inline std::string DemoConfig(const std::string& robot, const std::string& profile) {
-  std::ifstream file("tests/virtual_cell/demo/plumbline.toml");
-  std::stringstream stream;
-  stream << file.rdbuf();
-  std::string text = stream.str();
+  std::string text = FileText("tests/virtual_cell/demo/plumbline.toml");
+  const auto loop = text.find("[loop]");
+  text.erase(loop, text.find("\n[", loop) + 1 - loop);
   const std::string here = std::filesystem::current_path().string();
   const auto quoted = [](const std::string& path) { return "\"" + path + "\""; };
   text = WithLine(text, "", "cell", quoted(here + "/tests/virtual_cell/demo/cockpit-cell.toml"));
+  text = WithLine(text, "", "state_directory", quoted("state"));
   text = WithLine(text, "robot", "profile", quoted(here + "/config/profiles/" + profile + ".toml"));
   text = WithLine(text, "robot", "port", robot.substr(robot.find(':') + 1));
   return WithLine(text, "plc", "port", "0");

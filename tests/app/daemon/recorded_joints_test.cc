@@ -41,7 +41,7 @@ std::string Config(const std::string& robot, const std::string& profile, const s
 
 }  // namespace
 
-TEST_CASE("recorded joints arrive as they were recorded") {
+TEST_CASE("recorded joints arrive as they were recorded", "[measured]") {
   struct Case {
     const char* set;
     virtual_cell::Profile profile;
@@ -61,10 +61,7 @@ TEST_CASE("recorded joints arrive as they were recorded") {
     TemporaryFolder own;
     if (profile == "generic-7") {
       // The generic profile with a seventh joint; a recorded arm has no tool pose to compare with.
-      std::ifstream file("config/profiles/generic.toml");
-      std::stringstream text;
-      text << file.rdbuf();
-      std::string map = text.str();
+      std::string map = FileText("config/profiles/generic.toml");
       const auto joints = map.find("[0, 2, 4, 6, 8, 10]");
       REQUIRE(joints != std::string::npos);
       map.replace(joints, 19, "[0, 2, 4, 6, 8, 10, 12]");

@@ -49,6 +49,20 @@ TEST_CASE("each transition is told once") {
   CHECK(desk.Observe() == std::vector<std::string>{"robot link restored after 4.0 s"});
 }
 
+TEST_CASE("an emergency stop is released when the controller says so, not when its link drops") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.snapshot.alarms = alarm::kEmergencyStop;
+  desk.Observe();
+  desk.snapshot.input_fault = InputFault::kStale;
+  desk.snapshot.alarms = alarm::kRobotStale;
+  CHECK(desk.Observe() ==
+        std::vector<std::string>{"robot input not trusted: stale; corrected points withdrawn"});
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.snapshot.alarms = 0;
+  CHECK(desk.Observe().front() == "the emergency stop is released");
+}
+
 TEST_CASE("a fault between two looks is not missed") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;

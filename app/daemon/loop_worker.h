@@ -1,0 +1,93 @@
+// Probes into the journal, the drift monitor, the diagnosis, the proposal: beside the cycle.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "app/config/daemon_config.h"
+#include "app/daemon/diagnosis_process.h"
+#include "app/daemon/log.h"
+#include "app/daemon/loop_link.h"
+#include "app/journal/journal.h"
+#include "app/model_store/model_store.h"
+#include "firmware-like/monitor/drift_monitor.h"
+
+namespace plumbline {
+
+/// One thread. It takes probes from the cycle, writes each to the journal and shows it to the
+/// monitor; after an alarm it lets the diagnosis run, keeps the corrected model as a proposal, and
+/// applies it where the configuration says so.
+///
+/// The monitor's state is not stored: at the start it is computed again from the journal's rows
+/// since the model in force was applied, or since a person restarted it.
+class LoopWorker {
+ public:
+  using Sink = std::function<void(LogLevel, const std::string&)>;
+
+  /// @param reload  called (from the thread) when another model was applied
+  LoopWorker(LoopLink& link, Sink sink, std::function<void()> reload);
+  ~LoopWorker();
+  LoopWorker(const LoopWorker&) = delete;
+  LoopWorker& operator=(const LoopWorker&) = delete;
+
+  /// The configuration and the models in force; before Start() and at every reload.
+  void Configure(const DaemonConfig& config, const ModelState& models);
+  void Start();
+  /// Ends the diagnosis too.
+  void Stop();
+
+ private:
+  struct Task {
+    DaemonConfig config;
+    ModelState models;
+  };
+  using Clock = std::chrono::steady_clock;
+
+  void Run();
+  void TakeOver(Task task);
+  void OpenJournal();
+  bool Take(const LoopEvent& event);
+  bool Record(const LoopEvent& event);
+  bool RestartMonitor(const char* reason);
+  void Judge(const JournalRow& row, bool replayed);
+  Vec3 ShiftOver(const DriftAlarm& alarm);
+  void ConsiderDiagnosis();
+  Result<std::size_t> StartDiagnosis();
+  void WatchDiagnosis();
+  Result<std::string> TakeDiagnosis();
+  std::string WhyNotAutomatic(const ModelFacts& facts) const;
+  void RefreshModels();
+  void Tell();
+  void Fail(const std::string& what);
+  void Recovered();
+
+  LoopLink& link_;
+  Sink sink_;
+  std::function<void()> reload_;
+
+  std::mutex mutex_;  ///< of next_ and stop_
+  std::condition_variable wake_;
+  std::optional<Task> next_;
+  bool stop_ = false;
+  std::thread thread_;
+
+  // The thread's own.
+  DaemonConfig config_;
+  ModelState models_;
+  std::optional<Journal> journal_;
+  std::optional<DriftMonitor> monitor_;
+  std::optional<DiagnosisProcess> diagnosis_;
+  Clock::time_point diagnosis_began_, journal_tried_, models_read_;
+  std::vector<JournalRow> diagnosed_rows_;
+  bool alarm_handled_ = false;
+  std::int64_t alarm_row_ = 0;
+  bool diagnosis_failed_ = false;
+  std::string fault_;  ///< of the journal; empty: none
+  std::uint32_t recorded_ = 0;
+  Vec3 last_residual_m_ = Vec3::Zero();
+};
+
+}  // namespace plumbline

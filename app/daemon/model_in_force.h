@@ -1,0 +1,28 @@
+// The configuration with the model that was applied, in place of the cell file it names.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/config/daemon_config.h"
+#include "app/config/fault.h"
+#include "app/model_store/model_store.h"
+
+namespace plumbline {
+
+struct ConfigInForce {
+  DaemonConfig config;                ///< its cell is the applied version's
+  std::string asked_state_directory;  ///< what the file says; another one needs a restart
+  ModelState models;  ///< all 0 where the store cannot be used; that is among the faults
+};
+
+/// Reads the configuration, notes its cell file in the model store of its state directory, and
+/// reads it once more with the applied version where that is another one. A store that cannot be
+/// used is a warning: the cell file is in force then.
+/// @param state_directory  of the daemon that runs already, in place of what the file says; empty:
+///                         as the file says
+/// @return nothing where the configuration, its files or the applied version have a fault
+std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
+                                               const std::string& state_directory = "");
+
+}  // namespace plumbline

@@ -1,0 +1,156 @@
+// The whole loop with the real diagnosis: points miss, the daemon names what its model lacks, the
+// model is applied, the points hit. The virtual cell's physics shares no code with the product.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "app/config/cell_reader.h"
+#include "app/model_store/model_store.h"
+#include "tests/app/daemon/daemon_process.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/virtual_cell/assembly_client.h"
+#include "tests/virtual_cell/running_cell.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+using virtual_cell::AssemblyClient;
+using virtual_cell::AssemblyClientOptions;
+using virtual_cell::DemoProgram;
+using virtual_cell::MotionProgram;
+using virtual_cell::Profile;
+using virtual_cell::RunningCell;
+using virtual_cell::VirtualCellOptions;
+
+namespace {
+
+constexpr double kHiddenQ2 = 2.5e-7, kHiddenQ3 = 4e-7;  // rad/(N m), beyond the declared
+constexpr const char* kHidden = "joint_compliance:q2=2.5e-7,q3=4e-7";
+
+VirtualCellOptions CellOptions() {
+  VirtualCellOptions options;
+  options.profile = Profile::kGeneric;
+  options.idle = true;
+  options.time_scale = 8;
+  options.tracker_noise_mm = 0.05;
+  return options;
+}
+
+std::string Config(const RunningCell& cell) {
+  return DemoConfig(cell.robot(), "generic") +
+         "\n[loop]\nenabled = true\nreference_probes = 0\nprobes_before_diagnosis = 28\n";
+}
+
+struct Station {
+  RunningCell cell;
+  DaemonProcess daemon;
+  AssemblyClient client;
+
+  explicit Station(virtual_cell::Effects effects)
+      : cell(CellOptions(), std::move(effects)),
+        daemon(Config(cell)),
+        client(Options(), DemoProgram()) {}
+
+  AssemblyClientOptions Options() const {
+    AssemblyClientOptions options;
+    options.robot = cell.robot();
+    options.tracker = cell.tracker();
+    options.daemon = daemon.Plc();
+    options.profile = Profile::kGeneric;
+    options.settle_s = 0.25;
+    return options;
+  }
+  std::string State() const { return daemon.folder() + "/state"; }
+  ModelStore Store() const { return ModelStore::Open(State()).value(); }
+
+  /// The first `count` probing poses, with and without the module. @return whether the alarm came
+  bool Probe(std::size_t count) {
+    MotionProgram probing =
+        virtual_cell::ReadProgramFile("tests/virtual_cell/demo/probing-program.toml");
+    probing.points.resize(count);
+    bool alarm = false;
+    for (const bool loaded : {true, false}) {
+      if (loaded) client.AttachPayload();
+      if (!loaded) client.ReleasePayload();
+      for (const auto& point : probing.points) alarm = client.Probe(point).alarm || alarm;
+    }
+    return alarm;
+  }
+  /// z of the change that the alarm tells [mm].
+  double AlarmedSag_mm() const {
+    const std::string log = daemon.Log();
+    const auto words = log.find("probes changed by (");
+    REQUIRE(words != std::string::npos);
+    const auto second = log.find(", ", words), third = log.find(", ", second + 1);
+    return std::stod(log.substr(third + 2));
+  }
+  /// The largest error of a corrected assembly point [mm].
+  double LargestError() {
+    client.AttachPayload();
+    double largest = 0;
+    for (const auto& point : DemoProgram().points) {
+      if (client.HasPoint(point.id)) {
+        largest = std::max(largest, client.Visit(point).CorrectedError());
+      }
+    }
+    return largest;
+  }
+};
+
+/// The effects that a version of the model adds to the declared cell.
+std::vector<WrittenEffect> EffectsOf(const ModelStore& store, int version) {
+  FaultList faults;
+  const auto cell = CellFromText(store.Text(version).value(), "model", faults);
+  INFO(FaultsText(faults));
+  REQUIRE(cell);
+  return cell->effects;
+}
+
+double ValueOf(const WrittenEffect& effect, std::string_view name) {
+  for (const EffectParameter& parameter : effect.parameters) {
+    if (parameter.name == name) return parameter.value;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("points miss, the effect is named, its model applied, the points hit") {
+  Station station(virtual_cell::Effects({virtual_cell::EffectFromText(kHidden)}));
+  CHECK(station.LargestError() > 2);
+  CHECK(station.Probe(16));
+  const int version = station.client.AwaitProposal(240);
+  INFO(station.daemon.Log());
+  CHECK(station.daemon.Count("drift alarm") == 1);
+  CHECK(station.AlarmedSag_mm() < -2);  // as large as it is, though the monitor shortens it
+  CHECK(station.daemon.Count("diagnosis started") == 1);
+
+  const ModelFacts facts = station.Store().Facts(version).value();
+  // With thirty points a second, small effect may be seen in one run of thirty; the hidden one must
+  // be named with its joints and values in every run.
+  CHECK((facts.verdict == "explained" || facts.verdict == "ambiguous"));
+  CHECK(facts.rms_before_mm.value() > 2);
+  CHECK(facts.rms_after_mm.value() < 0.15);
+  CHECK(facts.change_mm.value() > 2);
+  CHECK(std::filesystem::file_size(station.Store().ReportFile(version)) > 10000);
+  const std::vector<WrittenEffect> effects = EffectsOf(station.Store(), version);
+  const auto found = std::find_if(effects.begin(), effects.end(), [](const WrittenEffect& effect) {
+    return effect.id == "joint_compliance";
+  });
+  REQUIRE(found != effects.end());
+  CHECK(ValueOf(*found, "q2") == Approx(kHiddenQ2).epsilon(0.2));
+  CHECK(ValueOf(*found, "q3") == Approx(kHiddenQ3).epsilon(0.2));
+
+  const std::string apply = std::string(PLUMBLINE) + " model apply " + std::to_string(version) +
+                            " --state " + station.State() + " > /dev/null";
+  REQUIRE(system(apply.c_str()) == 0);
+  REQUIRE(station.daemon.Awaits("model version 2 in force"));
+  CHECK(station.LargestError() < 0.25);
+}
+
+TEST_CASE("a cell that is as declared raises no alarm") {
+  Station station(virtual_cell::Effects{});
+  CHECK_FALSE(station.Probe(8));
+  CHECK(station.LargestError() < 0.15);
+  CHECK(station.daemon.Count("drift alarm") == 0);
+  CHECK(station.Store().State().value().proposed == 0);
+}

@@ -1,0 +1,487 @@
+// The loop closed, from socket to socket: probes, alarm, diagnosis, proposal, another model.
+//
+// The virtual cell hides a compliance of joint 2. The diagnosis is not what is tested: a script
+// stands in its place that writes the true answer, or misbehaves.
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "app/journal/journal.h"
+#include "app/model_store/model_store.h"
+#include "drivers/robot/robot.h"
+#include "tests/app/daemon/daemon_process.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/virtual_cell/running_cell.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+using virtual_cell::Eventually;
+using virtual_cell::Profile;
+using virtual_cell::RegisterClient;
+using virtual_cell::RunningCell;
+using virtual_cell::VirtualCellOptions;
+
+namespace {
+
+VirtualCellOptions Idle() {
+  VirtualCellOptions options;
+  options.profile = Profile::kUr;
+  options.idle = true;
+  options.time_scale = 4;
+  return options;
+}
+
+/// What `plumbline diagnose CELL MEASURED --json D --write-model C --report R` is replaced by.
+constexpr const char* kTrueAnswer = R"script(#!/bin/sh
+set -e
+[ "$1" = diagnose ] && [ "$4" = --json ] && [ "$6" = --write-model ] && [ "$8" = --report ]
+head -1 "$3" | grep -q '^session,t_s,q1_deg,.*,payload_kg,.*x_mm,y_mm,z_mm$'
+cat "$2" - > "$7" <<END
+[[effect]]
+id = "joint_compliance"
+scope = ["q2"]
+parameters = [ { name = "q2", value = 2e-6, sd = 1e-9, unit = "rad/(N m)" } ]
+END
+echo '<html>' > "$9"
+cat > "$5" <<END
+{"schema": 1, "verdict": "explained", "effects": [{"id": "joint_compliance", "scope": ["q2"]}],
+ "rivals": [], "drivers": [],
+ "rms_mm": {"before": 9, "after": 0.05, "before_held_out": 9, "after_held_out": 0.05}}
+END
+)script";
+
+struct Options {
+  std::string loop;  ///< further lines of [loop]
+  std::string script = kTrueAnswer;
+};
+
+std::string LoopConfigText(const std::string& robot, const std::string& loop) {
+  return DemoConfig(robot, "universal-robots-fine") +
+         "\n[loop]\nenabled = true\nsession = \"day 1\"\nreference_probes = 0\n"
+         "probes_before_diagnosis = 8\n" +
+         loop;
+}
+
+/// Names the script for the daemon that is started next.
+class StandIn {
+ public:
+  explicit StandIn(const std::string& script) : path_(folder_.path() + "/plumbline") {
+    std::ofstream(path_) << script;
+    chmod(path_.c_str(), 0755);
+    setenv("PLUMBLINE_PROGRAM", path_.c_str(), 1);
+  }
+  const std::string& folder() const { return folder_.path(); }
+
+ private:
+  TemporaryFolder folder_;
+  std::string path_;
+};
+
+struct Station {
+  StandIn stand_in;
+  RunningCell cell;
+  DaemonProcess daemon;
+  RegisterClient plc, tracker;
+  std::uint16_t sequence = 100;
+
+  explicit Station(const Options& options = {})
+      : stand_in(options.script),
+        cell(Idle(),
+             virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")})),
+        daemon(LoopConfigText(cell.robot(), options.loop)),
+        plc("plumblined", daemon.Plc(), 1, 10),
+        tracker("tracker", cell.tracker(), 1, 10) {
+    REQUIRE(cell.Tell("payload 60") == "ok");
+    INFO(daemon.Log());
+    REQUIRE(Eventually([&] { return Recording() && plc.Read(330, 2).Float(0) == 60; }));
+    REQUIRE(Eventually([&] { return tracker.Read(0, 16).Word(13) == 1; }));
+  }
+
+  bool Recording() { return (plc.Read(400, 20).Word(0) & 1) != 0; }
+  int State() { return plc.Read(400, 20).Word(0); }
+  std::string state_directory() const { return daemon.folder() + "/state"; }
+
+  /// Gives a command and waits for its echo. @return the result code
+  int Command(std::vector<std::uint16_t> words) {
+    words.resize(40);
+    words[39] = ++sequence;
+    plc.Write(1000, words);
+    INFO(daemon.Log());
+    REQUIRE(Eventually([&] { return plc.Read(100, 40).Word(1) == sequence; }));
+    return plc.Read(100, 40).Word(2);
+  }
+
+  /// One probe of where the tracker sees the tip, `extra_mm` beside it in z. @return its code
+  int Probe(double extra_mm = 0) {
+    const auto seen = tracker.Read(0, 16);
+    std::vector<std::uint16_t> words = {6, 0};
+    for (const std::uint16_t word :
+         virtual_cell::WordsFromFloats({seen.Float(0), seen.Float(2), seen.Float(4) + extra_mm})) {
+      words.push_back(word);
+    }
+    return Command(words);
+  }
+  void Probes(int count) {
+    for (int i = 0; i < count; ++i) REQUIRE(Probe() == 0);
+  }
+  double LastResidual_mm() {
+    const auto told = plc.Read(400, 20);
+    return std::hypot(told.Float(8), told.Float(10), told.Float(12));
+  }
+  std::vector<JournalRow> Journal() const {
+    auto journal = Journal::OpenForReading(state_directory() + "/journal.sqlite");
+    INFO((journal ? "" : journal.error()));
+    REQUIRE(journal.ok());
+    return journal.value().Read({}, std::vector<Joint>(6)).value();
+  }
+  ModelState Models() const { return ModelStore::Open(state_directory())->State().value(); }
+};
+
+int Plumbline(const std::string& arguments) {
+  return WEXITSTATUS(system((std::string(PLUMBLINE) + " " + arguments + " > /dev/null").c_str()));
+}
+
+}  // namespace
+
+TEST_CASE("from the first probe to a corrected model in force, and back") {
+  const double began_s = MonotonicSeconds();
+  Station station;
+  station.Probes(20);
+  INFO(station.daemon.Log());
+  REQUIRE(station.daemon.Awaits("version 2 proposed"));
+  CHECK(station.daemon.Count("drift alarm") == 1);
+  CHECK(station.daemon.Count("diagnosis started") == 1);
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Long(4) == 20; }));
+  CHECK(station.LastResidual_mm() > 1);
+  CHECK((station.State() & 2) != 0);  // alarm
+  REQUIRE(Eventually([&] { return (station.State() & 4) != 0; }));
+  CHECK((station.plc.Read(14, 1).Word(0) & 0x60) == 0x60);
+  CHECK(station.plc.Read(400, 20).Word(1) == 1);
+  CHECK(station.plc.Read(400, 20).Word(2) == 2);
+  CHECK(std::filesystem::exists(station.state_directory() + "/models/0002.html"));
+
+  auto rows = station.Journal();
+  REQUIRE(rows.size() == 20);
+  CHECK(rows.front().session.substr(0, 11) == "day 1 boot ");
+  CHECK(rows.front().session == rows.back().session);
+  REQUIRE(rows.back().t_s);
+  CHECK(*rows.back().t_s > *rows.front().t_s);
+  CHECK(*rows.front().t_s > began_s);
+  CHECK(*rows.back().t_s < MonotonicSeconds());
+  CHECK(rows.front().payload_kg == 60);
+  CHECK(rows.front().model_version == 1);
+  CHECK(std::count_if(rows.begin(), rows.end(), [](const JournalRow& r) { return r.alarm; }) == 1);
+
+  REQUIRE(Plumbline("model apply 2 --state " + station.state_directory()) == 0);
+  REQUIRE(station.daemon.Awaits("model version 2 in force"));
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
+  REQUIRE(Eventually([&] { return (station.State() & 7) == 1; }));  // no alarm, no proposal
+  REQUIRE(Eventually([&] { return (station.plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  station.Probes(20);
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Long(4) == 40; }));
+  CHECK(station.LastResidual_mm() < 0.05);
+  CHECK((station.State() & 2) == 0);
+  rows = station.Journal();
+  REQUIRE(rows.size() == 40);
+  CHECK(rows.back().model_version == 2);
+
+  REQUIRE(Plumbline("model rollback --state " + station.state_directory()) == 0);
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 1; }));
+  REQUIRE(Eventually([&] { return (station.plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  station.Probes(1);
+  CHECK(Eventually([&] { return station.LastResidual_mm() > 1; }));
+}
+
+TEST_CASE("a model is applied unasked only where the configuration says so, within its limits") {
+  struct Case {
+    const char* name;
+    const char* loop;
+    const char* told;
+    int applied;
+  };
+  const Case cases[] = {
+      {"ask", "", "`plumbline model apply 2`", 1},
+      {"within", "apply = \"automatic\"\nmax_change_mm = 100.0\n", "version 2 applied", 2},
+      {"too far", "apply = \"automatic\"\nmax_change_mm = 0.5\n", "loop.max_change_mm", 1},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Station station({.loop = c.loop});
+    station.Probes(9);
+    INFO(station.daemon.Log());
+    REQUIRE(station.daemon.Awaits(c.told));
+    CHECK(Eventually([&] { return station.plc.Read(400, 20).Word(1) == c.applied; }));
+    CHECK(station.Models().applied == c.applied);
+  }
+}
+
+TEST_CASE("a model that a daemon cannot apply is kept, and never comes into force") {
+  std::string script = kTrueAnswer;
+  script.replace(script.find("joint_compliance"), 16, "approach_lag");
+  script.replace(script.find("value = 2e-6"), 12, "value = 1e-3");
+  script.replace(script.find("rad/(N m)"), 9, "1");
+  Station station({.loop = "apply = \"automatic\"\nmax_change_mm = 100.0\n", .script = script});
+  station.Probes(9);
+  INFO(station.daemon.Log());
+  REQUIRE(station.daemon.Awaits("not applied: its effect \"approach_lag\""));
+  CHECK(Plumbline("model apply 2 --state " + station.state_directory() + " 2> /dev/null") == 1);
+  CHECK(station.Models().applied == 1);
+}
+
+TEST_CASE("what is not explained, or does not help, is never applied unasked") {
+  struct Case {
+    const char* name;
+    const char* from;
+    const char* to;
+    const char* told;
+    int proposed;
+  };
+  const Case cases[] = {
+      {"ambiguous", "\"explained\"", "\"ambiguous\"", "not applied: the verdict", 2},
+      {"nothing held out", "\"before_held_out\": 9", "\"x\": 9", "nothing was held out", 2},
+      {"worse", "\"after_held_out\": 0.05", "\"after_held_out\": 9.5", "nothing proposed", 0},
+      {"no effect", "\"explained\"", "\"no_effect\"", "nothing stands out", 0},
+      {"no verdict", "\"explained\"", "\"perhaps\"", "diagnosis failed", 0},
+      {"no answer", "cat > \"$5\"", "cat > /dev/null", "diagnosis failed: diagnosis.json", 0},
+      {"a faulty model", "id = \"joint_compliance\"", "id = \"gremlins\"", "has faults", 0},
+      {"it fails", "set -e", "echo no rows to fit; exit 1", "exit code 1: no rows to fit", 0},
+      {"it crashes", "set -e", "kill -SEGV $$", "signal 11", 0},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    std::string script = kTrueAnswer;
+    script.replace(script.find(c.from), std::string(c.from).size(), c.to);
+    Station station({.loop = "apply = \"automatic\"\nmax_change_mm = 100.0\n", .script = script});
+    station.Probes(12);
+    INFO(station.daemon.Log());
+    REQUIRE(station.daemon.Awaits(c.told));
+    station.Probes(3);  // it goes on
+    CHECK(station.Models().applied == 1);
+    CHECK(station.Models().proposed == c.proposed);
+    CHECK(station.daemon.Count("diagnosis started") == 1);  // once an alarm
+  }
+}
+
+TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with the daemon") {
+  const std::string endless = "#!/bin/sh\necho $$ > \"$0.pid\"\nsleep 1000 & wait\n";
+  const auto pid_of = [](const Station& station) {
+    pid_t pid = 0;
+    std::ifstream(station.stand_in.folder() + "/plumbline.pid") >> pid;
+    return pid;
+  };
+  const auto group_gone = [](pid_t pid) { return killpg(pid, 0) != 0 && errno == ESRCH; };
+  SECTION("too long") {
+    Station station({.loop = "diagnosis_timeout_s = 1\n", .script = endless});
+    station.Probes(9);
+    REQUIRE(station.daemon.Awaits("diagnosis started"));
+    REQUIRE(Eventually([&] { return pid_of(station) > 0; }));
+    const pid_t pid = pid_of(station);
+    CHECK(getpriority(PRIO_PROCESS, static_cast<id_t>(pid)) == 19);
+    CHECK(getpgid(pid) == pid);
+    REQUIRE(Eventually([&] { return (station.State() & 16) != 0; }));
+    CHECK(station.daemon.Awaits("not done within"));
+    CHECK(Eventually([&] { return group_gone(pid); }));
+    CHECK(Eventually([&] { return (station.State() & 0x30) == 0x20; }));
+  }
+  SECTION("SIGTERM") {
+    Station station({.loop = "", .script = endless});
+    station.Probes(9);
+    REQUIRE(Eventually([&] { return pid_of(station) > 0; }));
+    station.daemon.Signal(SIGTERM);
+    CHECK(station.daemon.Wait() == 0);
+    CHECK(Eventually([&] { return group_gone(pid_of(station)); }));
+  }
+  SECTION("SIGKILL") {
+    Station station({.loop = "", .script = "#!/bin/sh\necho $$ > \"$0.pid\"\nexec sleep 1000\n"});
+    station.Probes(9);
+    REQUIRE(Eventually([&] { return pid_of(station) > 0; }));
+    station.daemon.Signal(SIGKILL);
+    CHECK(station.daemon.Wait() == 128 + SIGKILL);
+    CHECK(Eventually([&] { return group_gone(pid_of(station)); }));
+  }
+}
+
+TEST_CASE("a PLC restarts the monitor; integers serve as well as floats") {
+  Station station({.loop = "diagnose = false\n"});
+  station.Probes(8);
+  REQUIRE(station.daemon.Awaits("drift alarm"));
+  REQUIRE(Eventually([&] { return (station.State() & 2) != 0; }));
+  CHECK(station.Command({8}) == 0);
+  REQUIRE(Eventually([&] { return (station.State() & 2) == 0; }));
+  CHECK_FALSE(station.daemon.Says("diagnosis started"));
+
+  const auto seen = station.tracker.Read(0, 16);
+  std::vector<std::uint16_t> words(40);
+  words[0] = 7;
+  for (int k = 0; k < 3; ++k) {
+    const auto micrometres = static_cast<std::uint32_t>(
+        static_cast<std::int32_t>(std::lround(1e3 * static_cast<double>(seen.Float(2 * k)))));
+    words[static_cast<std::size_t>(32 + 2 * k)] = static_cast<std::uint16_t>(micrometres >> 16);
+    words[static_cast<std::size_t>(33 + 2 * k)] = static_cast<std::uint16_t>(micrometres);
+  }
+  CHECK(station.Command(words) == 0);
+  const auto answer = station.plc.Read(100, 40);
+  CHECK((answer.Word(3) & 1) != 0);
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Long(4) == 9; }));
+  const auto rows = station.Journal();
+  REQUIRE(rows.size() == 9);
+  CHECK((*rows[8].measured_W - *rows[7].measured_W).norm() < 2e-6);
+  const double residual_mm = station.LastResidual_mm();
+  CHECK(residual_mm ==
+        Approx(1e3 * (*rows[8].measured_W - *rows[8].predicted_W).norm()).margin(1e-4));
+  const double told_mm = std::hypot(answer.Float(16), answer.Float(18), answer.Float(20));
+  CHECK(told_mm == Approx(residual_mm).margin(1e-3));
+  CHECK(0.01 * station.plc.Read(216, 1).Word(0) == Approx(residual_mm).margin(0.01));
+}
+
+TEST_CASE("SIGHUP takes no probe a second time, and the journal stays where the daemon began") {
+  Station station({.loop = "diagnose = false\n"});
+  station.Probes(3);
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 3; }));
+  const auto before = station.plc.Read(100, 40);
+  const std::string elsewhere = WithLine(LoopConfigText(station.cell.robot(), "diagnose = false\n"),
+                                         "", "state_directory", "\"elsewhere\"");
+  station.daemon.Write(elsewhere);
+  station.daemon.Signal(SIGHUP);
+  REQUIRE(station.daemon.Awaits("reloaded"));
+  CHECK(station.daemon.Says("needs a restart: state_directory"));
+  CHECK_FALSE(std::filesystem::exists(station.daemon.folder() + "/elsewhere"));
+  REQUIRE(Eventually([&] { return (station.plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  REQUIRE(Eventually([&] { return station.Recording(); }));
+  const auto after = station.plc.Read(100, 40);
+  for (const int word : {0, 1, 2, 4, 5, 16, 17, 18, 19, 20, 21}) {
+    CAPTURE(word);
+    CHECK(after.Word(word) == before.Word(word));
+  }
+  CHECK(station.Journal().size() == 3);
+  station.Probes(1);
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 4; }));
+  CHECK(station.Journal().size() == 4);
+}
+
+TEST_CASE("a killed daemon takes the alarm up again from its journal") {
+  RunningCell cell(
+      Idle(), virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")}));
+  const StandIn stand_in("#!/bin/sh\necho not today; exit 3\n");
+  const TemporaryFolder state;
+  const std::string config = WithLine(LoopConfigText(cell.robot(), "diagnose = false\n"), "",
+                                      "state_directory", "\"" + state.path() + "\"");
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  for (const int round : {1, 2}) {
+    DaemonProcess daemon(config);
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    INFO(daemon.Log());
+    REQUIRE(Eventually([&] { return (plc.Read(400, 20).Word(0) & 1) != 0; }));
+    REQUIRE(Eventually([&] { return plc.Read(330, 2).Float(0) == 60; }));
+    if (round == 1) {
+      for (std::uint16_t i = 1; i <= 10; ++i) {
+        std::vector<std::uint16_t> words(40);
+        words[0] = 6;
+        words[39] = i;
+        plc.Write(1000, words);  // the tip at the origin: metres away
+        REQUIRE(Eventually([&] { return plc.Read(404, 2).Long(0) == i; }));
+      }
+      REQUIRE(daemon.Awaits("drift alarm"));
+      daemon.Signal(SIGKILL);
+      CHECK(daemon.Wait() == 128 + SIGKILL);
+    } else {
+      CHECK(daemon.Awaits("still stands"));
+      CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 2) != 0; }));
+      CHECK(daemon.Count("residual of probes changed") == 0);  // not raised anew
+    }
+  }
+}
+
+TEST_CASE("probes that cannot be kept are refused, with the reason") {
+  SECTION("no [loop]") {
+    RunningCell cell(Idle());
+    DaemonProcess daemon(DemoConfig(cell.robot(), "universal-robots-fine"));
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    REQUIRE(Eventually([&] { return (plc.Read(300, 1).Word(0) & 1) != 0; }));
+    std::vector<std::uint16_t> words(40);
+    words[0] = 6;
+    words[39] = 5;
+    plc.Write(1000, words);
+    REQUIRE(Eventually([&] { return plc.Read(101, 1).Word(0) == 5; }));
+    CHECK(plc.Read(102, 1).Word(0) == 12);
+    CHECK(plc.Read(400, 20).Word(1) == 1);  // the cell file is version 1 all the same
+  }
+  SECTION("a journal that is none") {
+    RunningCell cell(Idle());
+    const TemporaryFolder state;
+    std::ofstream(state.path() + "/journal.sqlite") << std::string(4096, 'x');
+    DaemonProcess daemon(WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory",
+                                  "\"" + state.path() + "\""));
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    CHECK(daemon.Awaits("journal: "));
+    CHECK(Eventually([&] { return (plc.Read(14, 1).Word(0) & 0x80) != 0; }));
+    CHECK((plc.Read(400, 1).Word(0) & 1) == 0);
+    std::filesystem::remove(state.path() + "/journal.sqlite");
+    CHECK(daemon.Awaits("journal works again"));
+    CHECK(Eventually([&] { return (plc.Read(400, 1).Word(0) & 1) != 0; }));
+  }
+  SECTION("not a number") {
+    Station station;
+    CHECK(station.Command({6, 0, 0x7FC0, 0, 0, 0, 0, 0}) == 10);
+    CHECK(station.Journal().empty());
+  }
+}
+
+TEST_CASE("a disk that keeps the journal waiting never keeps the cycle waiting") {
+  Station station({.loop = "diagnose = false\n"});
+  station.Probes(1);
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 1; }));
+  auto other =
+      Database::Open(station.state_directory() + "/journal.sqlite", Database::Mode::kWrite);
+  REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // nobody else can write now
+  const auto refreshed = [&] { return station.plc.Read(2000, 20).Word(19); };
+  const auto before = refreshed();
+  int taken = 1;
+  int code = 0;
+  for (; code == 0 && taken < 200; taken += code == 0 ? 1 : 0) code = station.Probe();
+  CHECK(code == 12);  // the queue is full: told, not lost
+  CHECK(taken > 60);
+  CHECK(refreshed() != before);
+  CHECK(station.plc.Read(404, 2).Long(0) == 1);
+  REQUIRE(other.value().Run("COMMIT"));
+  CHECK(Eventually(
+      [&] { return station.plc.Read(404, 2).Long(0) == static_cast<std::uint32_t>(taken); }));
+  CHECK(station.Journal().size() == static_cast<std::size_t>(taken));
+  CHECK(station.Probe() == 0);
+}
+
+TEST_CASE("an edited cell file is in force, whatever was applied before") {
+  RunningCell cell(Idle());
+  const TemporaryFolder state;
+  const std::string file = state.path() + "/cell.toml";
+  std::filesystem::copy_file("tests/virtual_cell/demo/cockpit-cell.toml", file);
+  std::string config = WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "",
+                                "state_directory", "\"" + state.path() + "\"");
+  config = WithLine(config, "", "cell", "\"" + file + "\"");
+  DaemonProcess daemon(config);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  CHECK(plc.Read(136, 1).Word(0) <= 1);
+  REQUIRE(Plumbline("model propose config/cells/kr210.toml --state " + state.path()) == 0);
+  REQUIRE(Plumbline("model apply 2 --state " + state.path()) == 0);
+  REQUIRE(daemon.Awaits("model version 2 in force"));
+  std::ofstream(file, std::ios::app) << "# a new gripper\n";
+  daemon.Signal(SIGHUP);
+  CHECK(Eventually([&] { return plc.Read(400, 20).Word(1) == 3; }));
+  CHECK(Eventually([&] { return plc.Read(400, 20).Word(3) == 3; }));
+}
+
+TEST_CASE("two daemons do not share a journal") {
+  RunningCell cell(Idle());
+  const TemporaryFolder state;
+  const std::string config =
+      WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory", "\"" + state.path() + "\"");
+  DaemonProcess first(config);
+  REQUIRE(first.Awaits("PLC side on"));
+  DaemonProcess second(config);
+  CHECK(second.Wait() == 2);
+  CHECK(second.Says("held by another process"));
+}
