@@ -90,6 +90,9 @@ int Run(const BeamOptions& options) {
     } else {
       PrintBeamTable(series, std::cout);
     }
+  } catch (const BeamCellError& error) {
+    std::cerr << "plumbline beam: " << error.what() << '\n';
+    return kExitFault;
   } catch (const BeamUsageError& error) {
     std::cerr << "plumbline beam: " << error.what() << '\n';
     return kExitUsage;
@@ -110,9 +113,9 @@ void AddBeamCommand(CLI::App& app, int& exit_code) {
       "      --material steel --force-n 100:100:500 --own-weight --stress\n"
       "  plumbline beam --length-mm 1800 --section rectangle --b-mm 50 --h-mm 50 \\\n"
       "      --youngs-modulus-gpa 200 --elements 3 --force-n 100 --point-mm 900,40\n"
-      "  plumbline beam --cell CELL.toml --force-n 800 --direction x --csv\n"
+      "  plumbline beam --cell tests/virtual_cell/demo/cockpit-cell.toml --force-n 800 --csv\n"
       "  plumbline beam --paper-table2\n\n"
-      "Exit codes: 0 done, 2 wrong arguments.");
+      "Exit codes: 0 done, 1 faults in the cell or an unreadable one, 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

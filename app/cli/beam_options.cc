@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "app/cli/number_option.h"
 #include "app/config/cell_reader.h"
 #include "app/config/tool_reader.h"
 #include "firmware-like/beam/materials.h"
@@ -15,6 +15,9 @@ namespace {
 
 constexpr int kMaxElements = 1000;
 constexpr double kMaxForces = 10000;
+constexpr double kLargestNumber = 1e17;       // of a dimension; the [tool] has its own range
+constexpr double kLargestLoad = 1e9;          // N, N m, mm: beyond it nothing is a tool
+constexpr double kLargestAcceleration = 1e6;  // m/s2, rad/s2
 
 /// An option that stands for a key of cell.toml's [tool], which checks it.
 struct ToolFlag {
@@ -100,9 +103,9 @@ Tool ToolFromCell(const BeamOptions& options) {
   }
   FaultList faults;
   const std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  if (!cell) throw BeamUsageError("--cell: has faults\n" + FaultsText(faults));
+  if (!cell) throw BeamCellError("--cell: has faults\n" + FaultsText(faults));
   if (cell->tool.rigid) {
-    throw BeamUsageError(
+    throw BeamCellError(
         fmt::format("--cell: {} has a rigid tool; give it model = \"euler_bernoulli\" "
                     "or \"timoshenko\" and a section",
                     options.cell));
@@ -110,21 +113,14 @@ Tool ToolFromCell(const BeamOptions& options) {
   return cell->tool;
 }
 
-std::optional<double> NumberFromText(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
-  return value;
-}
-
-/// The numbers between separators; nothing where one of them is no number.
+/// The numbers between separators; nothing where one of them is no number, or absurd.
 std::optional<std::vector<double>> NumbersFromText(const std::string& text, char separator) {
   std::vector<double> numbers;
   std::size_t start = 0;
   while (true) {
     const std::size_t end = std::min(text.find(separator, start), text.size());
-    const auto number = NumberFromText(std::string_view(text).substr(start, end - start));
-    if (!number) return std::nullopt;
+    const auto number = FiniteNumberFromText(std::string_view(text).substr(start, end - start));
+    if (!number || std::abs(*number) > kLargestLoad) return std::nullopt;
     numbers.push_back(*number);
     if (end == text.size()) return numbers;
     start = end + 1;
@@ -140,9 +136,11 @@ void AddToolOptions(CLI::App& command, BeamOptions& options) {
   command.add_option("--material", options.material, "Material by name")
       ->check(CLI::IsMember(materials));
   for (const ToolFlag& flag : kToolFlags) {
-    command.add_option_function<double>(
-        flag.flag, [&options, key = flag.key](double value) { options.numbers[key] = value; },
-        flag.help);
+    command
+        .add_option_function<double>(
+            flag.flag, [&options, key = flag.key](double value) { options.numbers[key] = value; },
+            flag.help)
+        ->check(NumberWithin(-kLargestNumber, kLargestNumber));
   }
   command.add_option("--theory", options.theory, "Beam theory; default: euler_bernoulli")
       ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}));
@@ -158,13 +156,19 @@ void AddLoadOptions(CLI::App& command, BeamOptions& options) {
   command.add_option("--direction", options.direction, "Forces, weight and bending along x or y")
       ->check(CLI::IsMember({"x", "y"}))
       ->capture_default_str();
-  command.add_option("--at-mm", options.at_mm, "Where force and moment act; default: the tip");
-  command.add_option("--moment-nm", options.moment_Nm, "Moment that bends along +direction");
+  command.add_option("--at-mm", options.at_mm, "Where force and moment act; default: the tip")
+      ->check(NumberWithin(-kLargestLoad, kLargestLoad));
+  command.add_option("--moment-nm", options.moment_Nm, "Moment that bends along +direction")
+      ->check(NumberWithin(-kLargestLoad, kLargestLoad));
   command.add_flag("--own-weight", options.own_weight, "Gravity, along +direction");
-  command.add_option("--acceleration-m-s2", options.acceleration_m_s2,
-                     "Of the flange, along +direction; its inertia load acts the other way");
-  command.add_option("--angular-acceleration-rad-s2", options.angular_acceleration_rad_s2,
-                     "Of the flange, moving the tip along +direction");
+  command
+      .add_option("--acceleration-m-s2", options.acceleration_m_s2,
+                  "Of the flange, along +direction; its inertia load acts the other way")
+      ->check(NumberWithin(-kLargestAcceleration, kLargestAcceleration));
+  command
+      .add_option("--angular-acceleration-rad-s2", options.angular_acceleration_rad_s2,
+                  "Of the flange, moving the tip along +direction")
+      ->check(NumberWithin(-kLargestAcceleration, kLargestAcceleration));
 }
 
 void AddOutputOptions(CLI::App& command, BeamOptions& options) {
@@ -175,8 +179,12 @@ void AddOutputOptions(CLI::App& command, BeamOptions& options) {
   command.add_flag("--stress", options.stress, "Moment, shear and stress of each element");
   CLI::Option* csv = command.add_flag("--csv", options.csv, "Write CSV");
   command.add_flag("--json", options.json, "Write JSON")->excludes(csv);
-  command.add_flag("--paper-table2", options.paper_table2,
-                   "The paper's Table 2 beside its published columns");
+  CLI::Option* paper =
+      command.add_flag("--paper-table2", options.paper_table2,
+                       "The paper's Table 2 beside its published columns; takes no other option");
+  for (CLI::Option* other : command.get_options()) {
+    if (other != paper && other != command.get_help_ptr()) paper->excludes(other);
+  }
 }
 
 }  // namespace

@@ -33,11 +33,16 @@ struct BeamUsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The same for a file that was named.
+struct BeamCellError : BeamUsageError {
+  using BeamUsageError::BeamUsageError;
+};
+
 /// Declares the arguments; `options` must outlive the command.
 void AddBeamOptions(CLI::App& command, BeamOptions& options);
 
-/// The tool of the flags or of the cell, checked by the reader of cell.toml. Throws BeamUsageError
-/// with every fault.
+/// The tool of the flags or of the cell, checked by the reader of cell.toml. Throws BeamUsageError,
+/// or BeamCellError of the cell, with every fault.
 Tool BeamToolOf(const BeamOptions& options);
 
 /// The points of --point-mm. Throws BeamUsageError.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/rounded.h"
 #include "firmware-like/beam/stress.h"
 
 namespace plumbline {
@@ -18,22 +19,18 @@ struct NodeValues {
   double z_mm, displacement_mm, slope_mrad, moment_Nm, shear_N;
 };
 
+/// Adding 0 turns -0 into 0, for the files.
 NodeValues ValuesOf(const SectionState& state, BendingAxis axis) {
-  if (axis == BendingAxis::kX) {
-    return {kMm * state.z_m, kMm * state.d_F.x(), kMrad * state.r_F.y(), state.moment_F.y(),
-            state.force_F.x()};
-  }
-  return {kMm * state.z_m, kMm * state.d_F.y(), -kMrad * state.r_F.x(), -state.moment_F.x(),
-          state.force_F.y()};
+  const bool along_x = axis == BendingAxis::kX;
+  const double slope = along_x ? state.r_F.y() : -state.r_F.x();
+  const double moment_Nm = along_x ? state.moment_F.y() : -state.moment_F.x();
+  const int k = static_cast<int>(axis);
+  return {kMm * state.z_m, kMm * state.d_F[k] + 0.0, kMrad * slope + 0.0, moment_Nm + 0.0,
+          state.force_F[k] + 0.0};
 }
 
 const Section& SectionInboardOf(const BeamSolution& solution, int node) {
   return solution.elements()[static_cast<std::size_t>(std::max(node - 1, 0))].section;
-}
-
-/// 0.00000 without the sign that rounding leaves.
-double NoMinusZero(double value) {
-  return std::abs(value) < 5e-6 ? 0.0 : value;
 }
 
 void PrintSegments(const BeamSeries& series, std::ostream& out) {
@@ -58,8 +55,8 @@ void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostrea
   for (int node = 0; node < load_case.solution.node_count(); ++node) {
     const NodeValues v = ValuesOf(load_case.solution.Node(node), series.axis);
     fmt::print(out, "  {:>4} {:>10.1f} {:>14.4f} {:>12.5f} {:>12.3f} {:>12.3f}\n", node + 1, v.z_mm,
-               NoMinusZero(v.displacement_mm), NoMinusZero(v.slope_mrad), NoMinusZero(v.moment_Nm),
-               NoMinusZero(v.shear_N));
+               WithoutMinusZero(v.displacement_mm, 4), WithoutMinusZero(v.slope_mrad, 5),
+               WithoutMinusZero(v.moment_Nm, 3), WithoutMinusZero(v.shear_N, 3));
   }
 }
 
@@ -100,8 +97,8 @@ void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostre
              "lands loaded at", "compensated: section", "compensated: eq. 3");
   for (const BeamPoint& point : series.points) {
     auto text = [](const BeamPoint& p, int digits) {
-      return fmt::format("({:.{}f}, {:.{}f})", kMm * p.z_m, digits, NoMinusZero(kMm * p.y_m),
-                         digits);
+      return fmt::format("({:.{}f}, {:.{}f})", kMm * p.z_m, digits,
+                         WithoutMinusZero(kMm * p.y_m, digits), digits);
     };
     fmt::print(out, "  {:>21} {:>25} {:>25} {:>25}  mm\n", text(point, 1),
                text(LoadedPoint(load_case.solution, series.axis, point), 4),
@@ -118,7 +115,7 @@ void PrintSummary(const BeamSeries& series, std::ostream& out) {
   for (const BeamCase& load_case : series.cases) {
     const NodeValues tip = ValuesOf(load_case.solution.Tip(), series.axis);
     fmt::print(out, "  {:>12.6g} {:>14.4f} {:>12.5f}", load_case.force_N,
-               NoMinusZero(tip.displacement_mm), NoMinusZero(tip.slope_mrad));
+               WithoutMinusZero(tip.displacement_mm, 4), WithoutMinusZero(tip.slope_mrad, 5));
     if (series.stress) {
       if (const auto peak = LargestStressOf(load_case.solution).peak) {
         fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
@@ -252,8 +249,8 @@ void PrintPaperTable2(std::ostream& out) {
       const double ours_mm = kMm * solution.Node(i + 1).d_F.y();
       fmt::print(out, "  {:>7} {:>5} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.3f}\n",
                  i == 0 ? fmt::format("{:.0f}", row.force_N) : "", i + 2, ours_mm,
-                 row.developed_mm[i], NoMinusZero(ours_mm - row.developed_mm[i]), row.abaqus_mm[i],
-                 row.developed_mm[i] / row.abaqus_mm[i]);
+                 row.developed_mm[i], WithoutMinusZero(ours_mm - row.developed_mm[i], 4),
+                 row.abaqus_mm[i], row.developed_mm[i] / row.abaqus_mm[i]);
     }
   }
 }

@@ -10,8 +10,10 @@
 #include "app/cli/exit_codes.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
+#include "app/config/file_kind.h"
 #include "app/config/text_file.h"
-#include "app/config/toml_reader.h"
+#include "app/model_store/usable_model.h"
+#include "app/table/replay_file.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline {
@@ -82,14 +84,30 @@ std::string MeasurementText(const Measurement& measurement) {
                      measurement.tool_known ? "known" : "to be estimated", sigma);
 }
 
+std::string ControllerText(const RobotLinkConfig& robot) {
+  const RobotConnection& link = robot.connection;
+  const std::string where = robot.transport == "tcp"
+                                ? fmt::format("tcp {}:{}", link.tcp.host, link.tcp.port)
+                            : robot.transport == "rtu" ? "rtu " + link.serial.device
+                                                       : "replay of " + robot.replay_file;
+  return fmt::format("{}, unit id {}, profile {}", where, link.unit_id, link.profile.name);
+}
+
 Finding Check(const std::string& text, const std::string& file) {
   Finding finding;
-  FaultList ignored;
-  TomlDocument document(text, file, ignored);
-  finding.is_configuration = document.Root().Has("cell");
+  finding.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
   if (finding.is_configuration) {
     finding.config = DaemonConfigFromText(text, file, finding.faults);
-    if (finding.config) finding.cell = finding.config->cell;
+    const bool replay = finding.config && finding.config->robot.transport == "replay";
+    if (replay && !ReadReplayFile(*finding.config, finding.faults)) finding.config.reset();
+    if (finding.config) {
+      if (const auto why_not = WhyNotUsable(finding.config->machine.cell)) {
+        finding.faults.Add(
+            {Fault::Severity::kFault, finding.config->cell_file, 0, "effect", *why_not});
+        finding.config.reset();
+      }
+    }
+    if (finding.config) finding.cell = finding.config->machine.cell;
   } else {
     finding.cell = CellFromText(text, file, finding.faults);
   }
@@ -101,10 +119,11 @@ std::vector<SummaryLine> Summary(const Finding& finding) {
   std::vector<SummaryLine> lines = CellSummary(*finding.cell);
   if (finding.config) {
     const DaemonConfig& config = *finding.config;
-    lines.push_back({"controller", "profile " + config.robot.profile.name});
-    lines.push_back({"points", fmt::format("{} assembly points, cycle {:g} ms, PLC port {}",
-                                           config.points.size(), 1e3 * config.cycle_period_s,
-                                           config.plc.port)});
+    const std::size_t points = config.machine.points.size();
+    lines.push_back({"controller", ControllerText(config.robot)});
+    lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
+                                           points, points == 1 ? "" : "s",
+                                           1e3 * config.cycle_period_s, config.plc.tcp.port)});
   }
   return lines;
 }
@@ -130,7 +149,7 @@ int Run(const Options& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
     std::cerr << options.file << ": cannot be read: " << text.error() << '\n';
-    return kExitUsage;
+    return kExitFault;
   }
   const Finding finding = Check(*text, options.file);
   if (options.json) {
@@ -183,7 +202,8 @@ void AddCheckCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "A plumbline.toml is checked together with the cell and the profile that it names.\n\n"
       "Example:\n  plumbline check config/cells/ur10.toml\n\n"
-      "Exit codes: 0 no faults (warnings may remain), 1 faults, 2 the file cannot be read.");
+      "Exit codes: 0 no faults (warnings may remain), 1 faults or an unreadable file, 2 wrong "
+      "arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -4,7 +4,8 @@
 namespace plumbline {
 
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitFault = 1;  ///< the input has faults; they are told
-inline constexpr int kExitUsage = 2;  ///< wrong arguments, a file that cannot be read or written
+inline constexpr int kExitFault = 1;  ///< faults in the input, unreadable files too, or alarms
+inline constexpr int kExitUsage = 2;  ///< wrong arguments, unwritable output, no daemon there
+inline constexpr int kExitInterrupted = 130;  ///< by SIGINT or SIGTERM; no file was changed
 
 }  // namespace plumbline

@@ -4,24 +4,34 @@
 
 #include "app/cli/beam_command.h"
 #include "app/cli/check_command.h"
+#include "app/cli/diagnose_command.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/journal_command.h"
+#include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
 #include "app/cli/registers_command.h"
+#include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
 #include "app/version.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+/// One line of what is wrong, and where the help is.
+std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
+  std::string command = "plumbline", what = error.what();
+  for (auto given = app->get_subcommands(); !given.empty(); given = app->get_subcommands()) {
+    app = given.front();
+    command += " " + app->get_name();
+  }
+  const bool takes_commands = !app->get_subcommands([](const CLI::App*) { return true; }).empty();
+  if (const auto unknown = app->remaining(); takes_commands && !unknown.empty()) {
+    what = "\"" + unknown.front() + "\" is not a command";
+  }
+  return command + ": " + what + "; see " + command + " --help\n";
+}
+
+int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
   using namespace plumbline;
-  CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
-  app.set_version_flag("--version", PLUMBLINE_VERSION);
-  app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::help);
-  int exit_code = kExitOk;
-  AddCheckCommand(app, exit_code);
-  AddPredictCommand(app, exit_code);
-  AddBeamCommand(app, exit_code);
-  AddRegistersCommand(app, exit_code);
-  AddStatusCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -31,4 +41,26 @@ int main(int argc, char** argv) {
     return kExitUsage;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace plumbline;
+  OccupyClosedOutputs();
+  CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
+  app.set_version_flag("--version", PLUMBLINE_VERSION);
+  app.require_subcommand(1);
+  app.failure_message(UsageFault);
+  int exit_code = kExitOk;
+  AddCheckCommand(app, exit_code);
+  AddPredictCommand(app, exit_code);
+  AddDiagnoseCommand(app, exit_code);
+  AddBeamCommand(app, exit_code);
+  AddJournalCommand(app, exit_code);
+  AddModelCommand(app, exit_code);
+  AddRegistersCommand(app, exit_code);
+  AddStatusCommand(app, exit_code);
+  const int code = RunCommand(app, argc, argv, exit_code);
+  return StandardOutputArrived() ? code : kExitUsage;
 }

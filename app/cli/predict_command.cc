@@ -1,14 +1,19 @@
 #include "app/cli/predict_command.h"
 
-#include <fmt/core.h>
-#include <fmt/ostream.h>
+#include <fmt/format.h>
 
-#include <fstream>
+#include <algorithm>
 #include <iostream>
 #include <map>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
+#include "app/cli/rounded.h"
+#include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/diagnosis/realign.h"
+#include "app/table/conditions.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/uncertainty.h"
 
@@ -16,41 +21,87 @@ namespace plumbline {
 namespace {
 
 struct Options {
-  std::string cell, poses, out;
+  std::string cell, poses, align, out;
   double deflection_sd = CorrectionLimits{}.deflection_sd;
 };
 
+constexpr int kThreads = 2;
+constexpr double kLargestPayload_kg = 5000;  // as in plumbline.toml
+
+/// Takes the rows out whose payload is none, and names them like rows that cannot be read.
+void LeaveOutImpossiblePayloads(MeasuredTable& poses, FaultList& faults) {
+  if (!poses.recorded.payload) return;
+  std::erase_if(poses.rows, [&](const MeasuredRow& row) {
+    if (row.payload_kg >= 0 && row.payload_kg <= kLargestPayload_kg) return false;
+    faults.Add(
+        {Fault::Severity::kWarning, poses.file, row.line, "payload_kg",
+         fmt::format("{:g} is outside 0..{:g}; row not used", row.payload_kg, kLargestPayload_kg)});
+    poses.unreadable_lines.push_back(row.line);
+    return true;
+  });
+}
+
+std::string CsvOf(const std::vector<Prediction>& predictions) {
+  std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated\n";
+  for (const Prediction& p : predictions) {
+    text +=
+        fmt::format("{:.5f},{:.5f},{:.5f},{:.5f},{}\n", WithoutMinusZero(1e3 * p.p_WT.x(), 5),
+                    WithoutMinusZero(1e3 * p.p_WT.y(), 5), WithoutMinusZero(1e3 * p.p_WT.z(), 5),
+                    1e3 * p.radius95_m, p.extrapolated ? 1 : 0);
+  }
+  return text;
+}
+
+int Refused(const Options& options) {
+  std::cerr << options.out << ": not written\n";
+  return kExitFault;
+}
+
 int Run(const Options& options) {
+  for (const std::string& input : {options.cell, options.poses, options.align}) {
+    if (!SameFile(options.out, input)) continue;
+    std::cerr << "plumbline predict: --out is " << input << " itself; choose another file\n";
+    return kExitUsage;
+  }
   FaultList faults;
-  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  std::optional<MeasuredTable> poses;
+  std::optional<CellModel> cell = ReadCell(options.cell, faults);
+  std::optional<MeasuredTable> poses, measured;
   if (cell) poses = ReadTable(options.poses, cell->robot.joints, faults);
+  if (poses) LeaveOutImpossiblePayloads(*poses, faults);
+  if (cell && !options.align.empty()) {
+    measured = ReadTable(options.align, cell->robot.joints, faults);
+    if (measured) LeaveOutImpossiblePayloads(*measured, faults);
+    if (!measured) poses.reset();
+  }
   std::cerr << FaultsText(faults);
-  if (!cell || !poses) return kExitFault;
+  if (!cell || !poses) return Refused(options);
   if (poses->recorded.payload && !cell->payload_cog_F) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
               << " cannot be used; the payload is taken as 0\n";
   }
+  if (measured) {
+    const Result<CellModel> realigned = Realigned(*cell, *measured, kThreads);
+    if (!realigned) {
+      std::cerr << options.align << ": " << realigned.error() << '\n';
+      return Refused(options);
+    }
+    cell = *realigned;
+  }
   const Result<std::vector<Prediction>> predictions = Predict(*cell, *poses, options.deflection_sd);
   if (!predictions) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
-    return kExitFault;
+    return Refused(options);
   }
-  std::ofstream out(options.out);
-  out << "x_mm,y_mm,z_mm,u_mm,extrapolated\n";
-  int extrapolated = 0;
-  for (const Prediction& p : *predictions) {
-    fmt::print(out, "{:.5f},{:.5f},{:.5f},{:.5f},{}\n", 1e3 * p.p_WT.x(), 1e3 * p.p_WT.y(),
-               1e3 * p.p_WT.z(), 1e3 * p.radius95_m, p.extrapolated ? 1 : 0);
-    extrapolated += p.extrapolated ? 1 : 0;
-  }
-  out.close();
-  if (!out) {
-    std::cerr << options.out << ": cannot be written; choose another --out\n";
+  if (const auto why = WriteTextFile(options.out, CsvOf(*predictions))) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
+                             why->message);
     return kExitUsage;
   }
-  std::cerr << fmt::format("{}: {} poses predicted, {} of them extrapolated\n", options.out,
-                           predictions->size(), extrapolated);
+  const auto extrapolated =
+      std::count_if(predictions->begin(), predictions->end(),
+                    [](const Prediction& prediction) { return prediction.extrapolated; });
+  std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n", options.out,
+                           predictions->size(), predictions->size() == 1 ? "" : "s", extrapolated);
   // Rows that could not be read are missing in the output: say so to the shell as well.
   return poses->unreadable_lines.empty() ? kExitOk : kExitFault;
 }
@@ -59,17 +110,15 @@ int Run(const Options& options) {
 
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
                                         double deflection_sd) {
-  if (!cell.effects.empty()) {
-    return Error{fmt::format("effect \"{}\" cannot be applied by this version of plumbline",
-                             cell.effects.front().id)};
-  }
   struct SessionArm {
     CellModel cell;
     LoadedArm arm;
   };
   std::map<std::string, SessionArm> arms;
   std::vector<Prediction> predictions;
-  for (const MeasuredRow& row : poses.rows) {
+  const std::vector<Conditions> conditions = ConditionsOf(cell, poses);
+  for (std::size_t k = 0; k < poses.rows.size(); ++k) {
+    const MeasuredRow& row = poses.rows[k];
     auto known = arms.find(row.session);
     if (known == arms.end()) {
       CellModel of_session = CellOfSession(cell, row.session);
@@ -77,7 +126,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
       known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm)}).first;
     }
     const LoadedArm& arm = known->second.arm;
-    if (arm.torques_missing()) {
+    if (arm.torques_missing(poses.recorded.tau)) {
       return Error{
           "joints have a compliance, but the torques that bend them are unknown: give every link "
           "its link_mass_kg, or leave compliance_rad_per_Nm out"};
@@ -86,15 +135,17 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     if (poses.recorded.payload && cell.payload_cog_F)
       payload = {row.payload_kg, *cell.payload_cog_F};
     LoadedState state;
-    if (!arm.AtCommanded(row.q, payload, state)) {
+    if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{
           fmt::format("{}:{}: the sagged posture does not settle; check "
-                      "compliance_rad_per_Nm and link_mass_kg",
-                      poses.file, row.line)};
+                      "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
+                      poses.file, row.line, row.payload_kg)};
     }
-    const Mat3 covariance = DeflectionCovariance(arm, state, deflection_sd);
+    // What was identified carries its own deviations; the share is for what was only declared.
+    const Mat3 covariance = cell.domain ? EffectCovariance(arm, row.q, payload, conditions[k])
+                                        : DeflectionCovariance(arm, state, deflection_sd);
     predictions.push_back(
-        {arm.X_WB() * state.X_BT.p, RadiusHolding95Percent(covariance),
+        {(1 + state.scale) * state.X_WT.p, RadiusHolding95Percent(covariance),
          OutsideDomain(known->second.cell, row.q,
                        poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
                        poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt)});
@@ -109,18 +160,25 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
   command->add_option("cell", options->cell, "The cell's model, CELL.toml")->required();
   command->add_option("poses", options->poses, "Poses, POSES.csv (columns as measured.csv)")
       ->required();
+  command->add_option(
+      "--align", options->align,
+      "Measured rows, MEASURED.csv: estimate what [measurement] leaves free (frame, "
+      "tool) for this session first");
   command->add_option("--out", options->out, "Predicted tip positions, a CSV file")->required();
   command
       ->add_option("--deflection-sd", options->deflection_sd,
                    "Standard deviation of a declared deflection, as a share of it")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(NumberWithin(0, 1));
   command->footer(
       "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 "
       "%,\n"
       "and extrapolated (1: outside [domain], or outside the joint limits where there is none).\n\n"
-      "Example:\n  plumbline predict config/cells/kr210.toml poses.csv --out predicted.csv\n\n"
-      "Exit codes: 0 done, 1 faults in the input, 2 wrong arguments or unwritable output.");
+      "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
+      "      --out predicted.csv\n"
+      "  plumbline predict corrected.toml poses.csv --align session2.csv --out predicted.csv\n\n"
+      "Exit codes: 0 done, 1 faults in the input (rows left out among them), 2 wrong arguments or\n"
+      "unwritable output.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -36,7 +37,7 @@ writing anything but the command window.
 
 ## A command
 
-1. Write the parameters (1000-1031), then a new number to `command_sequence` (1039), or all of it
+1. Write the parameters (1000-1037), then a new number to `command_sequence` (1039), or all of it
    in one FC16.
 2. Read 100-139 in one FC03 until `result_echo` is your number.
 3. Use the pose only where `result_begin` equals `result_end` and bit 0 of `result_validity` is set;
@@ -48,27 +49,46 @@ writing anything but the command window.
 A configured point needs no command: its block is refreshed every cycle. Its pose is the one to
 *command* for the tool point (the controller's TCP set to the unloaded tool), in the robot's base
 frame, so that the loaded tool lands where the point is.
+
+## A probe
+
+With the robot standing, measure the loaded tip (a touch probe, a tracker) and give it by command 6
+or 7. The result then holds the tip that the model predicts (104-115, base frame) and measured minus
+predicted (116-121, base frame; its length in 216). Code 0 means: taken. It is on the disk when
+`probes` (404) has counted it.
 )";
 
-constexpr const char* kCodes = R"(
-## Bits and codes
+/// `text` with line ends in place of blanks, so that no line is longer than the house's 100.
+std::string Wrapped(std::string text) {
+  constexpr std::size_t kLongest = 100;
+  std::size_t start = 0;
+  while (text.size() - start > kLongest) {
+    const std::size_t blank = text.rfind(' ', start + kLongest);
+    if (blank == std::string::npos || blank <= start) break;
+    text[blank] = '\n';
+    start = blank + 1;
+  }
+  return text;
+}
 
-Status word (register 11; discrete inputs 0-15): 0 ready, 1 busy (kept free: a
-command is answered within one cycle, the echo tells when), 2 result valid, 3 robot link,
-4 warning, 5 error, 6 lens calibrated, 7 extrapolating, 8 temperature valid, 9 payload valid,
-10 PLC heartbeat seen, 11 manual, 12 toggle (changes every second).
+/// `Alarm word (register 12; ...): 0 nothing read from the robot, 1 ...`
+std::string BitsParagraph(const std::string& word, std::span<const BitMeaning> bits) {
+  std::string text = word + ":";
+  for (const BitMeaning& bit : bits) {
+    text += fmt::format("{} {} {}", &bit == bits.data() ? "" : ",", std::countr_zero(bit.mask),
+                        bit.meaning);
+  }
+  return Wrapped(text + ".") + "\n\n";
+}
 
-Alarm word (register 12; discrete inputs 16-31): 0 nothing read from the robot, 1 robot input
-stale, 2 robot input implausible, 3 reported tool pose contradicts the joints, 4 payload unknown,
-5 link masses not declared, 6 a point has no correction, 7 emergency stop reported.
-
-Warning word (register 14; discrete inputs 32-47): 0 decoding not checked against a tool pose,
-1 PLC heartbeat lost, 2 cycle overrun, 3 joint registers cost over 0.1 mm, 4 a link's centre of mass
-is guessed.
-
-Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.
-
-)";
+std::string BitsAndCodes() {
+  return "\n## Bits and codes\n\n" +
+         BitsParagraph("Status word (register 11; discrete inputs 0-15)", plc_map::StatusBits()) +
+         BitsParagraph("Alarm word (register 12; discrete inputs 16-31)", plc_map::AlarmBits()) +
+         BitsParagraph("Warning word (register 14; discrete inputs 32-47)",
+                       plc_map::WarningBits()) +
+         "Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.\n\n";
+}
 
 }  // namespace
 
@@ -86,9 +106,9 @@ std::string RegisterMapMarkdown() {
   page += "\n## Command window (read and write)\n\n";
   page += kHead;
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
-  page += kCodes;
+  page += BitsAndCodes();
   page += "Result codes: ";
-  for (int code = 0; code <= static_cast<int>(CorrectionCode::kPending); ++code) {
+  for (int code = 0; code <= static_cast<int>(CorrectionCode::kNotRecorded); ++code) {
     page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,
                         Describe(static_cast<CorrectionCode>(code)));
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <modbus/modbus.h>
 
+#include <cassert>
 #include <cerrno>
 #include <iostream>
 #include <memory>
@@ -11,7 +12,9 @@
 #include <vector>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/rounded.h"
 #include "drivers/plc/codec.h"
+#include "drivers/robot/host_name.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -23,17 +26,31 @@ struct Options {
   bool json = false;
 };
 
+/// How something that is no plumblined answered the first request.
+std::string Stranger(int error) {
+  if (error == ETIMEDOUT) return "it does not answer";
+  if (error == ECONNRESET || error == EPIPE) {
+    return "it closes the connection (another program, or plc.allow lacks this computer)";
+  }
+  if (error >= EMBXILFUN && error <= EMBXGTAR) return "its Modbus registers are not plumblined's";
+  return "it does not speak Modbus";
+}
+
 /// Registers of a running daemon.
 class DaemonRegisters {
  public:
   static Result<DaemonRegisters> Read(const Options& options) {
+    const std::string place = fmt::format("{}:{}", options.host, options.port);
+    if (const char* why = WhyUnresolved(options.host)) {
+      return Error{fmt::format("{}: the name is not known ({}); check --host", place, why)};
+    }
     const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
         modbus_new_tcp_pi(options.host.c_str(), std::to_string(options.port).c_str()),
         &modbus_free);
     if (!link || modbus_connect(link.get()) != 0) {
       return Error{
-          fmt::format("{}:{}: {}; is plumblined running, and is this its plc.listen and plc.port?",
-                      options.host, options.port, modbus_strerror(errno))};
+          fmt::format("{}: {}; is plumblined running, and is this its plc.listen and plc.port?",
+                      place, modbus_strerror(errno))};
     }
     DaemonRegisters daemon;
     const auto read = [&](int first, int count) {
@@ -42,18 +59,19 @@ class DaemonRegisters {
              count;
     };
     bool ok = read(0, plc_map::kStateSize);
-    if (ok && daemon.registers_[0] != plc_map::kMagic) {
-      return Error{
-          fmt::format("{}:{} answers Modbus, but is no plumblined", options.host, options.port)};
+    if (ok && daemon.registers_[0] != plc_map::kMagic) errno = EMBXILADD;
+    if (!ok || daemon.registers_[0] != plc_map::kMagic) {
+      return Error{fmt::format("{}: something listens, but {}; {}", place, Stranger(errno),
+                               "give --host and --port the daemon's plc.listen and plc.port")};
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
+    ok = ok && read(plc_map::kLoop, plc_map::kLoopSize);
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
     }
+    const int error = errno;
     modbus_close(link.get());
-    if (!ok) {
-      return Error{fmt::format("{}:{}: {}", options.host, options.port, modbus_strerror(errno))};
-    }
+    if (!ok) return Error{fmt::format("{}: {}", place, modbus_strerror(error))};
     return daemon;
   }
 
@@ -80,21 +98,39 @@ class DaemonRegisters {
   std::vector<std::uint16_t> registers_;
 };
 
+nlohmann::json JsonOf(FieldType type, double value) {
+  if (type == FieldType::kFloat) return value;
+  return static_cast<std::int64_t>(value);
+}
+
 nlohmann::json AsJson(const DaemonRegisters& daemon) {
   nlohmann::json json;
   for (const MapField& field : plc_map::Fields()) {
     const bool result = field.address >= plc_map::kResult && field.address < plc_map::kInputs;
-    if (!result) json[field.name] = daemon.Value(field.name);
+    if (!result) json[field.name] = JsonOf(field.type, daemon.Value(field.name));
   }
   json["points_detail"] = nlohmann::json::array();
   for (int k = 0; k < daemon.points(); ++k) {
     nlohmann::json point;
     for (const MapField& field : plc_map::PointFields()) {
-      point[field.name] = daemon.Value(field.name, k);
+      point[field.name] = JsonOf(field.type, daemon.Value(field.name, k));
     }
     json["points_detail"].push_back(point);
   }
   return json;
+}
+
+/// "none", or "0x0041: nothing read from the robot, a point has no correction".
+std::string WordText(int word, std::span<const BitMeaning> bits) {
+  if (word == 0) return "none";
+  std::string text = fmt::format("0x{:04X}:", word);
+  const char* separator = " ";
+  for (const BitMeaning& bit : bits) {
+    if ((word & bit.mask) == 0) continue;
+    text += separator + std::string(bit.meaning);
+    separator = ", ";
+  }
+  return text;
 }
 
 void Print(const DaemonRegisters& daemon) {
@@ -114,8 +150,9 @@ void Print(const DaemonRegisters& daemon) {
   line("robot", fault == InputFault::kOk ? fmt::format("trusted, {} ms old", age_ms)
                                          : fmt::format("NOT trusted: {}", Describe(fault)));
   std::string joints;
-  for (int k = 1; k <= daemon.Word("joints"); ++k) {
-    joints += fmt::format(" {:.3f}", daemon.Value(fmt::format("q{}", k)));
+  const int known = fault == InputFault::kMissing ? 0 : daemon.Word("joints");
+  for (int k = 1; k <= known; ++k) {
+    joints += fmt::format(" {:.3f}", WithoutMinusZero(daemon.Value(fmt::format("q{}", k)), 3));
   }
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
@@ -125,10 +162,20 @@ void Print(const DaemonRegisters& daemon) {
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "not known");
-  line("alarms",
-       daemon.Word("alarms") == 0 ? "none" : fmt::format("0x{:04X}", daemon.Word("alarms")));
-  line("warnings",
-       daemon.Word("warnings") == 0 ? "none" : fmt::format("0x{:04X}", daemon.Word("warnings")));
+  const int loop = daemon.Word("loop_state");
+  if (const int applied = daemon.Word("model_applied"); applied > 0) {
+    const int proposed = daemon.Word("model_proposed");
+    line("model", fmt::format("version {} in force{}", applied,
+                              proposed > 0 ? fmt::format(", version {} proposed", proposed) : ""));
+  }
+  if ((loop & loop_state::kRecording) != 0) {
+    line("probes", fmt::format("{:.0f} since the start, drift {:.2f} of the threshold{}{}",
+                               daemon.Value("probes"), daemon.Value("drift_statistic"),
+                               (loop & loop_state::kAlarm) != 0 ? ", ALARM" : "",
+                               (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
+  }
+  line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));
+  line("warnings", WordText(daemon.Word("warnings"), plc_map::WarningBits()));
   for (int k = 0; k < daemon.points(); ++k) {
     const auto value = [&](const char* name) { return daemon.Value(name, k); };
     const auto code = static_cast<CorrectionCode>(value("point_code"));
@@ -137,7 +184,9 @@ void Print(const DaemonRegisters& daemon) {
          fmt::format("{:<5} {}", value("point_id"),
                      valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
                                          "{:.3f} mm, 95 % within {:.3f} mm",
-                                         value("point_x"), value("point_y"), value("point_z"),
+                                         WithoutMinusZero(value("point_x"), 3),
+                                         WithoutMinusZero(value("point_y"), 3),
+                                         WithoutMinusZero(value("point_z"), 3),
                                          value("point_correction"), value("point_uncertainty"))
                            : std::string("no correction: ") + Describe(code)));
   }
@@ -146,7 +195,7 @@ void Print(const DaemonRegisters& daemon) {
 int Run(const Options& options) {
   const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options);
   if (!daemon) {
-    std::cerr << daemon.error() << '\n';
+    std::cerr << "plumbline status: " << daemon.error() << '\n';
     return kExitUsage;
   }
   if (options.json) {

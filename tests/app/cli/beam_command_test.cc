@@ -5,40 +5,20 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
 #include "app/cli/beam_options.h"
+#include "tests/app/cli/run_command.h"
 
 using namespace plumbline;
+using namespace plumbline::test;
 
 namespace {
 
-struct Answer {
-  int exit_code = 0;
-  std::string out, err;
-};
-
-/// Runs `plumbline beam ARGUMENTS` in this process.
 Answer RunBeam(const std::string& arguments) {
-  std::ostringstream out, err;
-  std::streambuf* const old_out = std::cout.rdbuf(out.rdbuf());
-  std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
-  Answer answer;
-  CLI::App app("", "plumbline");
-  AddBeamCommand(app, answer.exit_code);
-  try {
-    app.parse("plumbline beam " + arguments, true);
-  } catch (const CLI::ParseError& error) {
-    answer.exit_code = app.exit(error) == 0 ? 0 : 2;
-  }
-  std::cout.rdbuf(old_out);
-  std::cerr.rdbuf(old_err);
-  answer.out = out.str();
-  answer.err = err.str();
-  return answer;
+  return RunCommand(AddBeamCommand, "beam " + arguments);
 }
 
 const std::string kPaper =
@@ -160,6 +140,15 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
       {rod + "--force-n 1:-1:5", "--force-n", "never leads"},
       {rod + "--force-n 0:0.001:1000", "--force-n", "at most 10000"},
       {rod + "--force-n nan", "--force-n", "not a list of numbers"},
+      {rod + "--force-n 1e308", "--force-n", "not a list of numbers"},
+      {rod + "--force-n 1 --moment-nm nan", "--moment-nm", "nan is not a number from"},
+      {rod + "--moment-nm 1e308", "--moment-nm", "1e308 is not a number from"},
+      {rod + "--acceleration-m-s2 inf", "--acceleration-m-s2", "inf is not a number from"},
+      {rod + "--angular-acceleration-rad-s2 nan", "--angular-acceleration-rad-s2", "nan is not"},
+      {rod + "--force-n 1 --at-mm nan", "--at-mm", "nan is not a number from"},
+      {rod + "--force-n 1 --density-kg-m3 nan", "--density-kg-m3", "nan is not a number from"},
+      {rod + "--force-n 1 --density-kg-m3 1e9", "--density-kg-m3", "outside 0..25000"},
+      {rod + "--force-n 1 --point-mm 10,1e308", "--point-mm", "is not Z,Y in mm"},
       {rod + "--force-n 1 --at-mm 501", "--at-mm", "501 lies outside the beam"},
       {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 lies outside the beam"},
       {rod + "--force-n 1 --point-mm 100", "--point-mm", "\"100\" is not Z,Y in mm"},
@@ -184,7 +173,8 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
        "--wall-mm", "too thick"},
       {"--length-mm 500 --section rod --diameter-mm 20 --material mud --force-n 1", "--material",
        "mud"},
-      {"--cell /nonexistent/cell.toml --force-n 1", "--cell", "/nonexistent/cell.toml"},
+      {"--paper-table2 --json", "--paper-table2", "excludes"},
+      {"--paper-table2 --length-mm 900", "--paper-table2", "excludes"},
   };
   for (const Wrong& w : wrong) {
     CAPTURE(w.arguments);
@@ -192,6 +182,26 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.err, Catch::Contains(w.place) && Catch::Contains(w.told));
     CHECK(answer.out.empty());
+  }
+}
+
+TEST_CASE("a faulty, unreadable or rigid cell is a fault of the input: exit code 1") {
+  struct Wrong {
+    const char* file;
+    const char* told;
+  };
+  const Wrong wrong[] = {
+      {"/nonexistent/cell.toml", "cannot be read"},
+      {"config/cells/ur10.toml", "has a rigid tool"},
+      {"config/plumbline.toml",
+       "is the daemon's configuration, not a cell; give its cell, "
+       "\"cells/ur10.toml\""},
+  };
+  for (const Wrong& w : wrong) {
+    CAPTURE(w.file);
+    const Answer answer = RunBeam("--cell " + std::string(w.file) + " --force-n 1");
+    CHECK(answer.exit_code == 1);
+    CHECK_THAT(answer.err, Catch::Contains(w.file) && Catch::Contains(w.told));
   }
 }
 

@@ -4,40 +4,25 @@
 
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
-#include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
+
+#include "tests/app/cli/run_command.h"
 
 namespace plumbline {
 namespace {
 
-struct Answer {
-  int exit_code = -1;
-  std::string out;
-};
-
-/// Runs `plumbline check ARGUMENTS`.
-Answer RunCheck(const std::string& arguments) {
-  Answer answer;
-  CLI::App app("test", "plumbline");
-  AddCheckCommand(app, answer.exit_code);
-  std::ostringstream out;
-  std::ostringstream err;
-  std::streambuf* const old_out = std::cout.rdbuf(out.rdbuf());
-  std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
-  app.parse("check " + arguments);
-  std::cout.rdbuf(old_out);
-  std::cerr.rdbuf(old_err);
-  answer.out = out.str() + err.str();
-  return answer;
+test::Answer RunCheck(const std::string& arguments) {
+  return test::RunCommand(AddCheckCommand, "check " + arguments);
 }
 
 /// A file of its own for this process, removed at the end.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& text)
-      : path_("/tmp/plumbline_check_" + std::to_string(getpid()) + ".toml") {
+  explicit TemporaryFile(const std::string& text, const std::string& suffix = ".toml")
+      : path_("/tmp/plumbline_check_" + std::to_string(getpid()) + suffix) {
     std::ofstream(path_) << text;
   }
   TemporaryFile(const TemporaryFile&) = delete;
@@ -50,7 +35,7 @@ class TemporaryFile {
 };
 
 TEST_CASE("A good cell: exit 0, and what it amounts to") {
-  const Answer answer = RunCheck("config/cells/ur10.toml");
+  const test::Answer answer = RunCheck("config/cells/ur10.toml");
   CHECK(answer.exit_code == 0);
   CHECK(answer.out.find("robot        UR10, 6 joints") != std::string::npos);
   CHECK(answer.out.find("masses       link mass known of all (28.43 kg)") != std::string::npos);
@@ -58,27 +43,78 @@ TEST_CASE("A good cell: exit 0, and what it amounts to") {
 }
 
 TEST_CASE("A configuration is known by its cell key and checked with its files") {
-  const Answer answer = RunCheck("config/plumbline.toml");
+  const test::Answer answer = RunCheck("config/plumbline.toml");
   CAPTURE(answer.out);
   CHECK(answer.exit_code == 0);
-  CHECK(answer.out.find("points       1 assembly points, cycle 10 ms, PLC port 502") !=
+  CHECK(answer.out.find("controller   tcp 192.168.0.2:502, unit id ") != std::string::npos);
+  CHECK(answer.out.find("points       1 assembly point, cycle 10 ms, PLC port 502") !=
+        std::string::npos);
+}
+
+TEST_CASE("A configuration without its cell key is still one: only the cell is missing") {
+  const TemporaryFile file("[robot]\nprofile = \"" + std::filesystem::current_path().string() +
+                           "/config/profiles/generic.toml\"\nhost = \"10.0.0.2\"\n[plc]\n");
+  const test::Answer answer = RunCheck(file.path());
+  CHECK(answer.exit_code == 1);
+  CHECK(answer.out.find("cell: missing; expected a text in quotes\n") != std::string::npos);
+  CHECK(answer.out.find("unknown key") == std::string::npos);
+}
+
+TEST_CASE("An effect that the daemon cannot apply is a fault of a configuration, not of its cell") {
+  const std::string here = std::filesystem::current_path().string();
+  std::ifstream bare("config/cells/ur10.toml");
+  const std::string text((std::istreambuf_iterator<char>(bare)), std::istreambuf_iterator<char>());
+  const TemporaryFile cell(text +
+                               "\n[[effect]]\nid = \"approach_lag\"\nparameters = [ { name = "
+                               "\"q1\", value = 0.001 } ]\n",
+                           ".cell.toml");
+  const TemporaryFile file("cell = \"" + cell.path() + "\"\n[robot]\nprofile = \"" + here +
+                           "/config/profiles/generic.toml\"\nhost = \"10.0.0.2\"\n");
+  const test::Answer answer = RunCheck(file.path());
+  CAPTURE(answer.out);
+  CHECK(answer.exit_code == 1);
+  CHECK(answer.out.find("\"approach_lag\" depends on the robot's last moves") != std::string::npos);
+  CHECK(RunCheck(cell.path()).exit_code == 0);
+}
+
+TEST_CASE("The table of a replay is checked as the daemon reads it") {
+  const std::string here = std::filesystem::current_path().string();
+  const auto with_table = [&here](const std::string& csv) {
+    const TemporaryFile table(csv, ".csv");
+    const TemporaryFile file("cell = \"" + here +
+                             "/config/cells/ur10.toml\"\n[robot]\nprofile = \"" + here +
+                             "/config/profiles/generic.toml\"\ntransport = \"replay\"\n"
+                             "replay_file = \"" +
+                             table.path() + "\"\n");
+    return RunCheck(file.path());
+  };
+  const std::string header = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n";
+  const test::Answer wrong = with_table("a,b\n1,2\n");
+  CHECK(wrong.exit_code == 1);
+  CHECK(wrong.out.find("q1_deg: missing column") != std::string::npos);
+  const test::Answer empty = with_table(header);
+  CHECK(empty.exit_code == 1);
+  CHECK(empty.out.find(".csv: has no row that can be played") != std::string::npos);
+  const test::Answer good = with_table(header + "0,0,0,0,0,0\n0,x,0,0,0,0\n");
+  CHECK(good.exit_code == 0);
+  CHECK(good.out.find(":3 q2_deg: warning: \"x\" is not a number; row not used") !=
         std::string::npos);
 }
 
 TEST_CASE("A faulty cell: exit 1, every fault, no summary") {
   const TemporaryFile file("schema = 1\n[robot]\nname = 3\n");
-  const Answer answer = RunCheck(file.path());
+  const test::Answer answer = RunCheck(file.path());
   CHECK(answer.exit_code == 1);
   CHECK(answer.out.find(":3 robot.name: 3 is not a text in quotes\n") != std::string::npos);
   CHECK(answer.out.find(":1 tool: missing; expected the table [tool]\n") != std::string::npos);
   CHECK(answer.out.find("compliance ") == std::string::npos);
 }
 
-TEST_CASE("A file that cannot be read: exit 2") {
-  const Answer answer = RunCheck("/nonexistent/cell.toml");
-  CHECK(answer.exit_code == 2);
-  CHECK(answer.out == "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
-  CHECK(RunCheck("/").exit_code == 2);
+TEST_CASE("A file that cannot be read: exit 1") {
+  const test::Answer answer = RunCheck("/nonexistent/cell.toml");
+  CHECK(answer.exit_code == 1);
+  CHECK(answer.err == "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
+  CHECK(RunCheck("/").exit_code == 1);
 }
 
 TEST_CASE("As JSON: faults with their place, apart from warnings") {

@@ -1,11 +1,15 @@
 // Predictions against another simulator's answers, where the recorded sets are there.
 #include "app/cli/predict_command.h"
 
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
+#include <sstream>
 #include <string>
 
 #include "app/config/cell_reader.h"
@@ -53,4 +57,104 @@ TEST_CASE("example-03 hides nothing: the declared model meets it to its last dig
   }
   CHECK(1e3 * std::sqrt(residual / static_cast<double>(fitted->size())) ==
         Approx(0.087).margin(0.005));
+}
+
+namespace {
+
+/// A folder with a cell and poses for it, and `plumbline predict` in this process.
+class PredictFolder {
+ public:
+  PredictFolder() {
+    std::filesystem::create_directories(path_);
+    std::filesystem::copy_file("tests/virtual_cell/demo/cockpit-cell.toml", File("cell.toml"));
+  }
+  ~PredictFolder() { std::filesystem::remove_all(path_); }
+  PredictFolder(const PredictFolder&) = delete;
+  PredictFolder& operator=(const PredictFolder&) = delete;
+
+  std::string File(const std::string& name) const { return path_ + "/" + name; }
+  std::string Content(const std::string& name) const {
+    std::ifstream file(File(name));
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  std::ptrdiff_t Files() const {
+    return std::distance(std::filesystem::directory_iterator(path_),
+                         std::filesystem::directory_iterator());
+  }
+  void WritePoses(const std::string& rows) const {
+    std::ofstream(File("poses.csv")) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n"
+                                     << rows;
+  }
+  int Run(const std::string& out, const std::string& more = "") {
+    std::ostringstream err;
+    std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
+    int exit_code = -1;
+    CLI::App app("", "plumbline");
+    AddPredictCommand(app, exit_code);
+    app.parse("predict " + File("cell.toml") + " " + File("poses.csv") + " --out " + File(out) +
+              more);
+    std::cerr.rdbuf(old_err);
+    told = err.str();
+    return exit_code;
+  }
+  std::string told;
+
+ private:
+  std::string path_ = "/tmp/plumbline_predict_" + std::to_string(getpid());
+};
+
+const std::string kGoodRow = "0,-90,90,0,0,0,60\n";
+
+}  // namespace
+
+TEST_CASE("a row whose payload is impossible is named and left out") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow + "0,-90,90,0,0,0,-1\n0,-90,90,0,0,0,5001\n");
+  CHECK(folder.Run("out.csv") == 1);
+  CHECK_THAT(folder.told, Catch::Contains("poses.csv:3 payload_kg: warning: -1 is outside 0..5000; "
+                                          "row not used"));
+  CHECK_THAT(folder.told, Catch::Contains("poses.csv:4 payload_kg: warning: 5001 is outside"));
+  CHECK_THAT(folder.told, Catch::Contains("out.csv: 1 pose predicted"));
+  folder.WritePoses(kGoodRow);
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK(folder.Run("no/such/folder.csv") == 2);
+}
+
+TEST_CASE("--out that is an input is refused") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  const std::string before = folder.Content("poses.csv");
+  std::filesystem::create_hard_link(folder.File("poses.csv"), folder.File("same.csv"));
+  for (const char* out : {"poses.csv", "cell.toml", "same.csv"}) {
+    CAPTURE(out);
+    CHECK(folder.Run(out) == 2);
+    CHECK_THAT(folder.told, Catch::Contains("--out is "));
+  }
+  CHECK(folder.Content("poses.csv") == before);
+
+  std::ofstream(folder.File("measured.csv")) << "measured\n";
+  CHECK(folder.Run("measured.csv", " --align " + folder.File("measured.csv")) == 2);
+  CHECK(folder.Content("measured.csv") == "measured\n");
+}
+
+TEST_CASE("measured rows that cannot be read: exit 1, and nothing is written") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  CHECK(folder.Run("out.csv", " --align " + folder.File("absent.csv")) == 1);
+  CHECK_THAT(folder.told, Catch::Contains("absent.csv: cannot be read") &&
+                              Catch::Contains("out.csv: not written"));
+  CHECK_FALSE(std::filesystem::exists(folder.File("out.csv")));
+}
+
+TEST_CASE("what is refused leaves an older output as it was, and says so") {
+  PredictFolder folder;
+  std::ofstream(folder.File("out.csv")) << "older\n";
+  folder.WritePoses("0,-90,90,0,0,0,60\n");
+  std::ofstream(folder.File("cell.toml")) << "schema = 1\n";
+  CHECK(folder.Run("out.csv") == 1);
+  CHECK_THAT(folder.told, Catch::Contains("out.csv: not written"));
+  CHECK(folder.Content("out.csv") == "older\n");
+  CHECK(folder.Files() == 3);
 }

@@ -1,0 +1,272 @@
+#include "app/cli/diagnose_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/interruption.h"
+#include "app/cli/same_file.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/diagnosis/answer.h"
+#include "app/diagnosis/model_writer.h"
+#include "app/diagnosis/summary.h"
+#include "app/report/report.h"
+#include "app/version.h"
+
+namespace plumbline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPlainStep_percent = 10;
+
+std::string Today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char text[16];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
+}
+
+/// One line that is written over on a terminal; elsewhere a line each ten per cent.
+class Progress {
+ public:
+  Progress(std::ostream& err, bool quiet) : err_(err), quiet_(quiet) {}
+
+  void operator()(double share, const std::string& doing) {
+    const int percent = static_cast<int>(100 * share);
+    if (quiet_ || (percent == last_percent_ && doing == last_doing_)) return;
+    if (on_terminal_) {
+      err_ << fmt::format("\r\033[K{:3d} %  {}", percent, doing) << std::flush;
+    } else if (last_percent_ < 0 ||
+               percent / kPlainStep_percent > last_percent_ / kPlainStep_percent) {
+      err_ << fmt::format("{:3d} %  {}\n", percent, doing);
+    }
+    last_percent_ = percent;
+    last_doing_ = doing;
+  }
+
+  void Clear() {
+    if (!quiet_ && on_terminal_) err_ << "\r\033[K" << std::flush;
+  }
+
+ private:
+  std::ostream& err_;
+  bool quiet_;
+  bool on_terminal_ = isatty(STDERR_FILENO) != 0;
+  int last_percent_ = -1;
+  std::string last_doing_;
+};
+
+/// A file to be written at the end, and its content.
+struct Output {
+  std::string option, path, text;
+};
+
+/// Name of the proposed poses' file; empty where none is to be written.
+std::string NextPosesPath(const DiagnoseArguments& arguments) {
+  if (!arguments.next_poses.empty()) return arguments.next_poses;
+  if (arguments.json.empty() || arguments.json == "-") return "";
+  std::error_code unknown;
+  const bool special =
+      fs::exists(arguments.json, unknown) && !fs::is_regular_file(arguments.json, unknown);
+  return special ? "" : (fs::path(arguments.json).parent_path() / "next_poses.csv").string();
+}
+
+/// How the JSON file names the poses' file: by its name alone where both share a folder.
+std::string NameForJson(const std::string& poses, const std::string& json) {
+  const fs::path path(poses);
+  return path.parent_path() == fs::path(json).parent_path() ? path.filename().string() : poses;
+}
+
+bool IsOrdinaryOrNew(const std::string& path) {
+  std::error_code unknown;
+  return !fs::exists(path, unknown) || fs::is_regular_file(path, unknown);
+}
+
+/// Tells every output that would destroy an input or another output, or cannot be written.
+bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
+  const std::pair<const char*, std::string> outputs[] = {
+      {"--json", arguments.json},
+      {"--write-model", arguments.model},
+      {"--report", arguments.report},
+      {"--next-poses", NextPosesPath(arguments)}};
+  bool writable = true;
+  std::vector<std::string> others = {arguments.cell, arguments.measured};
+  for (const auto& [option, path] : outputs) {
+    if (path.empty() || path == "-") continue;
+    for (const std::string& other : others) {
+      if (!IsOrdinaryOrNew(path) || !SameFile(path, other)) continue;
+      err << fmt::format("plumbline diagnose: {} is {} itself; choose another file\n", option,
+                         other);
+      writable = false;
+    }
+    others.push_back(path);
+  }
+  for (const auto& [option, path] : outputs) {
+    if (path.empty() || path == "-") continue;
+    if (path != arguments.next_poses && option == outputs[3].first) continue;  // beside --json
+    if (const auto why = WhyNotWritable(path)) {
+      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
+                         option);
+      writable = false;
+    }
+  }
+  return writable;
+}
+
+/// What the command has read.
+struct Input {
+  std::string cell_text;
+  CellModel cell;
+  MeasuredTable measured;
+};
+
+Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
+  Input input;
+  const Result<std::string> cell_text = ReadTextFile(arguments.cell);
+  const Result<std::string> table_text = ReadTextFile(arguments.measured);
+  exit_code = kExitFault;
+  if (!cell_text) return Error{arguments.cell + ": cannot be read: " + cell_text.error()};
+  if (!table_text) return Error{arguments.measured + ": cannot be read: " + table_text.error()};
+  FaultList faults;
+  const auto cell = CellFromText(*cell_text, arguments.cell, faults);
+  std::optional<MeasuredTable> measured;
+  if (cell) {
+    measured = TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
+  }
+  err << FaultsText(faults);
+  if (!cell || !measured) return Error{""};
+  return Input{*cell_text, *cell, *measured};
+}
+
+std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& input,
+                              const Diagnosis& diagnosis, std::ostream& err) {
+  std::vector<Output> outputs;
+  const DataOrigin origin{fs::path(arguments.measured).filename().string(),
+                          static_cast<int>(input.measured.rows.size()), Today()};
+  if (!arguments.model.empty()) {
+    auto model = CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
+    if (model) {
+      outputs.push_back({"--write-model", arguments.model, *model});
+    } else {
+      err << arguments.model << ": not written, the corrected model would be no valid cell:\n"
+          << model.error();
+    }
+  }
+  if (!arguments.report.empty()) {
+    const ReportSource source{fs::path(arguments.cell).filename().string(),
+                              origin.file,
+                              origin.rows,
+                              input.measured.unreadable_lines,
+                              origin.date,
+                              PLUMBLINE_VERSION};
+    outputs.push_back({"--report", arguments.report, ReportHtml(diagnosis, input.cell, source)});
+  }
+  std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
+  if (!poses.empty()) {
+    outputs.push_back({"--next-poses", poses, NextPosesCsv(diagnosis, input.cell)});
+    poses = NameForJson(poses, arguments.json);
+  }
+  // Last, so that whoever sees the answer finds what it names.
+  if (!arguments.json.empty()) {
+    outputs.push_back({"--json", arguments.json, AnswerJson(diagnosis, poses)});
+  }
+  return outputs;
+}
+
+int Interrupted(std::ostream& err) {
+  err << "interrupted; no file was changed\n";
+  return kExitInterrupted;
+}
+
+}  // namespace
+
+int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
+                std::ostream& out, std::ostream& err) {
+  if (!AllWritable(arguments, err)) return kExitUsage;
+  int exit_code = kExitOk;
+  const Result<Input> input = Read(arguments, err, exit_code);
+  if (!input) {
+    if (!input.error().empty()) err << input.error() << '\n';
+    return exit_code;
+  }
+  const Interruption interruption;
+  Progress progress(err, arguments.quiet);
+  DiagnosisOptions options;
+  options.threads = arguments.threads;
+  options.progress = [&progress](double share, const std::string& doing) {
+    progress(share, doing);
+  };
+  options.interrupted = [] { return Interruption::Asked(); };
+  const Result<Diagnosis> diagnosis = engine(input->cell, input->measured, options);
+  progress.Clear();
+  if (Interruption::Asked()) return Interrupted(err);
+  if (!diagnosis) {
+    err << arguments.measured << ": " << diagnosis.error() << '\n';
+    return kExitFault;
+  }
+  const std::vector<Output> outputs = OutputsOf(arguments, *input, *diagnosis, err);
+  if (Interruption::Asked()) return Interrupted(err);
+  const bool json_to_out = arguments.json == "-";
+  for (const Output& output : outputs) {
+    if (output.path == "-") {
+      out << output.text << std::flush;
+    } else if (const auto why = WriteTextFile(output.path, output.text)) {
+      err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
+                         why->message, output.option);
+      exit_code = kExitUsage;
+    }
+  }
+  if (!arguments.quiet) (json_to_out ? err : out) << SummaryText(*diagnosis) << std::flush;
+  if (!arguments.model.empty() && (outputs.empty() || outputs[0].option != "--write-model")) {
+    return kExitFault;
+  }
+  return exit_code == kExitUsage ? kExitUsage : kExitOk;
+}
+
+void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  CLI::App* command = app.add_subcommand(
+      "diagnose", "What the declared cell lacks, by measured points; a corrected model, a report");
+  command->add_option("cell", arguments->cell, "The cell's model, CELL.toml")->required();
+  command->add_option("measured", arguments->measured, "Measured points, MEASURED.csv")->required();
+  command->add_option("--json", arguments->json, "The answer for programs; - is standard output");
+  command->add_option("--write-model", arguments->model,
+                      "The corrected cell: CELL.toml with what was found appended");
+  command->add_option("--report", arguments->report,
+                      "The report: one HTML file that needs no network (plots by gnuplot)");
+  command->add_option("--next-poses", arguments->next_poses,
+                      "Poses that would separate rivals, a CSV file; written where there are any\n"
+                      "(next_poses.csv beside the --json file where not given)");
+  command->add_option("--threads", arguments->threads, "Threads to work with")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
+  command->add_flag("--quiet", arguments->quiet, "Neither summary nor progress");
+  command->footer(
+      "MEASURED.csv has a header: q1_deg.. qn_deg, x_mm,y_mm,z_mm (or range_mm), and what else "
+      "was\n"
+      "recorded: session, t_s, payload_kg, temp_C, qd1_deg_s.., qdd1_deg_s2.., tau1_Nm.., and any\n"
+      "further signal. Row order is the order of execution. A missing column is \"not "
+      "recorded\".\n\n"
+      "Examples:\n"
+      "  plumbline diagnose cell.toml measured.csv\n"
+      "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml --report r.html\n"
+      "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
+      "Exit codes: 0 answered, whatever the answer; 1 faults in the input, or one that cannot\n"
+      "be read; 2 wrong arguments, or a file that cannot be written; 130 interrupted, and no file "
+      "was changed.");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDiagnose(*arguments, Diagnose, std::cout, std::cerr);
+  });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,273 @@
+#include "app/cli/journal_command.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/same_file.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+#include "app/journal/journal.h"
+#include "app/journal/journal_csv.h"
+
+namespace plumbline {
+namespace {
+
+struct Options {
+  std::string state = "/var/lib/plumbline";
+  std::string cell, file;
+  std::optional<std::int64_t> after, last;
+  std::optional<std::string> session;
+  std::optional<int> model_version;
+  bool skip_bad = false, again = false, json = false, once = false;
+
+  std::string JournalFile() const { return state + "/journal.sqlite"; }
+  JournalFilter Filter() const { return {after, last, session, model_version}; }
+};
+
+int Fail(const std::string& why, int code) {
+  std::cerr << why << '\n';
+  return code;
+}
+
+int Import(const Options& options) {
+  FaultList faults;
+  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
+  const Result<std::string> text = ReadTextFile(options.file);
+  std::optional<MeasuredTable> table;
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, options.file, 0, "", "cannot be read: " + text.error()});
+  } else if (cell) {
+    table = TableFromCsv(*text, options.file, cell->robot.joints, faults);
+  }
+  std::cerr << FaultsText(faults);
+  if (!table) return kExitFault;
+  if (!table->recorded.position && !table->recorded.range) {
+    return Fail(options.file + ": has neither x_mm, y_mm, z_mm nor range_mm: nothing was measured",
+                kExitFault);
+  }
+  const std::size_t bad = table->unreadable_lines.size();
+  if (bad > 0 && !options.skip_bad) {
+    return Fail(fmt::format("{}: {} of {} rows cannot be read; nothing imported. Mend them, or "
+                            "leave them out by --skip-bad",
+                            options.file, bad, bad + table->rows.size()),
+                kExitFault);
+  }
+  if (table->rows.empty()) return Fail(options.file + ": has no rows", kExitFault);
+  std::error_code ignored;  // told by the file that cannot be opened
+  std::filesystem::create_directories(options.state, ignored);
+  Result<Journal> journal = Journal::Open(options.JournalFile());
+  if (!journal) return Fail(journal.error(), kExitUsage);
+  const std::uint64_t hash = ContentHash(*text);
+  const Result<std::int64_t> last = journal.value().AppendImport(
+      JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
+  if (!last) {
+    const bool twice = !options.again && journal.value().ImportedAs(hash);
+    return Fail(last.error(), twice ? kExitFault : kExitUsage);
+  }
+  const auto rows = static_cast<std::int64_t>(table->rows.size());
+  if (options.json) {
+    const nlohmann::json answer = {{"rows", rows},
+                                   {"first", *last - rows + 1},
+                                   {"last", *last},
+                                   {"skipped_lines", table->unreadable_lines}};
+    std::cout << answer.dump(1) << '\n';
+  } else {
+    std::cout << fmt::format("{} rows imported as {}..{}, {} left out\n", rows, *last - rows + 1,
+                             *last, bad);
+  }
+  return kExitOk;
+}
+
+int Export(const Options& options) {
+  for (const std::string& input : {options.cell, options.JournalFile()}) {
+    if (!SameFile(options.file, input)) continue;
+    return Fail(
+        fmt::format("plumbline journal export: --out is {} itself; choose another file", input),
+        kExitUsage);
+  }
+  FaultList faults;
+  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
+  std::cerr << FaultsText(faults);
+  if (!cell) return kExitFault;
+  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  if (!journal) return Fail(journal.error(), kExitFault);
+  const auto rows = journal.value().Read(options.Filter(), cell->robot.joints);
+  if (!rows) return Fail(rows.error(), kExitFault);
+  const ExportedCsv exported = CsvFromJournal(*rows, cell->robot.joints);
+  for (const std::string& note : exported.notes) std::cerr << note << '\n';
+  if (exported.ids.empty()) return Fail("no such rows in the journal; nothing written", kExitFault);
+  if (const auto why = WriteTextFile(options.file, exported.text)) {
+    return Fail(
+        fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
+        kExitUsage);
+  }
+  std::cerr << fmt::format("{}: {} rows\n", options.file, exported.ids.size());
+  return kExitOk;
+}
+
+/// Joints of unknown kind: values then keep the units of the file.
+std::vector<Joint> JointsAsRecorded(int count) {
+  return std::vector<Joint>(static_cast<std::size_t>(count));
+}
+
+nlohmann::json AsJson(const JournalRow& row) {
+  nlohmann::json json = {{"id", row.id},
+                         {"source", NameOf(row.source)},
+                         {"session", row.session},
+                         {"wild", row.wild},
+                         {"alarm", row.alarm}};
+  const auto put = [&json](const char* name, const auto& value, double unit) {
+    if (value) json[name] = static_cast<double>(*value) / unit;
+  };
+  const auto put_point = [&json](const char* name, const std::optional<Vec3>& p) {
+    if (p) json[name] = {1e3 * p->x(), 1e3 * p->y(), 1e3 * p->z()};
+  };
+  for (const double q : row.q) json["q"].push_back(q / kRadPerDeg);
+  if (row.unix_ms) json["unix_ms"] = *row.unix_ms;
+  if (row.command) json["command"] = *row.command;
+  if (row.model_version) json["model_version"] = *row.model_version;
+  put("t_s", row.t_s, 1);
+  put("payload_kg", row.payload_kg, 1);
+  put("temp_C", row.temp_C, 1);
+  put("range_mm", row.range_m, kMetrePerMm);
+  put_point("predicted_mm", row.predicted_W);
+  put_point("measured_mm", row.measured_W);
+  return json;
+}
+
+std::string Line(const JournalRow& row) {
+  std::string line = fmt::format("{:>7}  ", row.id);
+  if (row.unix_ms) {
+    line += fmt::format("{:%Y-%m-%d %H:%M:%S}Z",
+                        fmt::gmtime(static_cast<std::time_t>(*row.unix_ms / 1000)));
+  } else {
+    line += row.t_s ? fmt::format("{:>18.3f} s", *row.t_s) : fmt::format("{:>20}", "-");
+  }
+  line += fmt::format("  {:<6}", NameOf(row.source));
+  if (row.measured_W) {
+    line += fmt::format(" {:>10.3f} {:>10.3f} {:>10.3f}", 1e3 * row.measured_W->x(),
+                        1e3 * row.measured_W->y(), 1e3 * row.measured_W->z());
+  } else if (row.range_m) {
+    line += fmt::format(" {:>10.3f} {:>21}", 1e3 * *row.range_m, "(range)");
+  }
+  if (row.measured_W && row.predicted_W) {
+    line += fmt::format("  off by {:>7.3f}", 1e3 * (*row.measured_W - *row.predicted_W).norm());
+  }
+  if (row.model_version) line += fmt::format("  model {}", *row.model_version);
+  if (row.alarm) line += "  ALARM";
+  if (row.wild) line += "  wild";
+  return line;
+}
+
+Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
+  std::int64_t last = filter.after_id.value_or(0);
+  const Result<bool> shown =
+      journal.ForEach(filter, JointsAsRecorded(journal.JointCount()), [&](const JournalRow& row) {
+        std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
+        last = row.id;
+      });
+  if (!shown) return Error{shown.error()};
+  std::cout.flush();
+  return last;
+}
+
+int Show(const Options& options) {
+  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  if (!journal) return Fail(journal.error(), kExitFault);
+  const Result<std::int64_t> last = Print(journal.value(), options.Filter(), options.json);
+  return last ? kExitOk : Fail(last.error(), kExitFault);
+}
+
+int Tail(const Options& options) {
+  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  if (!journal) return Fail(journal.error(), kExitFault);
+  JournalFilter filter = options.Filter();
+  if (!filter.last) filter.last = 10;
+  for (;;) {
+    const Result<std::int64_t> last = Print(journal.value(), filter, options.json);
+    if (!last) return Fail(last.error(), kExitFault);
+    if (options.once || !std::cout) return kExitOk;
+    filter.after_id = *last;
+    filter.last.reset();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  }
+}
+
+void AddState(CLI::App& command, Options& options) {
+  command.add_option("--state", options.state, "The daemon's state_directory")
+      ->capture_default_str();
+}
+
+void AddFilter(CLI::App& command, Options& options) {
+  command.add_option("--last", options.last, "Only that many rows, the newest")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--after", options.after, "Only rows with a larger number");
+  command.add_option("--session", options.session, "Only rows of that session, in any boot");
+  command.add_option("--model", options.model_version, "Only rows predicted by that model version");
+}
+
+}  // namespace
+
+void AddJournalCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* journal = app.add_subcommand("journal", "Measured points: import, export, show");
+  journal->require_subcommand(1);
+  journal->footer("The journal is the file journal.sqlite in the daemon's state_directory.");
+  const auto add = [&](const char* name, const char* what, int (*run)(const Options&),
+                       const char* footer) {
+    CLI::App* command = journal->add_subcommand(name, what);
+    AddState(*command, *options);
+    command->footer(footer);
+    command->callback([options, run, &exit_code] { exit_code = run(*options); });
+    return command;
+  };
+
+  CLI::App* import = add(
+      "import", "Takes a measured.csv into the journal, all rows or none", Import,
+      "Every row that cannot be read is told by line and reason.\n\n"
+      "Example:\n  plumbline journal import measured.csv --cell cell.toml --state ./state\n\n"
+      "Exit codes: 0 imported, 1 faults in the input (nothing imported), 2 wrong arguments or a\n"
+      "journal that cannot be written.");
+  import->add_option("measured", options->file, "MEASURED.csv")->required();
+  import->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")
+      ->required();
+  import->add_flag("--skip-bad", options->skip_bad, "Leave out rows that cannot be read");
+  import->add_flag("--again", options->again, "Also if these rows were imported before");
+  import->add_flag("--json", options->json, "For programs");
+
+  CLI::App* out =
+      add("export", "Writes rows of the journal as measured.csv", Export,
+          "A column that only some of the rows have is left out, and that is told.\n\n"
+          "Example:\n  plumbline journal export --cell cell.toml --last 200 --out measured.csv\n\n"
+          "Exit codes: 0 written, 1 faults in the cell, no journal or no such rows, 2 wrong "
+          "arguments or\n"
+          "unwritable output.");
+  out->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")->required();
+  out->add_option("--out", options->file, "The CSV file")->required();
+  AddFilter(*out, *options);
+
+  CLI::App* show =
+      add("show", "Prints rows", Show,
+          "Example:\n  plumbline journal show --last 20 --json\n\n"
+          "Exit codes: 0 shown, 1 no journal there or rows that cannot be read, 2 wrong "
+          "arguments.");
+  show->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
+  AddFilter(*show, *options);
+
+  CLI::App* tail = add("tail", "Prints the newest rows, and each further one as it comes", Tail,
+                       "Example:\n  plumbline journal tail\n\n"
+                       "Ends by Ctrl-C. Exit codes as `show`.");
+  tail->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
+  tail->add_flag("--once", options->once, "Without waiting for further rows");
+  AddFilter(*tail, *options);
+}
+
+}  // namespace plumbline

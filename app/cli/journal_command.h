@@ -1,0 +1,10 @@
+// plumbline journal: measured points in, out and on the screen.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace plumbline {
+
+void AddJournalCommand(CLI::App& app, int& exit_code);
+
+}  // namespace plumbline

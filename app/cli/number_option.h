@@ -1,0 +1,34 @@
+// Numbers on the command line: finite, and of a size that something real can have.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace plumbline {
+
+/// A finite number; nothing for any other text, "nan" and "inf" among them.
+inline std::optional<double> FiniteNumberFromText(std::string_view text) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+/// For every option that takes a number: CLI::Range lets nan pass.
+inline CLI::Validator NumberWithin(double min, double max) {
+  return {[min, max](const std::string& text) {
+            const auto value = FiniteNumberFromText(text);
+            if (value && *value >= min && *value <= max) return std::string();
+            return fmt::format("{} is not a number from {:g} to {:g}", text, min, max);
+          },
+          fmt::format("[{:g}..{:g}]", min, max)};
+}
+
+}  // namespace plumbline

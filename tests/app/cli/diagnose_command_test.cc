@@ -1,0 +1,258 @@
+// plumbline diagnose with an engine of the test's own: files, exit codes, interruption.
+#include "app/cli/diagnose_command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/cli/exit_codes.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "tests/app/diagnosis/example_diagnosis.h"
+
+using namespace plumbline;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kCell = "config/cells/kr210.toml";
+
+/// A folder with measured.csv, and the command's arguments in it.
+class Desk {
+ public:
+  Desk() : path_(fs::temp_directory_path() / ("plumbline-diagnose-" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+    std::ofstream(File("measured.csv")) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,"
+                                           "z_mm\n0,-90,90,0,0,0,1565,0,1825\n";
+    arguments.cell = kCell;
+    arguments.measured = File("measured.csv");
+  }
+  ~Desk() { fs::remove_all(path_); }
+  Desk(const Desk&) = delete;
+  Desk& operator=(const Desk&) = delete;
+
+  std::string File(const std::string& name) const { return (path_ / name).string(); }
+  bool Has(const std::string& name) const { return fs::exists(path_ / name); }
+  std::ptrdiff_t Files() const {
+    return std::distance(fs::directory_iterator(path_), fs::directory_iterator());
+  }
+
+  int Run(const DiagnosisEngine& engine) {
+    out.str("");
+    err.str("");
+    return RunDiagnose(arguments, engine, out, err);
+  }
+  int Run(Verdict verdict) {
+    return Run([verdict](const CellModel&, const MeasuredTable&, const DiagnosisOptions&) {
+      return Result<Diagnosis>(test::ExampleDiagnosis(verdict));
+    });
+  }
+
+  DiagnoseArguments arguments;
+  std::ostringstream out, err;
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+TEST_CASE("every verdict is an answer: exit 0, a summary of at most 25 lines") {
+  const std::pair<Verdict, const char*> cases[] = {
+      {Verdict::kNoEffect, "Nothing stands out of the noise of 0.087 mm"},
+      {Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
+      {Verdict::kAmbiguous, "Tool stiffness or payload mass: these points cannot tell"},
+      {Verdict::kUnknown, "something that follows air_pressure_bar and is not in the catalogue"}};
+  for (const auto& [verdict, words] : cases) {
+    Desk desk;
+    CHECK(desk.Run(verdict) == kExitOk);
+    const std::string text = desk.out.str();
+    INFO(text);
+    CHECK(text.find(words) != std::string::npos);
+    CHECK(text.find("lines 17, 54") != std::string::npos);
+    CHECK(text.find("Not recorded: velocities") != std::string::npos);
+    CHECK(std::count(text.begin(), text.end(), '\n') <= 25);
+    CHECK(desk.Files() == 1);
+  }
+}
+
+TEST_CASE("a summary stays short whatever there is to say") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
+  for (int k = 0; k < 4; ++k) {
+    const Rival rival = diagnosis.rivals[0];
+    const NextPose pose = diagnosis.next_poses[0];
+    diagnosis.rivals.push_back(rival);
+    diagnosis.next_poses.push_back(pose);
+    diagnosis.notes.emplace_back("a note");
+    diagnosis.not_recorded.emplace_back("a signal");
+    for (int i = 0; i < 20; ++i) diagnosis.outlier_rows.push_back(100 + i);
+    const Finding finding = test::ExampleDiagnosis(Verdict::kExplained).findings[0];
+    diagnosis.findings.push_back(finding);
+  }
+  Desk desk;
+  CHECK(desk.Run([&](const auto&, const auto&, const auto&) {
+    return Result<Diagnosis>(diagnosis);
+  }) == kExitOk);
+  const std::string text = desk.out.str();
+  INFO(text);
+  CHECK(std::count(text.begin(), text.end(), '\n') <= 30);
+  CHECK(text.find("and 3 more rivals") != std::string::npos);
+}
+
+TEST_CASE("every file is written, and the JSON names the poses' file beside it") {
+  Desk desk;
+  desk.arguments.json = desk.File("d.json");
+  desk.arguments.model = desk.File("corrected.toml");
+  desk.arguments.report = desk.File("r.html");
+  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Files() == 5);
+  const auto json = nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value());
+  CHECK(json["next_poses"] == "next_poses.csv");
+  CHECK(desk.Has("next_poses.csv"));
+  FaultList faults;
+  const auto cell = ReadCell(desk.File("corrected.toml"), faults);
+  REQUIRE(cell);
+  CHECK(cell->effects[0].id == "tool_stiffness");
+  CHECK(cell->effects[0].from_file == "measured.csv");
+  CHECK(cell->effects[0].from_rows == 1);
+  CHECK(ReadTextFile(desk.File("r.html"))->find("</html>") != std::string::npos);
+
+  desk.arguments.next_poses = desk.File("other.csv");
+  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
+        "other.csv");
+  CHECK(desk.Run(Verdict::kExplained) == kExitOk);
+  CHECK(nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
+}
+
+TEST_CASE("--json - is alone on standard output") {
+  Desk desk;
+  desk.arguments.json = "-";
+  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(nlohmann::json::parse(desk.out.str())["verdict"] == "ambiguous");
+  CHECK(desk.err.str().find("these points cannot tell") != std::string::npos);
+  CHECK(desk.Files() == 1);
+  desk.arguments.quiet = true;
+  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.err.str().find("cannot tell") == std::string::npos);
+}
+
+TEST_CASE("faults of the input and files that cannot be read are 1, what cannot be written 2") {
+  struct Case {
+    const char* name;
+    std::function<void(Desk&)> spoil;
+    int exit_code;
+    const char* says;
+  };
+  const Case cases[] = {
+      {"no cell", [](Desk& desk) { desk.arguments.cell = desk.File("absent.toml"); }, kExitFault,
+       "absent.toml: cannot be read: No such file"},
+      {"no data", [](Desk& desk) { desk.arguments.measured = desk.File("absent.csv"); }, kExitFault,
+       "absent.csv: cannot be read"},
+      {"faulty cell",
+       [](Desk& desk) {
+         std::ofstream(desk.File("bad.toml")) << "schema = 1\n";
+         desk.arguments.cell = desk.File("bad.toml");
+       },
+       kExitFault, "robot"},
+      {"faulty data", [](Desk& desk) { std::ofstream(desk.File("measured.csv")) << "q1_deg\n1\n"; },
+       kExitFault, "measured.csv"},
+      {"unwritable report", [](Desk& desk) { desk.arguments.report = desk.File("absent/r.html"); },
+       kExitUsage, "choose another --report"},
+      {"a folder in place of the model", [](Desk& desk) { desk.arguments.model = desk.File(""); },
+       kExitUsage, "choose another --write-model"}};
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Desk desk;
+    c.spoil(desk);
+    CHECK(desk.Run(Verdict::kExplained) == c.exit_code);
+    INFO(desk.err.str());
+    CHECK(desk.err.str().find(c.says) != std::string::npos);
+    CHECK(desk.out.str().empty());
+  }
+}
+
+TEST_CASE("an output that is an input, or another output, is refused") {
+  struct Case {
+    const char* name;
+    std::function<void(Desk&)> ask;
+    const char* says;
+  };
+  const Case cases[] = {
+      {"the cell", [](Desk& desk) { desk.arguments.model = kCell; }, "--write-model is "},
+      {"the data", [](Desk& desk) { desk.arguments.report = desk.File("./measured.csv"); },
+       "--report is "},
+      {"poses proposed beside the JSON",
+       [](Desk& desk) {
+         fs::rename(desk.File("measured.csv"), desk.File("next_poses.csv"));
+         desk.arguments.measured = desk.File("next_poses.csv");
+         desk.arguments.json = desk.File("d.json");
+       },
+       "--next-poses is "},
+      {"two outputs",
+       [](Desk& desk) { desk.arguments.json = desk.arguments.report = desk.File("new"); },
+       "--report is "}};
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Desk desk;
+    c.ask(desk);
+    const std::string before = ReadTextFile(desk.arguments.measured).value();
+    CHECK(desk.Run(Verdict::kAmbiguous) == kExitUsage);
+    CHECK(desk.err.str().find(c.says) != std::string::npos);
+    CHECK(desk.Files() == 1);
+    CHECK(ReadTextFile(desk.arguments.measured).value() == before);
+  }
+}
+
+TEST_CASE("an engine that cannot answer is a fault of the input") {
+  Desk desk;
+  desk.arguments.json = desk.File("d.json");
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<Diagnosis> {
+    return Error{"6 rows are too few; measure at least 20"};
+  }) == kExitFault);
+  CHECK(desk.err.str().find("measured.csv: 6 rows are too few") != std::string::npos);
+  CHECK_FALSE(desk.Has("d.json"));
+}
+
+TEST_CASE("a signal ends the work with 130, and no file has changed") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    CAPTURE(signal);
+    Desk desk;
+    desk.arguments.json = desk.File("d.json");
+    desk.arguments.model = desk.File("c.toml");
+    std::ofstream(desk.File("c.toml")) << "as it was";
+    CHECK(desk.Run([signal](const auto&, const auto&,
+                            const DiagnosisOptions& options) -> Result<Diagnosis> {
+      if (options.interrupted()) return Error{"interrupted too early"};
+      std::raise(signal);
+      if (!options.interrupted()) return Error{"not told"};
+      return Error{"interrupted"};
+    }) == kExitInterrupted);
+    CHECK_FALSE(desk.Has("d.json"));
+    CHECK(ReadTextFile(desk.File("c.toml")).value() == "as it was");
+    CHECK(desk.Files() == 2);
+    CHECK(desk.err.str().find("no file was changed") != std::string::npos);
+  }
+}
+
+TEST_CASE("progress away from a terminal is a line each ten per cent") {
+  if (isatty(STDERR_FILENO) != 0) {
+    WARN("SKIPPED: standard error is a terminal");
+    return;
+  }
+  Desk desk;
+  CHECK(desk.Run([](const auto&, const auto&, const DiagnosisOptions& options) {
+    for (int k = 0; k <= 1000; ++k) options.progress(k / 1000.0, k < 500 ? "fitting" : "refitting");
+    return Result<Diagnosis>(test::ExampleDiagnosis(Verdict::kNoEffect));
+  }) == kExitOk);
+  const std::string text = desk.err.str();
+  INFO(text);
+  CHECK(std::count(text.begin(), text.end(), '%') == 11);
+  CHECK(text.find(" 50 %  refitting\n") != std::string::npos);
+}

@@ -1,0 +1,138 @@
+// The real plumbline behind a shell: exit codes, and outputs that do not arrive.
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <thread>
+
+#include "tests/app/cli/shell.h"
+
+using plumbline::test::Answer;
+using plumbline::test::Shell;
+
+namespace {
+
+/// Accepts one connection on a loopback port and does one thing with it.
+class Stranger {
+ public:
+  explicit Stranger(void (*behave)(int connection)) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    auto* const generic = reinterpret_cast<sockaddr*>(&address);
+    REQUIRE(bind(listener_, generic, size) == 0);
+    REQUIRE(listen(listener_, 1) == 0);
+    getsockname(listener_, generic, &size);
+    port_ = ntohs(address.sin_port);
+    thread_ = std::thread([this, behave] {
+      const int connection = accept(listener_, nullptr, nullptr);
+      behave(connection);
+      close(connection);
+    });
+  }
+  ~Stranger() {
+    thread_.join();
+    close(listener_);
+  }
+  Stranger(const Stranger&) = delete;
+  Stranger& operator=(const Stranger&) = delete;
+  std::string Port() const { return std::to_string(port_); }
+
+ private:
+  int listener_;
+  int port_ = 0;
+  std::thread thread_;
+};
+
+/// Until the other side closes.
+void ReadAll(int connection) {
+  char byte = 0;
+  while (read(connection, &byte, 1) > 0) {
+  }
+}
+
+}  // namespace
+
+TEST_CASE("output that does not arrive is told, with exit code 2") {
+  for (const char* command :
+       {"registers", "registers --json", "check config/cells/ur10.toml",
+        "check --json config/cells/ur10.toml", "beam --paper-table2", "--version", "beam --help"}) {
+    for (const char* target : {"> /dev/full", ">&-"}) {
+      CAPTURE(command, target);
+      const Answer answer = Shell(std::string(command) + " " + target);
+      CHECK(answer.exit_code == 2);
+      CHECK_THAT(answer.told, Catch::Contains("standard output cannot be written"));
+    }
+  }
+}
+
+TEST_CASE("a reader that goes early is no fault") {
+  CHECK(Shell("registers | head -1").told == "# The register map\n");
+  const Answer ignored = Shell("--version > /dev/null; trap '' PIPE; (" PLUMBLINE
+                               " registers; echo \"code $?\" >&2) | head -1");
+  CHECK_THAT(ignored.told, Catch::Contains("code 0"));
+  CHECK_THAT(ignored.told, !Catch::Contains("cannot be written"));
+}
+
+TEST_CASE("a wrong command line is one line that says where the help is") {
+  struct Wrong {
+    const char* arguments;
+    const char* told;
+  };
+  const Wrong wrong[] = {
+      {"", "plumbline: A subcommand is required; see plumbline --help\n"},
+      {"foo", "plumbline: \"foo\" is not a command; see plumbline --help\n"},
+      {"check", "plumbline check: file is required; see plumbline check --help\n"},
+      {"beam --bogus",
+       "plumbline beam: The following argument was not expected: --bogus; see plumbline beam "
+       "--help\n"},
+      {"journal", "plumbline journal: A subcommand is required; see plumbline journal --help\n"},
+      {"model bogus", "plumbline model: \"bogus\" is not a command; see plumbline model --help\n"},
+      {"journal show --bogus",
+       "plumbline journal show: The following argument was not expected: --bogus; see plumbline "
+       "journal show --help\n"},
+      {"diagnose a b --threads nan",
+       "plumbline diagnose: --threads: Value nan not in range 1 to 256; see plumbline diagnose "
+       "--help\n"},
+      {"predict a b --out c --deflection-sd nan",
+       "plumbline predict: --deflection-sd: nan is not a number from 0 to 1; see plumbline predict "
+       "--help\n"},
+  };
+  for (const Wrong& w : wrong) {
+    CAPTURE(w.arguments);
+    const Answer answer = Shell(w.arguments);
+    CHECK(answer.exit_code == 2);
+    CHECK(answer.told == w.told);
+  }
+}
+
+TEST_CASE("status tells what is wrong with the address, and what to do") {
+  const Answer name = Shell("status --host no-such-host.invalid");
+  CHECK(name.exit_code == 2);
+  CHECK_THAT(name.told, Catch::Contains("the name is not known") && Catch::Contains("--host"));
+
+  struct Case {
+    void (*behave)(int);
+    const char* told;
+  };
+  const Case cases[] = {
+      {[](int) {}, "closes the connection"},
+      {[](int connection) { ReadAll(connection); }, "does not answer"},
+      {[](int connection) {
+         const std::string_view answer = "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n";
+         static_cast<void>(write(connection, answer.data(), answer.size()));
+         ReadAll(connection);
+       },
+       "does not speak Modbus"},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.told);
+    const Stranger stranger(c.behave);
+    const Answer answer = Shell("status --port " + stranger.Port());
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.told, Catch::Contains(c.told) && Catch::Contains("plc.port"));
+  }
+}

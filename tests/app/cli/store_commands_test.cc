@@ -1,0 +1,136 @@
+// plumbline journal and plumbline model as a person runs them: the real program.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/temporary_folder.h"
+
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+struct Answer {
+  int code = -1;
+  std::string text;  ///< both streams
+};
+
+Answer Plumbline(const std::string& arguments) {
+  Answer answer;
+  FILE* pipe = popen(("exec 2>&1; " PLUMBLINE " " + arguments).c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  char buffer[4096];
+  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe)) {
+    answer.text.append(buffer, got);
+  }
+  answer.code = WEXITSTATUS(pclose(pipe));
+  return answer;
+}
+
+constexpr const char* kCell = "config/cells/ur10.toml";
+
+}  // namespace
+
+TEST_CASE("a table goes into the journal whole or not at all, and comes out again") {
+  const TemporaryFolder folder;
+  const std::string csv = folder.path() + "/measured.csv", out = folder.path() + "/out.csv";
+  const std::string where = " --state " + folder.path() + "/state";
+  std::ofstream(csv) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n"
+                        "1,2,3,4,5,6,7,8,9\n"
+                        "1,2,x,4,5,6,7,8,9\n"
+                        "2,2,3,4,5,6,7,8,\n"
+                        "3,2,3,4,5,6,7,8,9.5\n";
+  const std::string import = "journal import " + csv + " --cell " + kCell + where;
+  CHECK(Plumbline("journal show" + where).code == 1);
+
+  Answer answer = Plumbline(import);
+  CHECK(answer.code == 1);
+  CHECK_THAT(answer.text, Catch::Contains(":3 q3_deg") && Catch::Contains(":4 z_mm") &&
+                              Catch::Contains("2 of 4 rows") && Catch::Contains("--skip-bad"));
+  CHECK(Plumbline("journal show" + where).code == 1);  // nothing was imported
+
+  answer = Plumbline(import + " --skip-bad");
+  CHECK(answer.code == 0);
+  CHECK_THAT(answer.text, Catch::Contains("2 rows imported as 1..2, 2 left out"));
+  answer = Plumbline(import + " --skip-bad");
+  CHECK(answer.code == 1);
+  CHECK_THAT(answer.text, Catch::Contains("--again"));
+
+  answer = Plumbline("journal show --json --last 1" + where);
+  CHECK(answer.code == 0);
+  CHECK(nlohmann::json::parse(answer.text)["q"][0].get<double>() == Approx(3));
+  CHECK_THAT(Plumbline("journal tail --once" + where).text, Catch::Contains("9.500"));
+
+  answer = Plumbline("journal export --cell " + std::string(kCell) + " --out " + out + where);
+  CHECK(answer.code == 0);
+  CHECK(Plumbline("journal import " + out + " --cell " + kCell + where).code == 0);
+  CHECK(Plumbline("journal export --session none --cell " + std::string(kCell) + " --out " + out +
+                  where)
+            .code == 1);
+}
+
+TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would destroy one 2") {
+  const TemporaryFolder folder;
+  const std::string where = " --state " + folder.path() + "/state";
+  const std::string cell = folder.path() + "/cell.toml", csv = folder.path() + "/measured.csv";
+  std::filesystem::copy_file(kCell, cell);
+  Answer answer = Plumbline("journal import " + csv + " --cell " + cell + where);
+  CHECK(answer.code == 1);
+  CHECK_THAT(answer.text, Catch::Contains("measured.csv: cannot be read"));
+  std::ofstream(csv) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n"
+                        "1,2,3,4,5,6,7,8,9\n";
+  CHECK(Plumbline("journal import " + csv + " --cell absent.toml" + where).code == 1);
+  CHECK(Plumbline("journal import " + csv + " --cell " + cell + " --state /dev/null").code == 2);
+  REQUIRE(Plumbline("journal import " + csv + " --cell " + cell + where).code == 0);
+
+  const std::string journal = folder.path() + "/state/journal.sqlite";
+  for (const std::string& out : {cell, journal}) {
+    CAPTURE(out);
+    const auto size = std::filesystem::file_size(out);
+    answer = Plumbline("journal export --cell " + cell + " --out " + out + where);
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.text, Catch::Contains("--out is " + out));
+    CHECK(std::filesystem::file_size(out) == size);
+  }
+  CHECK(Plumbline("journal export --cell " + cell + " --out /no/such/out.csv" + where).code == 2);
+  answer = Plumbline("journal show" + where + " > /dev/full");
+  CHECK(answer.code == 2);
+  CHECK_THAT(answer.text, Catch::Contains("standard output cannot be written"));
+  CHECK(Plumbline("journal tail" + where + " > /dev/full").code == 2);  // it does not go on
+}
+
+TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets in") {
+  const TemporaryFolder folder;
+  const std::string where = " --state " + folder.path();
+  CHECK(Plumbline("model list" + where).code == 1);
+  const std::string faulty = folder.path() + "/faulty.toml";
+  std::ofstream(faulty) << "schema = 1\n[robot]\nname = 3\n";
+  const Answer refused = Plumbline("model propose " + faulty + where);
+  CHECK(refused.code == 1);
+  CHECK_THAT(refused.text, Catch::Contains("robot.name"));
+  CHECK(Plumbline("model list" + where).code == 1);
+
+  CHECK(Plumbline("model propose absent.toml" + where).code == 1);
+  for (const char* option : {" --report", " --diagnosis"}) {
+    CAPTURE(option);
+    CHECK(Plumbline("model propose " + std::string(kCell) + option + " absent" + where).code == 1);
+  }
+
+  CHECK(Plumbline("model propose config/cells/ur10.toml" + where).code == 0);
+  CHECK(Plumbline("model propose config/cells/ur5.toml" + where).code == 0);
+  CHECK(Plumbline("model apply 1" + where).code == 0);
+  const Answer applied = Plumbline("model apply 2" + where);
+  CHECK(applied.code == 0);
+  CHECK_THAT(applied.text, Catch::Contains("none runs"));
+  CHECK_THAT(Plumbline("model show" + where).text,
+             Catch::Contains("# version 2") && Catch::Contains("APPLIED"));
+  CHECK(Plumbline("model apply 3" + where).code == 1);
+  CHECK(Plumbline("model rollback" + where).code == 0);
+  CHECK(nlohmann::json::parse(Plumbline("model list --json" + where).text)[0]["applied"] == true);
+  CHECK(Plumbline("model rollback" + where).code == 1);
+  CHECK(Plumbline("model rollback --to 2" + where).code == 0);
+  CHECK(Plumbline("model apply" + where).code == 2);
+  CHECK(Plumbline("model").code == 2);
+}
