@@ -1,0 +1,71 @@
+// The cell as its file declares it, in SI: what the simulator knows before anything is hidden.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace simulator {
+
+/// One row of the Denavit-Hartenberg table with the link that it carries.
+struct Joint {
+  double a_m = 0.0;
+  double alpha_rad = 0.0;
+  double d_m = 0.0;
+  double offset_rad = 0.0;
+  double sign = 1.0;
+  double min_rad = -3.0;
+  double max_rad = 3.0;
+  double mass_kg = 0.0;
+  bool mass_known = false;
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the frame after the joint
+  std::optional<double> compliance_rad_per_Nm;
+};
+
+/// A straight square tube along +z of the flange, or a rigid tip.
+struct Tool {
+  bool rigid = false;
+  Eigen::Vector3d tcp_m = Eigen::Vector3d::Zero();  ///< of a rigid tool
+  double length_m = 0.0;
+  double side_m = 0.0;
+  double wall_m = 0.0;
+  double youngs_modulus_Pa = 0.0;
+  double poisson_ratio = 0.0;
+  double density_kg_m3 = 0.0;
+  double mount_mass_kg = 0.0;
+
+  double AreaM2() const;
+  double SecondMomentM4() const;
+  double BodyMassKg() const;  ///< without the mount
+};
+
+struct Cell {
+  std::string name;
+  bool proximal = false;  ///< "mdh"
+  Eigen::Vector3d gravity_m_s2 = {0.0, 0.0, -9.80665};
+  Eigen::Vector3d base_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d base_rpy_rad = Eigen::Vector3d::Zero();
+  std::vector<Joint> joints;
+  Tool tool;
+  std::optional<Eigen::Vector3d> payload_cog_m;  ///< in the flange frame
+  double sigma_m = 0.0;
+  double reference_temperature_C = 22.0;
+  bool unaligned = false;
+  bool tool_unknown = false;
+  std::vector<double> payloads_kg = {0.0};  ///< what the design hangs on the tool; not in the file
+};
+
+/// @throws std::runtime_error with the key that is missing or that the simulator does not know
+Cell ReadCell(const std::string& path);
+
+/// Writes the cell as cell.toml, in millimetres, degrees and kilograms.
+void WriteCell(const Cell& cell, const std::string& path);
+
+/// A cell by the name of its robot: kr210, ur10 or arm6 (a made-up arm in the proximal convention).
+/// @throws std::runtime_error for any other name
+Cell ReadyCell(const std::string& robot);
+
+std::vector<std::string> ReadyRobots();
+
+}  // namespace simulator

@@ -1,0 +1,175 @@
+#include "tests/simulator/effect.h"
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+
+namespace simulator {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+double Value(const Effect& effect, const std::string& name) {
+  for (const Parameter& parameter : effect.parameters) {
+    if (parameter.name == name) return parameter.value;
+  }
+  return 0.0;
+}
+
+Eigen::Vector3d Xyz(const Effect& effect) {
+  return {Value(effect, "x"), Value(effect, "y"), Value(effect, "z")};
+}
+
+/// Joint 0.. of "q3", "q3_2_phase", "alpha3".
+int JointOf(const std::string& name) {
+  return std::stoi(name.substr(name.find_first_of("123456789"))) - 1;
+}
+
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+}  // namespace
+
+nlohmann::json ToJson(const Effects& effects) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Effect& effect : effects) {
+    nlohmann::json parameters = nlohmann::json::array();
+    for (const Parameter& p : effect.parameters) {
+      parameters.push_back({{"name", p.name}, {"value", p.value}, {"unit", p.unit}});
+      if (p.fixed) parameters.back()["fixed"] = true;
+    }
+    list.push_back({{"id", effect.id}, {"scope", effect.scope}, {"parameters", parameters}});
+    if (!effect.by.empty()) list.back()["by"] = effect.by;
+    if (!effect.frame.empty()) list.back()["frame"] = effect.frame;
+    if (!effect.session.empty()) list.back()["session"] = effect.session;
+  }
+  return list;
+}
+
+Effects EffectsFromJson(const nlohmann::json& list) {
+  Effects effects;
+  for (const nlohmann::json& item : list) {
+    Effect effect;
+    effect.id = item.at("id").get<std::string>();
+    effect.scope = item.value("scope", std::vector<std::string>());
+    effect.by = item.value("by", std::string());
+    effect.frame = item.value("frame", std::string());
+    effect.session = item.value("session", std::string());
+    for (const nlohmann::json& p : item.at("parameters")) {
+      effect.parameters.push_back({p.at("name").get<std::string>(), p.at("value").get<double>(),
+                                   p.value("unit", std::string()), p.value("fixed", false)});
+    }
+    effects.push_back(effect);
+  }
+  return effects;
+}
+
+Changes::Changes(int joints) {
+  for (Eigen::VectorXd* vector :
+       {&offset, &gear_ratio, &compliance, &hardening, &backlash_load, &backlash_move, &lag,
+        &inertia, &viscous_squared, &a_m, &d_m, &alpha_rad}) {
+    vector->setZero(joints);
+  }
+}
+
+Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
+  for (const Effect& effect : effects) Add(effect);
+}
+
+void Changes::Add(const Effect& effect) {
+  const std::string& id = effect.id;
+  const auto each_joint = [&](Eigen::VectorXd& target) {
+    for (const Parameter& p : effect.parameters) target[JointOf(p.name)] += p.value;
+  };
+  if (id == "base_frame") {
+    frames.push_back(
+        {effect.session, Xyz(effect) * 1e-3,
+         Eigen::Vector3d(Value(effect, "roll"), Value(effect, "pitch"), Value(effect, "yaw")) *
+             kDeg,
+         Eigen::Vector3d::Zero()});
+  } else if (id == "tool_frame") {
+    frames.push_back(
+        {effect.session, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Xyz(effect) * 1e-3});
+  } else if (id == "joint_offset") {
+    each_joint(offset);
+  } else if (id == "gear_ratio") {
+    each_joint(gear_ratio);
+  } else if (id == "link_geometry") {
+    for (const Parameter& p : effect.parameters) {
+      const int joint = JointOf(p.name);
+      if (p.name.starts_with("alpha")) {
+        alpha_rad[joint] += p.value * kDeg;
+      } else {
+        (p.name[0] == 'a' ? a_m : d_m)[joint] += p.value * 1e-3;
+      }
+    }
+  } else if (id == "joint_compliance") {
+    each_joint(compliance);
+  } else if (id == "joint_hardening") {
+    each_joint(hardening);
+  } else if (id == "counterbalance") {
+    counterbalance_Nm += Value(effect, "q2_amplitude");
+    counterbalance_phase_rad = Value(effect, "q2_phase");
+  } else if (id == "tool_stiffness") {
+    tool_ratio += Value(effect, "ratio");
+  } else if (id == "tool_shear") {
+    shear_kappa = Value(effect, "kappa");
+  } else if (id == "tool_root_compliance") {
+    root_compliance += Value(effect, "compliance");
+  } else if (id == "payload_mass") {
+    mass_scale += Value(effect, "scale");
+    mass_constant_kg += Value(effect, "constant");
+  } else if (id == "payload_cog") {
+    cog_m += Xyz(effect) * 1e-3;
+  } else if (id == "gravity_direction") {
+    gravity_rad += Eigen::Vector2d(Value(effect, "x"), Value(effect, "y"));
+  } else if (id == "pedestal_compliance") {
+    pedestal += Value(effect, "compliance");
+  } else if (id == "backlash") {
+    each_joint(effect.by == "move" ? backlash_move : backlash_load);
+  } else if (id == "approach_lag") {
+    each_joint(lag);
+  } else if (id == "gear_periodic") {
+    for (const Parameter& p : effect.parameters) {
+      if (!EndsWith(p.name, "_amplitude")) continue;
+      const std::string stem = p.name.substr(0, p.name.size() - 10);
+      periodics.push_back({JointOf(p.name), p.value, Value(effect, stem + "_cycles"),
+                           Value(effect, stem + "_phase")});
+    }
+  } else if (id == "thermal_growth") {
+    thermal_per_K += Value(effect, "alpha");
+  } else if (id == "thermal_drift") {
+    drifts.push_back({Xyz(effect) * 1e-3, Value(effect, "time_constant")});
+  } else if (id == "latency") {
+    latency_s += Value(effect, "time");
+  } else if (id == "dynamic_inertia") {
+    each_joint(inertia);
+  } else if (id == "measurement_scale") {
+    scale += Value(effect, "scale");
+  } else if (id == "step_event") {
+    steps.push_back({Value(effect, "time"), Xyz(effect) * 1e-3, effect.frame == "tool"});
+  } else if (id == "creep") {
+    creep += Value(effect, "A");
+    creep_tau_s = Value(effect, "tau");
+  } else if (id == "slow_sine") {
+    sine_m += Xyz(effect) * 1e-3;
+    sine_period_s = Value(effect, "period");
+    sine_phase_rad = Value(effect, "phase");
+  } else if (id == "payload_squared") {
+    bending_per_kg += Value(effect, "per_kg");
+  } else if (id == "temperature_squared") {
+    growth_mm_per_K2 += Value(effect, "per_K2");
+  } else if (id == "two_bumps") {
+    bumps.push_back({JointOf(effect.scope.at(0)), Value(effect, "amplitude"),
+                     Value(effect, "centre"), Value(effect, "width"), Value(effect, "second")});
+  } else if (id == "velocity_squared") {
+    each_joint(viscous_squared);
+  } else if (id == "air_pressure") {
+    pressure_m_per_bar += Xyz(effect) * 1e-3;
+  } else {
+    throw std::runtime_error("no effect " + id);
+  }
+}
+
+}  // namespace simulator

@@ -1,0 +1,89 @@
+// Hidden effects by the names, parameters and units of the exchange format, and the same in the
+// form in which the arm takes them.
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace simulator {
+
+/// A parameter in the unit of the exchange format (mm, deg, rad, ..), not in SI.
+struct Parameter {
+  std::string name;
+  double value = 0.0;
+  std::string unit;
+  bool fixed = false;  ///< left as it is by a fit
+};
+
+struct Effect {
+  std::string id;
+  std::vector<std::string> scope;
+  std::vector<Parameter> parameters;
+  std::string by;       ///< backlash: "load" or "move"
+  std::string frame;    ///< step_event: "base" or "tool"
+  std::string session;  ///< base_frame, tool_frame: the one session that it holds for, else empty
+};
+
+using Effects = std::vector<Effect>;
+
+nlohmann::json ToJson(const Effects& effects);
+Effects EffectsFromJson(const nlohmann::json& list);
+
+/// All effects summed up, in SI; vectors have one entry a joint.
+struct Changes {
+  struct Frame {
+    std::string session;
+    Eigen::Vector3d xyz_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+    Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();
+  };
+  struct Periodic {
+    int joint;
+    double amplitude_rad, cycles, phase_rad;
+  };
+  struct Drift {
+    Eigen::Vector3d xyz_m;
+    double time_constant_s;
+  };
+  struct Step {
+    double time_s;
+    Eigen::Vector3d xyz_m;
+    bool of_tool;
+  };
+  struct Bump {
+    int joint;
+    double amplitude_rad, centre_rad, width_rad, second;
+  };
+
+  explicit Changes(int joints);
+  Changes(const Effects& effects, int joints);
+
+  Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
+      inertia, viscous_squared, a_m, d_m, alpha_rad;
+  std::vector<Frame> frames;
+  std::vector<Periodic> periodics;
+  std::vector<Drift> drifts;
+  std::vector<Step> steps;
+  std::vector<Bump> bumps;
+  double counterbalance_Nm = 0.0, counterbalance_phase_rad = 0.0;
+  double tool_ratio = 0.0, shear_kappa = 0.0, root_compliance = 0.0;
+  double mass_scale = 0.0, mass_constant_kg = 0.0;
+  Eigen::Vector3d cog_m = Eigen::Vector3d::Zero();
+  Eigen::Vector2d gravity_rad = Eigen::Vector2d::Zero();
+  double pedestal = 0.0, thermal_per_K = 0.0, latency_s = 0.0, scale = 0.0;
+
+  // Outside the catalogue of the exchange format.
+  double creep = 0.0, creep_tau_s = 1.0;
+  Eigen::Vector3d sine_m = Eigen::Vector3d::Zero();
+  double sine_period_s = 1.0, sine_phase_rad = 0.0;
+  double bending_per_kg = 0.0;
+  double growth_mm_per_K2 = 0.0;
+  Eigen::Vector3d pressure_m_per_bar = Eigen::Vector3d::Zero();
+
+ private:
+  void Add(const Effect& effect);
+};
+
+}  // namespace simulator

@@ -1,0 +1,349 @@
+#include "tests/simulator/families.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+namespace simulator {
+namespace {
+
+double Uniform(Generator& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+int Integer(Generator& random, int low, int high) {
+  return std::uniform_int_distribution<int>(low, high)(random);
+}
+
+double Sign(Generator& random) {
+  return Integer(random, 0, 1) == 0 ? -1.0 : 1.0;
+}
+
+/// `count` joints of 1..n in rising order; the outermost is left out where its axis runs
+/// through the tip and little can be seen of it.
+/// The first carries no gravity torque where its axis is vertical.
+std::vector<int> Joints(int n, int count, Generator& random, int first = 1) {
+  std::vector<int> joints;
+  for (int i = first; i < n; ++i) joints.push_back(i);
+  std::shuffle(joints.begin(), joints.end(), random);
+  joints.resize(std::size_t(std::min(count, n - first)));
+  std::sort(joints.begin(), joints.end());
+  return joints;
+}
+
+std::string Name(int joint) {
+  return fmt::format("q{}", joint);
+}
+
+/// One parameter a joint, of about the given size.
+Effect PerJoint(const std::string& id, const std::vector<int>& joints, const std::string& unit,
+                double size, bool either_sign, Generator& random) {
+  Effect effect{.id = id, .scope = {}, .parameters = {}, .by = {}, .frame = {}, .session = {}};
+  for (const int joint : joints) {
+    effect.scope.push_back(Name(joint));
+    const double value = size * Uniform(random, 0.6, 1.4) * (either_sign ? Sign(random) : 1.0);
+    effect.parameters.push_back({Name(joint), value, unit});
+  }
+  return effect;
+}
+
+Effect Plain(const std::string& id, std::vector<Parameter> parameters) {
+  return {.id = id,
+          .scope = {},
+          .parameters = std::move(parameters),
+          .by = {},
+          .frame = {},
+          .session = {}};
+}
+
+std::vector<Parameter> Direction(Generator& random, bool planar = false) {
+  Eigen::Vector3d v;
+  do {
+    for (double& c : v) c = Uniform(random, -1, 1);
+  } while (v.norm() > 1.0 || v.norm() < 0.2);
+  std::vector<Parameter> xyz = {{"x", v.x(), "mm"}, {"y", v.y(), "mm"}};
+  if (!planar) xyz.push_back({"z", v.z(), "mm"});
+  return xyz;
+}
+
+Effect GearPeriodic(const std::vector<int>& joints, Generator& random) {
+  Effect effect = Plain("gear_periodic", {});
+  for (const int joint : joints) {
+    const double cycles[] = {1, 2, 3, 4, 6, 8, 12, 20};
+    effect.scope.push_back(Name(joint));
+    effect.parameters.push_back({Name(joint) + "_amplitude", Uniform(random, 1e-4, 2e-4), "rad"});
+    effect.parameters.push_back({Name(joint) + "_cycles", cycles[Integer(random, 0, 7)], "1/turn"});
+    effect.parameters.push_back({Name(joint) + "_phase", Uniform(random, -3.1, 3.1), "rad"});
+  }
+  return effect;
+}
+
+/// Link parameters that no frame and no parallel axis can imitate exactly: those of the joints
+/// between the first and the last.
+Effect LinkGeometry(int n, int count, Generator& random) {
+  std::vector<std::string> names = {"a1", "alpha1"};
+  for (int i = 2; i < n; ++i) {
+    if (i != 2) names.emplace_back(fmt::format("d{}", i));
+    names.emplace_back(fmt::format("a{}", i));
+    names.emplace_back(fmt::format("alpha{}", i));
+  }
+  std::shuffle(names.begin(), names.end(), random);
+  names.resize(std::size_t(count));
+  std::sort(names.begin(), names.end());
+  Effect effect = Plain("link_geometry", {});
+  std::set<std::string> scope;
+  for (const std::string& name : names) {
+    const bool angle = name.starts_with("alpha");
+    effect.parameters.push_back({name,
+                                 (angle ? 0.05 : 1.0) * Uniform(random, 0.6, 1.4) * Sign(random),
+                                 angle ? "deg" : "mm"});
+    scope.insert("q" + name.substr(name.find_first_of("123456789")));
+  }
+  effect.scope.assign(scope.begin(), scope.end());
+  return effect;
+}
+
+Effect StepEvent(Generator& random, double duration_s) {
+  Effect step = Plain("step_event", Direction(random));
+  step.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * duration_s, "s", true});
+  step.frame = Integer(random, 0, 1) == 0 ? "base" : "tool";
+  return step;
+}
+
+Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
+  const int n = int(cell.joints.size());
+  const int count = Integer(random, 1, 3);
+  const auto joints = [&](int how_many) { return Joints(n, how_many, random); };
+  const auto loaded_joints = [&] { return Joints(n, count, random, 2); };
+  if (id == "base_frame") {
+    Effect effect = Plain(id, Direction(random));
+    for (const char* name : {"roll", "pitch", "yaw"}) {
+      effect.parameters.push_back({name, Uniform(random, -0.03, 0.03), "deg"});
+    }
+    return effect;
+  }
+  if (id == "tool_frame" || id == "payload_cog") return Plain(id, Direction(random));
+  if (id == "joint_offset") return PerJoint(id, joints(count), "rad", 1e-3, true, random);
+  if (id == "gear_ratio") return PerJoint(id, joints(count), "1", 1e-3, true, random);
+  if (id == "link_geometry") return LinkGeometry(n, count, random);
+  if (id == "joint_compliance") {
+    Effect effect = PerJoint(id, loaded_joints(), "rad/(N m)", 1.0, false, random);
+    for (Parameter& p : effect.parameters) {
+      p.value *= cell.joints[std::stoi(p.name.substr(1)) - 1].compliance_rad_per_Nm.value_or(1e-6);
+    }
+    return effect;
+  }
+  if (id == "joint_hardening") {
+    // Only joints that carry much show it: those with a heavy load are the second to the fourth.
+    std::vector<int> loaded = {2, 3, 5};
+    std::shuffle(loaded.begin(), loaded.end(), random);
+    loaded.resize(std::size_t(std::min(count, 2)));
+    std::sort(loaded.begin(), loaded.end());
+    Effect effect = PerJoint(id, loaded, "rad/(N m)^3", 1e-16, false, random);
+    for (Parameter& p : effect.parameters) {
+      const double c =
+          cell.joints[std::stoi(p.name.substr(1)) - 1].compliance_rad_per_Nm.value_or(1e-6);
+      p.value *= c * c * c / 1e-18;  // a softer joint bears less torque
+    }
+    return effect;
+  }
+  if (id == "counterbalance") {
+    return {.id = id,
+            .scope = {"q2"},
+            .parameters = {{"q2_amplitude", 1000.0, "N m"},
+                           {"q2_phase", Uniform(random, -3.1, 3.1), "rad"}},
+            .by = {},
+            .frame = {},
+            .session = {}};
+  }
+  if (id == "tool_stiffness") return Plain(id, {{"ratio", 0.2 * Sign(random), "1"}});
+  if (id == "tool_shear") return Plain(id, {{"kappa", 0.5, "1"}});
+  if (id == "tool_root_compliance") return Plain(id, {{"compliance", 1e-6, "rad/(N m)"}});
+  if (id == "payload_mass") {
+    return Integer(random, 0, 1) == 0 ? Plain(id, {{"scale", 0.1 * Sign(random), "1"}})
+                                      : Plain(id, {{"constant", 2.0, "kg"}});
+  }
+  if (id == "gravity_direction") {
+    return Plain(id, {{"x", Uniform(random, -1e-2, 1e-2), "rad"},
+                      {"y", Uniform(random, -1e-2, 1e-2), "rad"}});
+  }
+  if (id == "pedestal_compliance") return Plain(id, {{"compliance", 1e-8, "rad/(N m)"}});
+  if (id == "backlash_load" || id == "backlash_move") {
+    Effect effect = PerJoint("backlash", id == "backlash_move" ? joints(count) : loaded_joints(),
+                             "rad", 2e-4, false, random);
+    effect.by = id == "backlash_move" ? "move" : "load";
+    return effect;
+  }
+  if (id == "approach_lag") return PerJoint(id, joints(count), "1", 2e-4, false, random);
+  if (id == "gear_periodic") return GearPeriodic(joints(std::min(count, 2)), random);
+  if (id == "thermal_growth") return Plain(id, {{"alpha", 1.2e-5, "1/K"}});
+  if (id == "thermal_drift") {
+    Effect effect = Plain(id, Direction(random));
+    effect.parameters.push_back({"time_constant", Uniform(random, 600, 2500), "s"});
+    return effect;
+  }
+  if (id == "latency") return Plain(id, {{"time", 1e-3, "s"}});
+  if (id == "dynamic_inertia") return PerJoint(id, joints(count), "s^2", 1e-4, false, random);
+  if (id == "measurement_scale") return Plain(id, {{"scale", 1e-4 * Sign(random), "1"}});
+  if (id == "step_event") return StepEvent(random, 5400.0);
+  throw std::runtime_error("no family " + id + "; --list names them");
+}
+
+const std::vector<std::string> kCatalogued = {
+    "base_frame",     "tool_frame",        "joint_offset",         "gear_ratio",
+    "link_geometry",  "joint_compliance",  "joint_hardening",      "counterbalance",
+    "tool_stiffness", "tool_shear",        "tool_root_compliance", "payload_mass",
+    "payload_cog",    "gravity_direction", "pedestal_compliance",  "backlash_load",
+    "backlash_move",  "approach_lag",      "gear_periodic",        "thermal_growth",
+    "thermal_drift",  "latency",           "dynamic_inertia",      "measurement_scale",
+    "step_event"};
+
+const std::vector<std::string> kOutside = {
+    "creep",     "slow_sine",        "payload_squared", "temperature_squared",
+    "two_bumps", "velocity_squared", "air_pressure"};
+
+bool Contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
+  Hidden hidden;
+  hidden.family = family;
+  hidden.in_catalogue = false;
+  const int joint = Joints(int(cell.joints.size()), 1, random)[0];
+  if (family == "creep") {
+    hidden.effects = {Plain(family, {{"A", 0.2, "1"}, {"tau", Uniform(random, 300, 900), "s"}})};
+    hidden.drivers = {"t_s"};
+  } else if (family == "slow_sine") {
+    Effect sine = Plain(family, Direction(random));
+    sine.parameters.push_back({"period", Uniform(random, 1200, 3600), "s"});
+    sine.parameters.push_back({"phase", Uniform(random, -3.1, 3.1), "rad"});
+    hidden.effects = {sine};
+    hidden.drivers = {"t_s"};
+  } else if (family == "payload_squared") {
+    hidden.effects = {Plain(family, {{"per_kg", 0.2 / cell.payloads_kg.back(), "1/kg"}})};
+    hidden.drivers = {"payload_kg"};
+  } else if (family == "temperature_squared") {
+    hidden.effects = {Plain(family, {{"per_K2", 0.01, "mm/K^2"}})};
+    hidden.drivers = {"temp_C"};
+  } else if (family == "two_bumps") {
+    Effect bumps = Plain(family, {{"amplitude", 2e-4, "rad"},
+                                  {"centre", 0.0, "rad"},
+                                  {"width", Uniform(random, 0.15, 0.3), "rad"},
+                                  {"second", Uniform(random, 0.8, 1.5), "rad"}});
+    const Joint& j = cell.joints[std::size_t(joint - 1)];
+    bumps.parameters[1].value = j.min_rad + Uniform(random, 0.2, 0.4) * (j.max_rad - j.min_rad);
+    bumps.parameters[3].value = std::min(bumps.parameters[3].value, 0.4 * (j.max_rad - j.min_rad));
+    bumps.scope = {Name(joint)};
+    hidden.effects = {bumps};
+    hidden.drivers = {fmt::format("q{}_deg", joint)};
+  } else if (family == "velocity_squared") {
+    hidden.effects = {PerJoint(family, {joint}, "s^2/rad", 1e-4, false, random)};
+    hidden.drivers = {fmt::format("qd{}_deg_s", joint)};
+  } else {
+    hidden.effects = {Plain(family, Direction(random))};
+    for (Parameter& p : hidden.effects[0].parameters) p.unit = "mm/bar";
+    hidden.drivers = {"air_pressure_bar"};
+  }
+  return hidden;
+}
+
+bool IsSize(const Parameter& parameter) {
+  static const std::set<std::string> kNot = {"time_constant", "tau",   "period", "phase",
+                                             "centre",        "width", "second"};
+  return !parameter.fixed && !kNot.contains(parameter.name) &&
+         parameter.name.find("_cycles") == std::string::npos &&
+         parameter.name.find("_phase") == std::string::npos;
+}
+
+}  // namespace
+
+std::vector<std::string> Families() {
+  std::vector<std::string> names = {"none"};
+  names.insert(names.end(), kCatalogued.begin(), kCatalogued.end());
+  names.emplace_back("rigid_declared");
+  names.insert(names.end(), kOutside.begin(), kOutside.end());
+  names.emplace_back("pair");
+  return names;
+}
+
+bool NeedsVelocities(const std::string& family) {
+  for (const char* name : {"latency", "dynamic_inertia", "velocity_squared"}) {
+    if (family.find(name) != std::string::npos) return true;
+  }
+  return false;
+}
+
+bool NeedsPressure(const std::string& family) {
+  return family == "air_pressure";
+}
+
+Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random) {
+  Hidden hidden;
+  hidden.family = family;
+  if (family == "none") return hidden;
+  if (Contains(kOutside, family)) return Outside(family, cell, random);
+  if (family == "rigid_declared") {
+    hidden.rigid_declared = true;
+    Effect all = Plain("joint_compliance", {});
+    for (std::size_t i = 0; i < cell.joints.size(); ++i) {
+      const std::string name = Name(int(i) + 1);
+      all.scope.push_back(name);
+      all.parameters.push_back(
+          {name, cell.joints[i].compliance_rad_per_Nm.value_or(0.0) * Uniform(random, 0.5, 1.1),
+           "rad/(N m)"});
+    }
+    hidden.effects = {all};
+    return hidden;
+  }
+  if (family == "pair") {
+    const std::vector<std::string> usual = {
+        "joint_offset",  "joint_compliance",    "tool_stiffness", "backlash_load",
+        "backlash_move", "thermal_growth",      "gear_periodic",  "payload_mass",
+        "thermal_drift", "pedestal_compliance", "gear_ratio",     "tool_frame",
+        "step_event",    "link_geometry",       "payload_cog",    "tool_root_compliance"};
+    const int first = Integer(random, 0, int(usual.size()) - 1);
+    const int second = (first + Integer(random, 1, int(usual.size()) - 1)) % int(usual.size());
+    hidden.effects = {Catalogued(usual[std::size_t(first)], cell, random),
+                      Catalogued(usual[std::size_t(second)], cell, random)};
+    return hidden;
+  }
+  if (family.starts_with("pair:")) {
+    const std::size_t plus = family.find('+');
+    hidden.effects = {Catalogued(family.substr(5, plus - 5), cell, random),
+                      Catalogued(family.substr(plus + 1), cell, random)};
+    return hidden;
+  }
+  hidden.effects = {Catalogued(family, cell, random)};
+  return hidden;
+}
+
+double Signal(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
+  const auto without = Tips(cell, {}, rows);
+  const auto with = Tips(cell, effects, rows);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < rows.size(); ++k) sum += (with[k] - without[k]).squaredNorm();
+  return std::sqrt(sum / double(rows.size())) / (std::sqrt(3.0) * cell.sigma_m);
+}
+
+void ScaleTo(double signal, const Cell& cell, const std::vector<Row>& rows, Effects& effects) {
+  for (Effect& effect : effects) {
+    for (int iteration = 0; iteration < 12; ++iteration) {
+      const double now = Signal(cell, {effect}, rows);
+      if (!(now > 0.0)) break;
+      double factor = std::clamp(signal / now, 0.3, 3.0);
+      if (effect.id == "tool_shear") factor = 1.0 / factor;
+      for (Parameter& p : effect.parameters) {
+        if (!IsSize(p)) continue;
+        p.value *= factor;
+        if (effect.id == "tool_stiffness") p.value = std::clamp(p.value, -0.7, 3.0);
+      }
+    }
+  }
+}
+
+}  // namespace simulator

@@ -1,0 +1,224 @@
+#include "tests/simulator/fit.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace simulator {
+namespace {
+
+Eigen::VectorXd Stacked(const std::vector<Eigen::Vector3d>& points_m) {
+  Eigen::VectorXd stacked(3 * Eigen::Index(points_m.size()));
+  for (Eigen::Index k = 0; k < Eigen::Index(points_m.size()); ++k) {
+    stacked.segment<3>(3 * k) = points_m[std::size_t(k)] * 1e3;
+  }
+  return stacked;
+}
+
+/// A change of a parameter that moves the tip by some micrometres.
+double StepOf(const Parameter& parameter) {
+  const std::string& unit = parameter.unit;
+  if (unit == "mm") return 1e-3;
+  if (unit == "deg") return 1e-5;
+  if (unit == "rad") return 1e-6;
+  if (unit == "rad/(N m)") return 1e-10;
+  if (unit == "rad/(N m)^3") return 1e-17;
+  if (unit == "N m") return 0.1;
+  if (unit == "kg") return 1e-3;
+  if (unit == "1/K") return 1e-8;
+  if (unit == "s^2") return 1e-6;
+  if (unit == "1/turn") return 1e-4;
+  if (unit == "mm/bar") return 1e-2;
+  if (unit == "s") return parameter.name == "time" ? 1e-6 : 0.1;
+  if (unit == "1") return 1e-6;
+  return std::max(1e-9, 1e-5 * std::abs(parameter.value));
+}
+
+Effect One(const std::string& id, const std::string& name, double value, const std::string& unit,
+           std::vector<std::string> scope = {}, const std::string& by = {}) {
+  return {.id = id,
+          .scope = std::move(scope),
+          .parameters = {{name, value, unit}},
+          .by = by,
+          .frame = {},
+          .session = {}};
+}
+
+struct Candidate {
+  Effect effect;  ///< with the step as its value
+  double step;
+  std::string name;
+};
+
+std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
+                                  const std::vector<double>& cycles) {
+  std::vector<Candidate> list;
+  const auto add = [&](Effect effect, const std::string& label = {}) {
+    Parameter& p = effect.parameters[0];
+    p.value = StepOf(p);
+    list.push_back({effect, p.value, label.empty() ? p.name : label});
+  };
+  const auto vector = [&](const std::string& id) {
+    for (const char* axis : {"x", "y", "z"}) add(One(id, axis, 0.0, "mm"));
+  };
+  vector("base_frame");
+  for (const char* angle : {"roll", "pitch", "yaw"}) add(One("base_frame", angle, 0.0, "deg"));
+  vector("tool_frame");
+  for (int i = 1; i <= int(cell.joints.size()); ++i) {
+    const std::string q = fmt::format("q{}", i);
+    const auto joint = [&](const std::string& id, const std::string& unit,
+                           const std::string& by = {}) {
+      add(One(id, q, 0.0, unit, {q}, by), by.empty() ? q : fmt::format("{}_{}", q, by));
+    };
+    joint("joint_offset", "rad");
+    joint("gear_ratio", "1");
+    for (const char* name : {"a", "d", "alpha"}) {
+      add(One("link_geometry", fmt::format("{}{}", name, i), 0.0,
+              std::string(name) == "alpha" ? "deg" : "mm", {q}));
+    }
+    joint("joint_compliance", "rad/(N m)");
+    joint("joint_hardening", "rad/(N m)^3");
+    joint("backlash", "rad", "load");
+    joint("backlash", "rad", "move");
+    joint("approach_lag", "1");
+    if (table.qdd) joint("dynamic_inertia", "s^2");
+    for (const double n : cycles) {
+      for (const double phase : {0.0, M_PI / 2.0}) {
+        Effect wave = One("gear_periodic", q + "_amplitude", 0.0, "rad", {q});
+        wave.parameters.push_back({q + "_cycles", n, "1/turn"});
+        wave.parameters.push_back({q + "_phase", phase, "rad"});
+        add(wave, fmt::format("{}_{}_{:g}", q, phase == 0.0 ? "sin" : "cos", n));
+      }
+    }
+  }
+  for (const double phase : {0.0, M_PI / 2.0}) {
+    Effect balance = One("counterbalance", "q2_amplitude", 0.0, "N m", {"q2"});
+    balance.parameters.push_back({"q2_phase", phase, "rad"});
+    add(balance, phase == 0.0 ? "q2_sin" : "q2_cos");
+  }
+  if (!cell.tool.rigid) {
+    add(One("tool_stiffness", "ratio", 0.0, "1"));
+    Effect shear = One("tool_shear", "kappa", 1e3, "1");
+    list.push_back({shear, 1e-3, "inverse_kappa"});
+    add(One("tool_root_compliance", "compliance", 0.0, "rad/(N m)"));
+  }
+  if (cell.payload_cog_m && table.payload) {
+    add(One("payload_mass", "scale", 0.0, "1"));
+    vector("payload_cog");
+  }
+  if (cell.payload_cog_m) add(One("payload_mass", "constant", 0.0, "kg"));
+  add(One("gravity_direction", "x", 0.0, "rad"));
+  add(One("gravity_direction", "y", 0.0, "rad"));
+  add(One("pedestal_compliance", "compliance", 0.0, "rad/(N m)"));
+  if (table.temp) add(One("thermal_growth", "alpha", 0.0, "1/K"));
+  if (table.qd) add(One("latency", "time", 0.0, "s"));
+  add(One("measurement_scale", "scale", 0.0, "1"));
+  return list;
+}
+
+struct Slot {
+  std::size_t effect, parameter;
+  double step;
+};
+
+std::vector<Slot> Free(const Effects& form) {
+  std::vector<Slot> slots;
+  for (std::size_t e = 0; e < form.size(); ++e) {
+    for (std::size_t p = 0; p < form[e].parameters.size(); ++p) {
+      const Parameter& parameter = form[e].parameters[p];
+      if (!parameter.fixed) slots.push_back({e, p, StepOf(parameter)});
+    }
+  }
+  return slots;
+}
+
+/// Huber weights of the rows by the norm of their 3-D error, k = 2.5 of a robust scale.
+Eigen::VectorXd Weights(const Eigen::VectorXd& residual) {
+  const Eigen::Index rows = residual.size() / 3;
+  Eigen::VectorXd norm(rows);
+  for (Eigen::Index k = 0; k < rows; ++k) norm[k] = residual.segment<3>(3 * k).norm();
+  std::vector<double> sorted(norm.begin(), norm.end());
+  std::nth_element(sorted.begin(), sorted.begin() + rows / 2, sorted.end());
+  const double limit = 2.5 * sorted[std::size_t(rows / 2)] / 1.538 * std::sqrt(3.0);
+  Eigen::VectorXd weight(residual.size());
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    weight.segment<3>(3 * k).setConstant(norm[k] <= limit ? 1.0 : std::sqrt(limit / norm[k]));
+  }
+  return weight;
+}
+
+}  // namespace
+
+std::vector<Column> Columns(const Cell& cell, const Effects& effects, const Table& table,
+                            const std::vector<double>& cycles) {
+  const Eigen::VectorXd here = Stacked(Tips(cell, effects, table.rows));
+  std::vector<Column> columns;
+  for (const Candidate& candidate : Candidates(cell, table, cycles)) {
+    Effects moved = effects;
+    moved.push_back(candidate.effect);
+    columns.push_back({candidate.effect.id, candidate.name, candidate.effect.parameters[0].unit,
+                       candidate.effect.scope,
+                       (Stacked(Tips(cell, moved, table.rows)) - here) / candidate.step});
+  }
+  return columns;
+}
+
+FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
+  Eigen::VectorXd points(3 * Eigen::Index(measured.rows.size()));
+  for (Eigen::Index k = 0; k < Eigen::Index(measured.rows.size()); ++k) {
+    points.segment<3>(3 * k) = measured.rows[std::size_t(k)].xyz_m * 1e3;
+  }
+  const std::vector<Slot> slots = Free(form);
+  FitResult best{form, 0.0};
+  Eigen::VectorXd residual = points - Stacked(Tips(cell, best.effects, measured.rows));
+  double damping = 1e-6;
+  for (int iteration = 0; iteration < 60 && !slots.empty(); ++iteration) {
+    const Eigen::VectorXd weight = Weights(residual);
+    Eigen::MatrixXd slope(points.size(), Eigen::Index(slots.size()));
+    for (std::size_t j = 0; j < slots.size(); ++j) {
+      Effects moved = best.effects;
+      moved[slots[j].effect].parameters[slots[j].parameter].value += slots[j].step;
+      slope.col(Eigen::Index(j)) =
+          weight.cwiseProduct(Stacked(Tips(cell, moved, measured.rows)) - (points - residual)) /
+          slots[j].step;
+    }
+    Eigen::VectorXd norm = slope.colwise().norm().transpose();
+    for (double& value : norm) value = std::max(value, 1e-300);
+    slope.array().rowwise() /= norm.transpose().array();
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(slope, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::VectorXd& s = svd.singularValues();
+    const Eigen::VectorXd along = svd.matrixU().transpose() * weight.cwiseProduct(residual);
+    const double cost = weight.cwiseProduct(residual).squaredNorm();
+    bool improved = false;
+    double gain = 0.0;
+    for (int attempt = 0; attempt < 12 && !improved; ++attempt) {
+      Eigen::VectorXd scaled(s.size());
+      for (int i = 0; i < s.size(); ++i) {
+        scaled[i] = s[i] < 1e-7 * s[0] ? 0.0 : along[i] * s[i] / (s[i] * s[i] + damping);
+      }
+      const Eigen::VectorXd step = (svd.matrixV() * scaled).cwiseQuotient(norm);
+      Effects moved = best.effects;
+      for (std::size_t j = 0; j < slots.size(); ++j) {
+        moved[slots[j].effect].parameters[slots[j].parameter].value += step[Eigen::Index(j)];
+      }
+      const Eigen::VectorXd after = points - Stacked(Tips(cell, moved, measured.rows));
+      const double next = weight.cwiseProduct(after).squaredNorm();
+      if (next < cost) {
+        improved = true;
+        gain = (cost - next) / cost;
+        best.effects = moved;
+        residual = after;
+        damping = std::max(damping * 0.1, 1e-14);
+      } else {
+        damping = std::min(damping * 10.0, 1e3);
+      }
+    }
+    if (!improved || gain < 1e-10) break;
+  }
+  best.rms_m = std::sqrt(residual.squaredNorm() / double(measured.rows.size())) * 1e-3;
+  return best;
+}
+
+}  // namespace simulator

@@ -1,0 +1,249 @@
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "tests/simulator/families.h"
+#include "tests/simulator/fit.h"
+
+namespace {
+
+using namespace simulator;
+using nlohmann::json;
+
+struct Options {
+  std::string family = "none", robot = "kr210", out;
+  std::uint64_t seed = 1;
+  double sigma_mm = 0.05, signal = 10.0;
+  bool unaligned = false, rigid_joints = false;
+  Design design;
+  std::string cell, measured, tests, with, columns;
+  bool fit = false;
+  std::vector<double> cycles = {1, 2};
+};
+
+json ReadJson(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error("cannot read " + path);
+  return json::parse(file);
+}
+
+/// Where an instrument of unknown pose stands and where the tip really is, once a session.
+Effects Nuisances(const Design& design, Generator& random) {
+  const auto uniform = [&](double size) {
+    return std::uniform_real_distribution<double>(-size, size)(random);
+  };
+  Effects list;
+  for (int k = 1; k <= design.sessions; ++k) {
+    const std::string session = design.sessions > 1 ? std::to_string(k) : "";
+    Effect base{.id = "base_frame",
+                .scope = {},
+                .parameters = {},
+                .by = {},
+                .frame = {},
+                .session = session};
+    for (const char* axis : {"x", "y", "z"}) base.parameters.push_back({axis, uniform(3000), "mm"});
+    for (const char* angle : {"roll", "pitch"}) {
+      base.parameters.push_back({angle, uniform(0.3), "deg"});
+    }
+    base.parameters.push_back({"yaw", uniform(180), "deg"});
+    Effect tip{.id = "tool_frame",
+               .scope = {},
+               .parameters = {},
+               .by = {},
+               .frame = {},
+               .session = session};
+    for (const char* axis : {"x", "y", "z"}) tip.parameters.push_back({axis, uniform(20), "mm"});
+    list.push_back(base);
+    list.push_back(tip);
+  }
+  return list;
+}
+
+/// Effects that formats.md calls the same over these rows.
+json Equivalents(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
+  json list = json::array();
+  const Changes changes(effects, int(cell.joints.size()));
+  const Arm arm(cell, changes);
+  for (const Effect& effect : effects) {
+    if (effect.id == "counterbalance") {
+      list.push_back({{"instead_of", effect.id}, {"id", "gear_periodic"}, {"scope", {"q2"}}});
+    }
+    if (effect.id == "gear_periodic" && effect.scope == std::vector<std::string>{"q2"} &&
+        effect.parameters[1].value == 1.0) {
+      list.push_back({{"instead_of", effect.id}, {"id", "counterbalance"}, {"scope", {"q2"}}});
+    }
+    if (effect.id != "backlash") continue;
+    bool constant = true;
+    for (const std::string& name : effect.scope) {
+      const int joint = std::stoi(name.substr(1)) - 1;
+      double first = 0.0;
+      for (const Row& row : rows) {
+        const double driver =
+            effect.by == "move" ? row.last_move_rad[joint] : arm.Torques(row)[joint];
+        if (driver == 0.0) continue;
+        if (first == 0.0) first = driver;
+        constant = constant && driver * first > 0.0;
+      }
+    }
+    if (constant) {
+      list.push_back({{"instead_of", "backlash"}, {"id", "joint_offset"}, {"scope", effect.scope}});
+    }
+  }
+  return list;
+}
+
+void Generate(Options options) {
+  Cell cell = ReadyCell(options.robot);
+  cell.sigma_m = options.sigma_mm * 1e-3;
+  cell.unaligned = cell.tool_unknown = options.unaligned;
+  if (options.rigid_joints) {
+    for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
+  }
+  options.design.dynamic = options.design.dynamic || NeedsVelocities(options.family);
+  options.design.pressure = options.design.pressure || NeedsPressure(options.family);
+  std::uint64_t seed = options.seed * 1000003;
+  for (const char letter : options.family) seed = seed * 31 + std::uint64_t(letter);
+  Generator random(seed);
+  Tables tables = DrawDesign(cell, options.design, random);
+  Hidden hidden = DrawFamily(options.family, cell, random);
+  if (hidden.rigid_declared) {
+    for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
+  } else {
+    ScaleTo(options.signal, cell, tables.measured.rows, hidden.effects);
+  }
+  const Effects nuisances = options.unaligned ? Nuisances(options.design, random) : Effects();
+  Effects all = nuisances;
+  all.insert(all.end(), hidden.effects.begin(), hidden.effects.end());
+  const std::vector<int> outliers =
+      Measure(cell, options.design, Tips(cell, all, tables.measured.rows), tables.measured, random);
+  const auto truth = Tips(cell, all, tables.tests.rows);
+  const auto before = Tips(cell, nuisances, tables.tests.rows);
+  double square = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k) square += (truth[k] - before[k]).squaredNorm();
+
+  std::filesystem::create_directories(options.out);
+  cell.name = options.family;
+  WriteCell(cell, options.out + "/cell.toml");
+  WriteTable(tables.measured, options.out + "/measured.csv");
+  WriteTable(tables.tests, options.out + "/test_poses.csv");
+  WritePoints(truth, options.out + "/test_truth.csv");
+  json by_id = json::object();
+  for (const Effect& effect : hidden.effects) {
+    for (const Parameter& p : effect.parameters) by_id[effect.id][p.name] = p.value;
+  }
+  const json told = {{"name", options.family},
+                     {"seed", options.seed},
+                     {"robot", options.robot},
+                     {"sigma", cell.sigma_m},
+                     {"n_train", options.design.rows},
+                     {"n_test", options.design.tests},
+                     {"family", options.family},
+                     {"dyn", options.design.dynamic},
+                     {"vertical", options.design.vertical},
+                     {"unaligned", options.unaligned},
+                     {"truth", by_id},
+                     {"effects", ToJson(hidden.effects)},
+                     {"nuisances", ToJson(nuisances)},
+                     {"equivalents", Equivalents(cell, all, tables.measured.rows)},
+                     {"in_catalogue", hidden.in_catalogue},
+                     {"drivers", hidden.drivers},
+                     {"signal", Signal(cell, hidden.effects, tables.measured.rows)},
+                     {"outlier_rows", outliers},
+                     {"before_test_rms_mm",
+                      std::sqrt(square / double(std::max<std::size_t>(1, truth.size()))) * 1e3}};
+  std::ofstream(options.out + "/truth.json") << told.dump(1) << "\n";
+}
+
+Effects With(const Options& options) {
+  if (options.with.empty()) return {};
+  const json told = ReadJson(options.with);
+  Effects effects = EffectsFromJson(told.value("nuisances", json::array()));
+  for (const Effect& effect : EffectsFromJson(told.at("effects"))) effects.push_back(effect);
+  return effects;
+}
+
+/// Column blocks as a JSON head and a file of doubles, one column after the other.
+void WriteColumns(const Options& options) {
+  const Cell cell = ReadCell(options.cell);
+  const Table table = ReadTable(options.measured, cell);
+  std::ofstream values(options.out + ".bin", std::ios::binary);
+  json heads = json::array();
+  for (const Column& column : Columns(cell, With(options), table, options.cycles)) {
+    heads.push_back(
+        {{"id", column.id}, {"name", column.name}, {"unit", column.unit}, {"scope", column.scope}});
+    values.write(reinterpret_cast<const char*>(column.slope_mm.data()),
+                 std::streamsize(column.slope_mm.size()) * 8);
+  }
+  std::ofstream(options.out + ".json") << heads.dump(1) << "\n";
+}
+
+void FitAndPredict(const Options& options) {
+  const Cell cell = ReadCell(options.cell);
+  Effects effects = With(options);
+  if (options.fit) {
+    const FitResult fit = Fit(cell, effects, ReadTable(options.measured, cell));
+    effects = fit.effects;
+    std::ofstream(options.out + ".json")
+        << json{{"effects", ToJson(effects)}, {"rms_mm", fit.rms_m * 1e3}}.dump(1) << "\n";
+  }
+  WritePoints(Tips(cell, effects, ReadTable(options.tests, cell).rows), options.out);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Measured data with a hidden effect, and fits by somebody who knows its form");
+  Options o;
+  bool list = false;
+  app.add_flag("--list", list, "Name the families and end");
+  app.add_option("--family", o.family, "What the data hides; pair:A+B for two");
+  app.add_option("--seed", o.seed);
+  app.add_option("--out", o.out, "Folder to write; the predicted points with --fit or --predict");
+  app.add_option("--robot", o.robot, "kr210, ur10 or arm6");
+  app.add_option("--rows", o.design.rows, "Poses");
+  app.add_option("--repeats", o.design.repeats, "Second visits among them");
+  app.add_option("--tests", o.design.tests, "Poses of the noise-free test");
+  app.add_option("--sigma-mm", o.sigma_mm);
+  app.add_option("--signal", o.signal, "RMS displacement of each effect over sqrt(3) sigma");
+  app.add_option("--sessions", o.design.sessions);
+  app.add_option("--outliers", o.design.outliers, "Share of the rows, 10 to 100 sigma off");
+  app.add_flag("--heavy-tails", o.design.heavy_tails, "Student's t with 3 degrees of freedom");
+  app.add_flag("--dyn", o.design.dynamic, "Record velocities and accelerations");
+  app.add_flag("--vertical", o.design.vertical, "Tool straight down, one payload");
+  app.add_flag("--one-payload", o.design.one_payload, "The same payload in every row");
+  app.add_flag("--rigid-joints", o.rigid_joints, "Joints that do not give, declared so");
+  app.add_flag("--unaligned", o.unaligned, "Instrument and tool of unknown pose");
+  bool predict = false;
+  app.add_flag("--fit", o.fit, "Fit the effects of --with to --measured, predict --poses");
+  app.add_flag("--predict", predict, "Predict --poses with the effects of --with");
+  app.add_option("--with", o.with, "truth.json or a file like it: effects (and nuisances)");
+  app.add_option("--cell", o.cell);
+  app.add_option("--measured", o.measured);
+  app.add_option("--poses", o.tests, "Poses to predict");
+  bool columns = false;
+  app.add_flag("--columns", columns, "Write the columns of every effect at --measured");
+  app.add_option("--cycles", o.cycles, "Cycles a turn among the columns")->delimiter(',');
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (list) {
+      for (const std::string& name : Families()) fmt::print("{}\n", name);
+    } else if (o.out.empty()) {
+      throw std::runtime_error("--out is missing");
+    } else if (columns) {
+      WriteColumns(o);
+    } else if (o.fit || predict) {
+      FitAndPredict(o);
+    } else {
+      Generate(o);
+    }
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plumbline-simulate: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

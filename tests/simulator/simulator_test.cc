@@ -1,0 +1,215 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "tests/simulator/families.h"
+#include "tests/simulator/fit.h"
+
+using namespace simulator;
+using Eigen::Vector3d;
+
+namespace {
+
+/// A horizontal arm of one rigid metre with a joint about the vertical, then one about -y.
+Cell TwoJointArm() {
+  Cell cell;
+  Joint turn, lift;
+  turn.alpha_rad = std::numbers::pi / 2.0;
+  lift.a_m = 1.0;
+  lift.mass_kg = 10.0;
+  lift.mass_known = true;
+  lift.com_m = {-0.5, 0.0, 0.0};
+  lift.compliance_rad_per_Nm = 1e-5;
+  cell.joints = {turn, lift};
+  cell.tool.rigid = true;
+  cell.sigma_m = 5e-5;
+  return cell;
+}
+
+Row At(const Eigen::VectorXd& q_rad, double payload_kg = 0.0) {
+  Row row;
+  row.q_rad = q_rad;
+  row.qd_rad_s = row.qdd_rad_s2 = row.last_move_rad = Eigen::VectorXd::Zero(q_rad.size());
+  row.payload_kg = payload_kg;
+  row.temp_C = 22.0;
+  return row;
+}
+
+Effect Simple(const std::string& id, const std::vector<Parameter>& parameters,
+              const std::vector<std::string>& scope = {}) {
+  return {.id = id, .scope = scope, .parameters = parameters, .by = {}, .frame = {}, .session = {}};
+}
+
+Vector3d Tip(const Cell& cell, const Effects& effects, const Row& row) {
+  return Tips(cell, effects, {row})[0];
+}
+
+std::filesystem::path MeasuredFolder() {
+  const char* const told = std::getenv("PLUMBLINE_MEASURED");
+  return told != nullptr ? told : "../shared/measured";
+}
+
+std::vector<Vector3d> ReadPoints(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  std::vector<Vector3d> points;
+  while (std::getline(file, line)) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream numbers(line);
+    Vector3d p;
+    numbers >> p.x() >> p.y() >> p.z();
+    points.emplace_back(p * 1e-3);
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("a horizontal arm sags by weight times lever times compliance") {
+  const Cell cell = TwoJointArm();
+  const Row row = At(Eigen::Vector2d::Zero());
+  // m g l/2 = 10 * 9.80665 * 0.5 N m turns the second joint down.
+  const double sag_rad = 49.03325e-5;
+  const Vector3d tip = Tip(cell, {}, row);
+  CHECK(tip.x() == Approx(std::cos(sag_rad)).margin(1e-9));
+  CHECK(tip.z() == Approx(-std::sin(sag_rad)).margin(1e-9));
+  const Changes none(2);
+  CHECK(Arm(cell, none).Torques(row)[1] == Approx(-49.03325).margin(1e-4));
+}
+
+TEST_CASE("the torque about each joint is the derivative of gravity's work") {
+  for (const std::string& robot : ReadyRobots()) {
+    const Cell cell = ReadyCell(robot);
+    const Changes none(6);
+    const Arm arm(cell, none);
+    Eigen::VectorXd q(6);
+    q << 0.3, -1.2, 1.4, 0.7, -0.6, 2.0;
+    const Row row = At(q, cell.payloads_kg.back());
+    // In the sagged posture, which the joints' own compliance times these torques makes.
+    const Eigen::VectorXd torque = arm.Torques(row);
+    Eigen::VectorXd sag(6);
+    for (int i = 0; i < 6; ++i) sag[i] = torque[i] * *cell.joints[i].compliance_rad_per_Nm;
+    for (int i = 0; i < 6; ++i) {
+      Eigen::VectorXd more = sag, less = sag;
+      more[i] += 1e-5;
+      less[i] -= 1e-5;
+      INFO(robot << " joint " << i + 1);
+      const double slope = (arm.WorkOfGravity(row, more) - arm.WorkOfGravity(row, less)) / 2e-5;
+      CHECK(torque[i] == Approx(slope).margin(1e-3));
+    }
+  }
+}
+
+TEST_CASE("a horizontal tool bends as the beam table says") {
+  Tool tool;
+  tool.length_m = 1.0;
+  tool.side_m = 0.1;
+  tool.wall_m = 0.05;  // solid: I = 0.1^4/12
+  tool.youngs_modulus_Pa = 12e9;
+  tool.density_kg_m3 = 1000.0;
+  const double stiffness = 1e5;
+  const Vector3d g(10.0, 0.0, 0.0);
+  // 30 kg at the tip: 300 N / 3EI; its own weight: 100 N/m / 8EI.
+  CHECK(Bending(tool, g, 30.0, {0, 0, 1}).x() == Approx((300.0 / 3.0 + 100.0 / 8.0) / stiffness));
+  // Half a metre beyond the tip adds 150 N m / 2EI.
+  CHECK(Bending(tool, g, 30.0, {0, 0, 1.5}).x() ==
+        Approx((300.0 / 3.0 + 150.0 / 2.0 + 100.0 / 8.0) / stiffness));
+  CHECK(Bending(tool, {0, 0, 10}, 30.0, {0, 0, 1.5}).norm() == Approx(0.0).margin(1e-15));
+}
+
+TEST_CASE("effects move the tip by what their definition says") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm = 0.0;
+  Row row = At(Eigen::Vector2d(0.5, 0.0));
+  row.temp_C = 32.0;
+  row.t_s = 100.0;
+  row.last_move_rad << -0.2, 0.0;
+  row.qd_rad_s << 0.4, 0.0;
+  row.qdd_rad_s2 << 2.0, 0.0;
+  const Vector3d still = Tip(cell, {}, row);
+  const auto turned_by = [&](const Effect& effect) {  // of the first joint, one metre out
+    const Vector3d tip = Tip(cell, {effect}, row);
+    return std::atan2(tip.y(), tip.x()) - 0.5;
+  };
+  CHECK(turned_by(Simple("joint_offset", {{"q1", 1e-3, "rad"}})) == Approx(1e-3));
+  CHECK(turned_by(Simple("gear_ratio", {{"q1", 1e-3, "1"}})) == Approx(0.5e-3));
+  CHECK(turned_by(Simple("approach_lag", {{"q1", 1e-3, "1"}})) == Approx(0.2e-3));
+  CHECK(turned_by(Simple("latency", {{"time", 1e-3, "s"}})) == Approx(-0.4e-3));
+  CHECK(turned_by(Simple("dynamic_inertia", {{"q1", 1e-3, "s^2"}})) == Approx(-2e-3));
+  Effect backlash = Simple("backlash", {{"q1", 1e-3, "rad"}});
+  backlash.by = "move";
+  CHECK(turned_by(backlash) == Approx(-1e-3));
+  CHECK(turned_by(Simple("gear_periodic", {{"q1_amplitude", 1e-3, "rad"},
+                                           {"q1_cycles", 3.0, "1/turn"},
+                                           {"q1_phase", 0.1, "rad"}})) ==
+        Approx(1e-3 * std::sin(1.6)));
+  CHECK((Tip(cell, {Simple("thermal_growth", {{"alpha", 1e-4, "1/K"}})}, row) - 1.001 * still)
+            .norm() < 1e-12);
+  CHECK((Tip(cell, {Simple("measurement_scale", {{"scale", 1e-4, "1"}})}, row) - 1.0001 * still)
+            .norm() < 1e-12);
+  Effect drift = Simple("thermal_drift", {{"x", 1.0, "mm"}, {"time_constant", 100.0, "s"}});
+  CHECK(Tip(cell, {drift}, row).x() - still.x() == Approx(1e-3 * (1.0 - std::exp(-1.0))));
+  Effect step = Simple("step_event", {{"z", 1.0, "mm"}, {"time", 99.0, "s"}});
+  CHECK(Tip(cell, {step}, row).z() - still.z() == Approx(1e-3));
+  row.t_s = 98.0;
+  CHECK(Tip(cell, {step}, row).z() - still.z() == Approx(0.0).margin(1e-15));
+}
+
+TEST_CASE("a pedestal leans under the moment at the base") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm = 0.0;
+  const Row row = At(Eigen::Vector2d::Zero());
+  const Vector3d tip =
+      Tip(cell, {Simple("pedestal_compliance", {{"compliance", 1e-6, "rad/(N m)"}})}, row);
+  CHECK(tip.z() == Approx(-49.03325e-6).epsilon(1e-6));
+}
+
+TEST_CASE("every family hides the signal asked for, and a fit of its form finds it again") {
+  for (const std::string& family : Families()) {
+    if (family == "none" || family == "rigid_declared") continue;
+    INFO(family);
+    Cell cell = ReadyCell("kr210");
+    cell.sigma_m = 1e-6;
+    Generator random(7);
+    Design design;
+    design.tests = 20;
+    design.dynamic = NeedsVelocities(family);
+    design.pressure = NeedsPressure(family);
+    Tables tables = DrawDesign(cell, design, random);
+    Hidden hidden = DrawFamily(family, cell, random);
+    ScaleTo(100.0, cell, tables.measured.rows, hidden.effects);
+    if (hidden.effects.size() == 1) {
+      CHECK(Signal(cell, hidden.effects, tables.measured.rows) == Approx(100.0).epsilon(0.01));
+    }
+    Measure(cell, design, Tips(cell, hidden.effects, tables.measured.rows), tables.measured,
+            random);
+    Effects start = hidden.effects;
+    for (Effect& effect : start) {
+      for (Parameter& p : effect.parameters) {
+        if (!p.fixed && p.unit != "1/turn" && p.unit != "s") p.value *= 0.95;
+      }
+    }
+    const FitResult fit = Fit(cell, start, tables.measured);
+    CHECK(fit.rms_m < 3e-6);
+  }
+}
+
+TEST_CASE("the declared model is the one that made example-03") {
+  const std::filesystem::path folder = MeasuredFolder() / "example-03";
+  if (!std::filesystem::exists(folder)) {
+    WARN("skipped: no " << folder << " (set PLUMBLINE_MEASURED)");
+    return;
+  }
+  const Cell cell = ReadCell(folder / "cell.toml");
+  const auto tips = Tips(cell, {}, ReadTable(folder / "test_poses.csv", cell).rows);
+  const auto truth = ReadPoints(folder / "test_truth.csv");
+  REQUIRE(tips.size() == truth.size());
+  double square = 0.0;
+  for (std::size_t k = 0; k < tips.size(); ++k) square += (tips[k] - truth[k]).squaredNorm();
+  CHECK(std::sqrt(square / double(tips.size())) < 4e-7);
+}
