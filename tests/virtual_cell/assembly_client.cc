@@ -12,6 +12,9 @@ namespace {
 // The daemon's block of point k [facts of the register map]: 2000 + 20 k.
 constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
 constexpr int kFreshRefreshes = 3;  ///< refreshes that must follow a move
+constexpr int kResult = 100, kLoop = 400, kLoopSize = 18, kCommands = 1000, kCommandsSize = 40;
+constexpr int kProbe = 6, kNoTrustedInput = 8;
+constexpr int kAlarm = 2, kFailed = 32;  ///< bits of kLoop
 
 using Clock = std::chrono::steady_clock;
 
@@ -91,12 +94,12 @@ AssemblyClient::Corrected AssemblyClient::AwaitCorrected(const TaughtPoint& poin
       fmt::format("daemon: point {} did not become valid (result code {})", point.id, code));
 }
 
-Motion AssemblyClient::MeasureTip() {
+Motion AssemblyClient::MeasureTip(int samples) {
   Sleep(options_.settle_s);
   Vec3 p_mm = Vec3::Zero(), rotation = Vec3::Zero();
   int taken = 0, last = -1;
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
-  while (taken < options_.samples && Clock::now() < give_up) {
+  while (taken < samples && Clock::now() < give_up) {
     const RegisterBank seen = tracker_.Read(0, 16);
     const bool at_rest = seen.Word(13) == 1;
     if (at_rest && seen.Word(12) != last) {
@@ -107,7 +110,7 @@ Motion AssemblyClient::MeasureTip() {
     last = seen.Word(12);
     Sleep(0.005);
   }
-  if (taken < options_.samples) throw std::runtime_error("tracker: the tip does not come to rest");
+  if (taken < samples) throw std::runtime_error("tracker: the tip does not come to rest");
   return MotionFromXyzVector(p_mm * (1e-3 / taken), rotation);
 }
 
@@ -115,7 +118,7 @@ Motion AssemblyClient::MeasureTip() {
 Motion AssemblyClient::Land(const TaughtPoint& point, const Motion& X_BP) {
   const Eigen::Translation3d to_tool_point(point.tool_point_T);
   Command(kMove, X_BP * to_tool_point.inverse());
-  return point.X_BO.inverse() * MeasureTip() * to_tool_point;
+  return point.X_BO.inverse() * MeasureTip(options_.samples) * to_tool_point;
 }
 
 Landing AssemblyClient::Visit(const TaughtPoint& point) {
@@ -137,6 +140,62 @@ Landing AssemblyClient::Visit(const TaughtPoint& point) {
   landing.corrected_mm = corrected.translation() * 1e3;
   landing.corrected_turn_deg = turn_deg(corrected);
   return landing;
+}
+
+/// One command to the daemon. @return its result code
+int AssemblyClient::GiveProbe(const Vec3& tip_W_mm) {
+  const int last = daemon_.Read(kResult, 2).Word(1);
+  const auto next = static_cast<std::uint16_t>(last == 0xFFFF ? 1 : last + 1);
+  std::vector<std::uint16_t> words = {kProbe, 0};
+  for (const std::uint16_t word : WordsFromFloats({tip_W_mm.x(), tip_W_mm.y(), tip_W_mm.z()})) {
+    words.push_back(word);
+  }
+  words.resize(kCommandsSize);
+  words.back() = next;
+  daemon_.Write(kCommands, words);
+  const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
+  while (Clock::now() < give_up) {
+    const RegisterBank answer = daemon_.Read(kResult, 3);
+    if (answer.Word(1) == next) return answer.Word(2);
+    Sleep(0.005);
+  }
+  throw std::runtime_error("daemon: a probe is not answered");
+}
+
+ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
+  Command(kMove, point.TipInBase());
+  const Vec3 tip_W_mm = MeasureTip(1).translation() * 1e3;
+  const auto recorded = [this] { return daemon_.Read(kLoop, kLoopSize).Long(4); };
+  const auto before = recorded();
+  const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
+  int code = GiveProbe(tip_W_mm);
+  while (code == kNoTrustedInput && Clock::now() < give_up) {
+    Sleep(options_.settle_s);
+    code = GiveProbe(tip_W_mm);
+  }
+  if (code != 0) {
+    throw std::runtime_error(
+        fmt::format("daemon: the probe at {} is refused (result code {})", point.name, code));
+  }
+  while (recorded() == before) {
+    if (Clock::now() > give_up) throw std::runtime_error("daemon: a probe is not recorded");
+    Sleep(0.005);
+  }
+  const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
+  return {.residual_W_mm = Floats(loop, 8), .alarm = (loop.Word(0) & kAlarm) != 0};
+}
+
+int AssemblyClient::AwaitProposal(double patience_s) {
+  const auto give_up = Clock::now() + std::chrono::duration<double>(patience_s);
+  while (Clock::now() < give_up) {
+    const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
+    if (loop.Word(2) != 0) return loop.Word(2);
+    if ((loop.Word(0) & kFailed) != 0) {
+      throw std::runtime_error("daemon: the diagnosis or the journal failed, its log says why");
+    }
+    Sleep(0.05);
+  }
+  throw std::runtime_error(fmt::format("daemon: no proposal within {} s", patience_s));
 }
 
 }  // namespace virtual_cell

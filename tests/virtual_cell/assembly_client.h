@@ -1,5 +1,5 @@
 // The PLC's side of the demo: go to each point as taught, then as corrected, and see where the
-// loaded tool lands.
+// loaded tool lands; have the tip measured at probing poses and tell the daemon.
 #pragma once
 
 #include <string>
@@ -15,8 +15,16 @@ struct AssemblyClientOptions {
   Profile profile = Profile::kUr;
   int unit = 1;
   double patience_s = 30;  ///< for a connection, a move, a corrected point
-  double settle_s = 0.3;   ///< after a move, before the tracker is read
-  int samples = 8;         ///< tracker readings, averaged
+  /// After a move, before the tip is measured. At least the daemon's stale_after_ms: then whatever
+  /// it still trusts was read at rest.
+  double settle_s = 0.3;
+  int samples = 8;  ///< tracker readings of a landing, averaged; a probe is one reading
+};
+
+/// What the daemon says to one probe.
+struct ProbeAnswer {
+  Vec3 residual_W_mm = Vec3::Zero();  ///< measured minus predicted
+  bool alarm = false;                 ///< the drift alarm, this probe included
 };
 
 class AssemblyClient {
@@ -27,6 +35,12 @@ class AssemblyClient {
   void ReleasePayload() { Command(kRelease); }
   /// Both landings at one point. @throws std::runtime_error where the robot or the daemon refuses.
   Landing Visit(const TaughtPoint& point);
+  /// Goes to the point as taught, measures the tip once and gives it to the daemon (command 6).
+  /// Returns when the probe is in the journal.
+  ProbeAnswer Probe(const TaughtPoint& point);
+  /// Version of the corrected model that waits for approval, within `patience_s`.
+  /// @throws std::runtime_error where none comes, or the diagnosis failed
+  int AwaitProposal(double patience_s);
   /// Whether the daemon has a block for this point.
   bool HasPoint(int id) { return FindBlock(id) >= 0; }
 
@@ -39,8 +53,9 @@ class AssemblyClient {
   void Command(int code, const Motion& X_BT = Motion::Identity());
   int FindBlock(int id);
   Corrected AwaitCorrected(const TaughtPoint& point);
-  Motion MeasureTip();
+  Motion MeasureTip(int samples);
   Motion Land(const TaughtPoint& point, const Motion& X_BP);
+  int GiveProbe(const Vec3& tip_W_mm);
 
   AssemblyClientOptions options_;
   RegisterLayout layout_;

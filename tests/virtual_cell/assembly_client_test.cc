@@ -113,6 +113,18 @@ TEST_CASE("with right corrections both assembly points are met") {
   CHECK(result["points"].size() == 2);
   CHECK(nlohmann::json::parse(LandingJson(landings, 1e-9))["passed"] == false);
   CHECK_THAT(LandingTable(landings), Catch::Contains("assembly 1") && Catch::Contains("+433.0"));
+  CHECK_THAT(LandingTable(landings), !Catch::Contains("after the loop"));
+  std::vector<Landing> after = landings;
+  AddDeclared(LandingJson(landings, 0.5), after);
+  CHECK((after[1].declared_mm.value() - landings[1].corrected_mm).norm() < 1e-9);
+  CHECK_THAT(LandingTable(after),
+             Catch::Contains("declared model") && Catch::Contains("after the loop"));
+  CHECK(nlohmann::json::parse(LandingJson(after, 0.5))["points"][0]["declared_error_mm"] ==
+        Approx(landings[0].CorrectedError()));
+  after[0].id = 77;
+  after[0].declared_mm.reset();
+  CHECK_THROWS_WITH(AddDeclared(LandingJson(landings, 0.5), after), Catch::Contains("no point 77"));
+  CHECK_THROWS_WITH(AddDeclared("{", after), Catch::Contains("the result before"));
   CHECK_THAT(LandingCsv(landings), Catch::Contains("2,Z,-76.300,"));
 }
 

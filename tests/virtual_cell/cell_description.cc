@@ -1,6 +1,8 @@
 #include "tests/virtual_cell/cell_description.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "tests/virtual_cell/toml_fields.h"
@@ -49,10 +51,43 @@ SectionConstants ReadSection(const TomlFields& tool) {
   tool.Fail("section", "the virtual cell knows square_tube, rectangle, rod and tube");
 }
 
-RodSegment ReadSegment(const TomlFields& fields, const TomlFields& material) {
+/// Elasticity and density of a material: the handbook values that config/cells knows by name, as
+/// numbers of this cell's own.
+struct MaterialConstants {
+  const char* name;
+  double E_GPa, nu, density_kg_m3;
+};
+constexpr MaterialConstants kMaterials[] = {
+    {"aluminium", 70, 0.3, 2700},           {"aluminium_6061", 68.3, 0.33, 2710},
+    {"aluminium_6082", 70, 0.3, 2700},      {"aluminium_7075", 71.0, 0.33, 2800},
+    {"brass_cuzn39pb3", 97, 0.34, 8470},    {"cast_iron_gjl250", 110, 0.26, 7200},
+    {"cast_iron_gjs400", 169, 0.275, 7100}, {"magnesium_az91", 45, 0.35, 1810},
+    {"stainless_steel", 200, 0.3, 7900},    {"steel", 210, 0.3, 7850},
+    {"titanium_ti6al4v", 110, 0.31, 4430},
+};
+
+/// By name, or by numbers, which also refine a name.
+MaterialConstants ReadMaterial(const TomlFields& fields) {
+  MaterialConstants named{"", 0, 0.3, 0};
+  const bool by_name = fields.Has("material");
+  if (by_name) {
+    const std::string name = fields.Text("material");
+    const auto* const found = std::find_if(std::begin(kMaterials), std::end(kMaterials),
+                                           [&](const auto& m) { return name == m.name; });
+    if (found == std::end(kMaterials)) fields.Fail("material", "no material of that name");
+    named = *found;
+  }
+  const auto number = [&](const char* key, double otherwise) {
+    return by_name ? fields.Number(key, otherwise) : fields.Number(key);
+  };
+  return {named.name, number("youngs_modulus_GPa", named.E_GPa),
+          fields.Number("poisson_ratio", named.nu), number("density_kg_m3", named.density_kg_m3)};
+}
+
+RodSegment ReadSegment(const TomlFields& fields, const MaterialConstants& material) {
   const SectionConstants section = ReadSection(fields);
-  const double E = material.Number("youngs_modulus_GPa") * 1e9;
-  const double G = E / (2 * (1 + material.Number("poisson_ratio", 0.3)));
+  const double E = material.E_GPa * 1e9;
+  const double G = E / (2 * (1 + material.nu));
   return {.length_m = fields.Number("length_mm") * 1e-3,
           .area_m2 = section.area,
           .EI_x = E * section.I_x,
@@ -60,7 +95,7 @@ RodSegment ReadSegment(const TomlFields& fields, const TomlFields& material) {
           .GJ = G * section.J,
           .GA = G * section.area,
           .EA = E * section.area,
-          .weight_kg_m = material.Number("density_kg_m3") * section.area};
+          .weight_kg_m = material.density_kg_m3 * section.area};
 }
 
 void ReadTool(const TomlFields& tool, CellDescription& cell) {
@@ -74,9 +109,10 @@ void ReadTool(const TomlFields& tool, CellDescription& cell) {
   }
   const std::vector<TomlFields> segments = tool.Tables("segment");
   for (const TomlFields& segment : segments) {
-    cell.rod.push_back(ReadSegment(segment, segment.Has("youngs_modulus_GPa") ? segment : tool));
+    const bool own = segment.Has("material") || segment.Has("youngs_modulus_GPa");
+    cell.rod.push_back(ReadSegment(segment, ReadMaterial(own ? segment : tool)));
   }
-  if (segments.empty()) cell.rod.push_back(ReadSegment(tool, tool));
+  if (segments.empty()) cell.rod.push_back(ReadSegment(tool, ReadMaterial(tool)));
   for (const RodSegment& segment : cell.rod) cell.tip_F.z() += segment.length_m;
 }
 

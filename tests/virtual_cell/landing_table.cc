@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 namespace virtual_cell {
 namespace {
@@ -24,24 +25,55 @@ nlohmann::json List(const Vec3& v) {
 }  // namespace
 
 std::string LandingTable(const std::vector<Landing>& landings) {
-  const std::string rule(86, '-');
-  std::string text = fmt::format(
-      "{0}\n{1:<14} {2:>12} {3:>14} {4:>12} {5:>14} {4:>12}\n{6:<14} {7:>12} {8:>14} {7:>12} "
-      "{9:>14} {7:>12}\n{0}\n",
-      rule, "Assembly", "Wanted", "Lands", "Error", "Lands", "point", "(mm)", "uncorrected",
-      "corrected");
+  const bool three = std::all_of(landings.begin(), landings.end(),
+                                 [](const Landing& landing) { return landing.declared_mm; });
+  std::vector<const char*> titles = {"uncorrected", "corrected"};
+  if (three) titles = {"uncorrected", "declared model", "after the loop"};
+  const std::string rule(23 + 23 * titles.size(), '-');
+  std::string names = fmt::format("{:<14}{:>9}", "Assembly", "Wanted");
+  std::string units = fmt::format("{:<14}{:>9}", "point", "(mm)");
+  for (const char* title : titles) {
+    names += fmt::format("{:>15}{:>8}", title, "Error");
+    units += fmt::format("{:>15}{:>8}", "(mm)", "(mm)");
+  }
+  std::string text = fmt::format("{0}\n{1}\n{2}\n{0}\n", rule, names, units);
   for (const Landing& landing : landings) {
+    std::vector<Vec3> landed = {landing.uncorrected_mm, landing.corrected_mm};
+    if (three) landed.insert(landed.begin() + 1, *landing.declared_mm);
     for (int k = 0; k < 3; ++k) {
-      const double wanted = landing.wanted_mm[k], before = landing.uncorrected_mm[k],
-                   after = landing.corrected_mm[k];
-      text += fmt::format("{:<12} {} {:>+12.1f} {:>+14.2f} {:>+12.2f} {:>+14.2f} {:>+12.2f}\n",
-                          k == 1 ? landing.name : "", kAxes[static_cast<std::size_t>(k)], wanted,
-                          before, Hundredths(before - wanted), after, Hundredths(after - wanted));
+      text += fmt::format("{:<12} {}{:>+9.1f}", k == 1 ? landing.name : "",
+                          kAxes[static_cast<std::size_t>(k)], landing.wanted_mm[k]);
+      for (const Vec3& p_mm : landed) {
+        text +=
+            fmt::format("{:>+15.2f}{:>+8.2f}", p_mm[k], Hundredths(p_mm[k] - landing.wanted_mm[k]));
+      }
+      text += '\n';
     }
-    text += fmt::format("{:<14} {:>12} {:>14} {:>12.2f} {:>14} {:>12.2f}\n{}\n", "", "distance", "",
-                        landing.UncorrectedError(), "", landing.CorrectedError(), rule);
+    text += fmt::format("{:<14}{:>9}", "", "distance");
+    for (const Vec3& p_mm : landed) {
+      text += fmt::format("{:>15}{:>8.2f}", "", (p_mm - landing.wanted_mm).norm());
+    }
+    text += fmt::format("\n{}\n", rule);
   }
   return text;
+}
+
+void AddDeclared(const std::string& json, std::vector<Landing>& landings) {
+  try {
+    const nlohmann::json before = nlohmann::json::parse(json);
+    for (Landing& landing : landings) {
+      for (const nlohmann::json& point : before.at("points")) {
+        if (point.at("id") != landing.id) continue;
+        const nlohmann::json& p = point.at("corrected_mm");
+        landing.declared_mm = Vec3(p.at(0), p.at(1), p.at(2));
+      }
+      if (!landing.declared_mm) {
+        throw std::runtime_error(fmt::format("no point {} in the result before", landing.id));
+      }
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(fmt::format("the result before: {}", error.what()));
+  }
 }
 
 std::string LandingJson(const std::vector<Landing>& landings, double require_mm) {
@@ -58,6 +90,9 @@ std::string LandingJson(const std::vector<Landing>& landings, double require_mm)
                       {"corrected_turn_deg", landing.corrected_turn_deg},
                       {"correction_mm", landing.correction_mm},
                       {"uncertainty_mm", landing.uncertainty_mm}});
+    if (!landing.declared_mm) continue;
+    points.back()["declared_mm"] = List(*landing.declared_mm);
+    points.back()["declared_error_mm"] = landing.DeclaredError();
   }
   const bool passed = std::all_of(landings.begin(), landings.end(), [&](const Landing& landing) {
     return landing.CorrectedError() < require_mm;

@@ -38,7 +38,8 @@ std::vector<Vec3> ReadTips(const std::string& path) {
   return tips;
 }
 
-TEST_CASE("the world stands beside another simulator's, apart by its large displacements") {
+TEST_CASE("the world stands beside another simulator's, apart by its large displacements",
+          "[measured]") {
   const std::string folder = Measured("example-03");
   if (folder.empty()) return;
   const CellDescription cell = ReadCellFile(folder + "/cell.toml");
@@ -88,14 +89,14 @@ void Stream(const std::string& folder, Profile profile) {
   }));
 }
 
-TEST_CASE("a real UR10 streams through both profiles") {
+TEST_CASE("a real UR10 streams through both profiles", "[measured]") {
   const std::string folder = Measured("real-ur10-random");
   if (folder.empty()) return;
   Stream(folder, Profile::kUr);
   Stream(folder, Profile::kGeneric);
 }
 
-TEST_CASE("a real arm of seven joints streams through both profiles") {
+TEST_CASE("a real arm of seven joints streams through both profiles", "[measured]") {
   const std::string folder = Measured("real-iiwa7");
   if (folder.empty()) return;
   Stream(folder, Profile::kUr);

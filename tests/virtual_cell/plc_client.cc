@@ -1,10 +1,11 @@
-// plumbline-plc-client: visits assembly points uncorrected and corrected, prints both landings.
+// plumbline-plc-client: the PLC of the demo. It visits assembly points, or has probes measured.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
 #include <fstream>
+#include <sstream>
 
 #include "tests/virtual_cell/assembly_client.h"
 
@@ -12,55 +13,155 @@ namespace {
 
 using namespace virtual_cell;  // NOLINT: a program of its own
 
+struct Arguments {
+  AssemblyClientOptions client;
+  std::string program, profile = "ur";
+  // visit
+  std::vector<int> ids;
+  double require_mm = 1.0;
+  std::optional<double> expect_miss_mm;
+  std::string before, out;
+  // probe
+  bool with_only = false;
+  std::optional<std::size_t> most;
+  std::string expect;
+  std::optional<double> await_proposal_s;
+};
+
+std::string TextOf(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!(text << file.rdbuf())) throw std::runtime_error(path + ": cannot be read");
+  return text.str();
+}
+
 void WriteOut(const std::string& path, const std::vector<Landing>& landings, double require_mm) {
   std::ofstream file(path);
   file << (path.ends_with(".csv") ? LandingCsv(landings) : LandingJson(landings, require_mm));
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
+/// @return whether the landings are as expected
+bool Visit(const Arguments& arguments, AssemblyClient& client, const MotionProgram& program) {
+  client.AttachPayload();
+  std::vector<Landing> landings;
+  const std::vector<int>& ids = arguments.ids;
+  for (const TaughtPoint& point : program.points) {
+    const bool asked = std::find(ids.begin(), ids.end(), point.id) != ids.end();
+    if (ids.empty() ? client.HasPoint(point.id) : asked) landings.push_back(client.Visit(point));
+  }
+  client.ReleasePayload();
+  if (landings.empty()) throw std::runtime_error("no point of the program was visited");
+  if (!arguments.before.empty()) AddDeclared(TextOf(arguments.before), landings);
+  if (!arguments.out.empty()) WriteOut(arguments.out, landings, arguments.require_mm);
+  if (arguments.expect_miss_mm) {
+    bool all = true;
+    for (const Landing& landing : landings) {
+      fmt::print("  {}: as taught {:.2f} mm off, corrected {:.2f} mm off\n", landing.name,
+                 landing.UncorrectedError(), landing.CorrectedError());
+      all = all && landing.CorrectedError() > *arguments.expect_miss_mm;
+    }
+    if (!all) fmt::print("Expected every point to miss by {} mm.\n", *arguments.expect_miss_mm);
+    return all;
+  }
+  fmt::print("{}", LandingTable(landings));
+  const bool passed = std::all_of(landings.begin(), landings.end(), [&](const Landing& landing) {
+    return landing.CorrectedError() < arguments.require_mm;
+  });
+  fmt::print("Every corrected error is {} {} mm.\n", passed ? "below" : "NOT below",
+             arguments.require_mm);
+  return passed;
+}
+
+/// @return whether the alarm is as expected
+bool Probe(const Arguments& arguments, AssemblyClient& client, const MotionProgram& program) {
+  constexpr int kInRow = 8;
+  int probes = 0, first_alarm = 0;
+  for (const bool loaded : {true, false}) {
+    if (!loaded && arguments.with_only) continue;
+    if (loaded) client.AttachPayload();
+    if (!loaded) client.ReleasePayload();
+    int in_row = 0;
+    const std::size_t all = program.points.size();
+    for (std::size_t i = 0; i < std::min(arguments.most.value_or(all), all); ++i) {
+      const char* title = in_row > 0 ? "" : loaded ? "with the module" : "without it";
+      if (in_row % kInRow == 0) fmt::print("{}  {:<15}", in_row > 0 ? "\n" : "", title);
+      ++in_row;
+      const ProbeAnswer answer = client.Probe(program.points[i]);
+      ++probes;
+      const bool raised = answer.alarm && first_alarm == 0;
+      if (raised) first_alarm = probes;
+      fmt::print("{:>7}", fmt::format("{}{:.2f}", raised ? "!" : "", answer.residual_W_mm.norm()));
+      std::fflush(stdout);
+    }
+    fmt::print("\n");
+  }
+  client.ReleasePayload();
+  if (first_alarm > 0) {
+    fmt::print("  ! The drift alarm, by probe {} of {}.\n", first_alarm, probes);
+  } else {
+    fmt::print("  No drift alarm by {} probes.\n", probes);
+  }
+  if (arguments.await_proposal_s) {
+    fmt::print("  The PLC is told: version {} waits for approval.\n",
+               client.AwaitProposal(*arguments.await_proposal_s));
+  }
+  return arguments.expect.empty() || (arguments.expect == "alarm") == (first_alarm > 0);
+}
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  AssemblyClientOptions& client = arguments.client;
+  app.add_option("--robot", client.robot, "HOST:PORT of the robot controller")->required();
+  app.add_option("--tracker", client.tracker, "HOST:PORT of the laser tracker")->required();
+  app.add_option("--daemon", client.daemon, "HOST:PORT of plumblined")->required();
+  app.add_option("--program", arguments.program, "file with the wanted points")->required();
+  app.add_option("--robot-profile", arguments.profile)->check(CLI::IsMember({"ur", "generic"}));
+  app.add_option("--unit", client.unit, "Modbus unit id");
+  app.add_option("--settle-s", client.settle_s)->check(CLI::NonNegativeNumber);
+  app.add_option("--timeout-s", client.patience_s)->check(CLI::PositiveNumber);
+}
+
+void AddVisit(CLI::App& visit, Arguments& arguments) {
+  visit.add_option("--point", arguments.ids, "ids to visit; all that the daemon knows otherwise");
+  visit.add_option("--samples", arguments.client.samples, "tracker readings averaged")
+      ->check(CLI::PositiveNumber);
+  visit.add_option("--require-mm", arguments.require_mm, "largest corrected error")
+      ->check(CLI::PositiveNumber);
+  visit.add_option("--expect-miss-mm", arguments.expect_miss_mm,
+                   "instead: the corrected error of every point is larger");
+  visit.add_option("--before", arguments.before, "result of the declared model, for the table");
+  visit.add_option("--out", arguments.out, "result as .json or .csv");
+}
+
+void AddProbe(CLI::App& probe, Arguments& arguments) {
+  probe.add_flag("--with-only", arguments.with_only, "not without the payload as well");
+  probe.add_option("--most", arguments.most, "only so many points");
+  probe.add_option("--expect", arguments.expect, "alarm or quiet")
+      ->check(CLI::IsMember({"alarm", "quiet"}));
+  probe.add_option("--await-proposal-s", arguments.await_proposal_s,
+                   "wait so long for a corrected model");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Visits assembly points uncorrected and corrected. Exit code 0: every corrected error is "
-      "below --require-mm; 1: not so; 2: the cell or the daemon did not answer.");
-  AssemblyClientOptions options;
-  std::string program_file, profile = "ur", out;
-  std::vector<int> ids;
-  double require_mm = 1.0;
-  app.add_option("--robot", options.robot, "HOST:PORT of the robot controller")->required();
-  app.add_option("--tracker", options.tracker, "HOST:PORT of the laser tracker")->required();
-  app.add_option("--daemon", options.daemon, "HOST:PORT of plumblined")->required();
-  app.add_option("--program", program_file, "file with the wanted points")->required();
-  app.add_option("--robot-profile", profile)->check(CLI::IsMember({"ur", "generic"}));
-  app.add_option("--unit", options.unit, "Modbus unit id");
-  app.add_option("--point", ids, "ids to visit; all that the daemon knows where left out");
-  app.add_option("--samples", options.samples, "tracker readings averaged")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--settle-s", options.settle_s)->check(CLI::NonNegativeNumber);
-  app.add_option("--timeout-s", options.patience_s)->check(CLI::PositiveNumber);
-  app.add_option("--require-mm", require_mm, "largest corrected error")->check(CLI::PositiveNumber);
-  app.add_option("--out", out, "result as .json or .csv");
+      "visit: goes to assembly points as taught and as corrected. probe: has the tip measured with "
+      "and without payload, and tells the daemon. Exit code 0: as expected; 1: not so; 2: the cell "
+      "or the daemon did not answer.");
+  Arguments arguments;
+  AddOptions(app, arguments);
+  app.require_subcommand(1);
+  app.fallthrough();
+  AddVisit(*app.add_subcommand("visit", "Assembly points"), arguments);
+  AddProbe(*app.add_subcommand("probe", "Probing poses"), arguments);
   CLI11_PARSE(app, argc, argv);
-  options.profile = profile == "ur" ? Profile::kUr : Profile::kGeneric;
+  arguments.client.profile = arguments.profile == "ur" ? Profile::kUr : Profile::kGeneric;
   try {
-    const MotionProgram program = ReadProgramFile(program_file);
-    AssemblyClient client(options, program);
-    client.AttachPayload();
-    std::vector<Landing> landings;
-    for (const TaughtPoint& point : program.points) {
-      const bool asked = std::find(ids.begin(), ids.end(), point.id) != ids.end();
-      if (ids.empty() ? client.HasPoint(point.id) : asked) landings.push_back(client.Visit(point));
-    }
-    client.ReleasePayload();
-    if (landings.empty()) throw std::runtime_error("no point of the program was visited");
-    fmt::print("{}", LandingTable(landings));
-    if (!out.empty()) WriteOut(out, landings, require_mm);
-    const bool passed = std::all_of(landings.begin(), landings.end(), [&](const Landing& landing) {
-      return landing.CorrectedError() < require_mm;
-    });
-    fmt::print("Every corrected error is {} {} mm.\n", passed ? "below" : "NOT below", require_mm);
-    return passed ? 0 : 1;
+    const MotionProgram program = ReadProgramFile(arguments.program);
+    AssemblyClient client(arguments.client, program);
+    const auto run = app.got_subcommand("visit") ? Visit : Probe;
+    return run(arguments, client, program) ? 0 : 1;
   } catch (const std::exception& error) {
     fmt::print(stderr, "plumbline-plc-client: {}\n", error.what());
     return 2;

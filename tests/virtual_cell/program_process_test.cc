@@ -134,8 +134,8 @@ TEST_CASE("bad arguments are answered by their reason") {
 }
 
 TEST_CASE("the PLC client says who does not answer") {
-  Child client({PLC_CLIENT, "--robot", "127.0.0.1:1", "--tracker", "127.0.0.1:1", "--daemon",
-                "127.0.0.1:1", "--timeout-s", "0.1", "--program",
+  Child client({PLC_CLIENT, "visit", "--robot", "127.0.0.1:1", "--tracker", "127.0.0.1:1",
+                "--daemon", "127.0.0.1:1", "--timeout-s", "0.1", "--program",
                 "tests/virtual_cell/demo/cockpit-program.toml"});
   CHECK_THAT(client.Rest(), Catch::Contains("robot: no answer at 127.0.0.1:1"));
   CHECK(client.ExitCode() == 2);
