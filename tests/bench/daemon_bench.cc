@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -22,6 +23,8 @@
 namespace {
 
 constexpr double kCycle_ms = 10;
+constexpr std::uint16_t kLight_g = 20000, kHeavy_g = 60000;
+constexpr double kLeastChange_mm = 0.05;
 
 double Now_ms() {
   return 1e-6 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch() /
@@ -120,6 +123,13 @@ double ResidentMb(pid_t pid) {
   return 0;
 }
 
+/// point_x of the first point; an unanswered request is counted.
+double PointX_mm(modbus_t* plc, int& bad) {
+  std::uint16_t words[2] = {};
+  bad += modbus_read_registers(plc, 2003, 2, words) != 2;
+  return static_cast<double>(modbus_get_float_abcd(words));
+}
+
 /// Starts the daemon with its log in `folder`/log; the port is read from its first lines.
 pid_t StartDaemon(const char* program, const std::string& folder, int& port) {
   const std::string log = folder + "/log", config = folder + "/plumbline.toml";
@@ -155,15 +165,14 @@ int main(int argc, char** argv) {
   char pattern[] = "/tmp/plumbline-bench-XXXXXX";
   const std::string folder = mkdtemp(pattern);
   Robot robot;
-  robot.SetPayload(2000);
+  robot.SetPayload(kLight_g);
   std::ofstream(folder + "/profile.toml") << kProfile;
   std::ofstream(folder + "/plumbline.toml") << fmt::format(
       "cell = \"{}\"\nstate_directory = \"{}\"\n[robot]\nprofile = \"{}/profile.toml\"\n"
       "host = \"127.0.0.1\"\nport = {}\n[payload]\nsource = \"robot\"\n[plc]\nlisten = "
-      "\"127.0.0.1\"\nport = 0\n[correction]\nmin_singular_value = 0.0\n[[point]]\nid = 1\n"
-      "name = \"a\"\nframe = \"base\"\nxyz_mm = [600.0, 200.0, 300.0]\nrpy_deg = [180.0, 0.0, "
-      "0.0]\n[[point]]\nid = 2\nname = \"b\"\nframe = \"base\"\nxyz_mm = [600.0, -200.0, 300.0]\n"
-      "rpy_deg = [180.0, 0.0, 0.0]\n",
+      "\"127.0.0.1\"\nport = 0\n[[point]]\nid = 1\nxyz_mm = [2683.0, -424.0, 973.7]\nrpy_deg = "
+      "[0.0, 90.0, 0.0]\n[[point]]\nid = 2\nxyz_mm = [2683.0, 424.0, 973.7]\nrpy_deg = [0.0, 90.0, "
+      "0.0]\n",
       argv[2], folder, folder, robot.port());
   int port = 0;
   const pid_t daemon = StartDaemon(argv[1], folder, port);
@@ -195,14 +204,12 @@ int main(int argc, char** argv) {
   std::vector<double> latencies;
   for (int k = 0; k < changes; ++k) {
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(30 + phase(random)));
-    bad += modbus_read_registers(plc, 330, 2, block) != 2;
-    const std::uint16_t before[2] = {block[0], block[1]};
-    robot.SetPayload(static_cast<std::uint16_t>(k % 2 == 0 ? 9000 : 2000));
+    const double before_mm = PointX_mm(plc, bad);
+    robot.SetPayload(k % 2 == 0 ? kHeavy_g : kLight_g);
     const double start = Now_ms();
-    // The payload in force and the points of one cycle are one image.
-    do {
-      bad += modbus_read_registers(plc, 330, 2, block) != 2;
-    } while (bad == 0 && block[0] == before[0] && block[1] == before[1] && Now_ms() - start < 1000);
+    while (bad == 0 && std::abs(PointX_mm(plc, bad) - before_mm) < kLeastChange_mm) {
+      if (Now_ms() - start > 1000) bad = 1;  // the cell does not yield: nothing is measured
+    }
     latencies.push_back(Now_ms() - start);
   }
   const double memory_mb = ResidentMb(daemon);

@@ -1,0 +1,122 @@
+// What the drift monitor reaches: probes until a step alarms, false alarms in simulated years.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "firmware-like/monitor/run_length.h"
+
+using namespace plumbline;
+
+namespace {
+
+class Residuals {
+ public:
+  Residuals(unsigned seed, double sigma_m, double outlier_share)
+      : random_(seed), sigma_m_(sigma_m), outlier_share_(outlier_share) {}
+  Vec3 Next() {
+    const Vec3 noise(normal_(random_), normal_(random_), normal_(random_));
+    return (uniform_(random_) < outlier_share_ ? 20 : 1) * sigma_m_ * noise;
+  }
+  Vec3 Direction() {
+    return Vec3(normal_(random_), normal_(random_), normal_(random_)).normalized();
+  }
+
+ private:
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  std::uniform_real_distribution<double> uniform_{0, 1};
+  double sigma_m_, outlier_share_;
+};
+
+void Delays(int runs) {
+  fmt::print("## Probes until a step alarms, {} runs, random directions\n\n", runs);
+  fmt::print(
+      "| sigma mm | step mm | probes a day | reference | wild | threshold | median | 95 % |\n");
+  fmt::print("|---|---|---|---|---|---|---|---|\n");
+  for (const double sigma_mm : {0.05, 0.1}) {
+    for (const double step_mm : {0.1, 0.3}) {
+      for (const double probes_per_day : {1.0, 24.0, 1440.0}) {
+        for (const int reference : {0, 20}) {
+          for (const double wild : {0.0, 0.05}) {
+            MonitorWish wish;
+            wish.sigma_m = 1e-3 * sigma_mm;
+            wish.probes_per_day = probes_per_day;
+            wish.reference_probes = reference;
+            const MonitorDesign design = MonitorDesignFor(wish);
+            std::vector<int> delays;
+            for (int run = 0; run < runs; ++run) {
+              Residuals residuals(static_cast<unsigned>(run), wish.sigma_m, wild);
+              DriftMonitor monitor(design);
+              const Vec3 step_m = 1e-3 * step_mm * residuals.Direction();
+              for (int i = 0; i < reference + 30; ++i) monitor.Update(residuals.Next());
+              if (monitor.alarm()) continue;  // counted below
+              int delay = 0;
+              while (!monitor.alarm() && delay < 100000) {
+                monitor.Update(residuals.Next() + step_m);
+                ++delay;
+              }
+              delays.push_back(delay);
+            }
+            std::sort(delays.begin(), delays.end());
+            const auto at = [&](double share) {
+              return delays[static_cast<std::size_t>(share *
+                                                     static_cast<double>(delays.size() - 1))];
+            };
+            fmt::print("| {} | {} | {} | {} | {:.0f} % | {:.2f} | {} | {} |\n", sigma_mm, step_mm,
+                       probes_per_day,
+                       reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * wild,
+                       design.threshold, at(0.5), at(0.95));
+          }
+        }
+      }
+    }
+  }
+}
+
+void FalseAlarms(double probes_per_day, int years) {
+  for (const int reference : {0, 20}) {
+    for (const double wild : {0.0, 0.02, 0.05}) {
+      MonitorWish wish;
+      wish.probes_per_day = probes_per_day;
+      wish.reference_probes = reference;
+      DriftMonitor monitor(MonitorDesignFor(wish));
+      Residuals residuals(99, wish.sigma_m, wild);
+      int alarms = 0, worst = 0, at_most_one = 0;
+      for (int year = 0; year < years; ++year) {
+        monitor.Restart();
+        int in_year = 0;
+        for (int i = 0; i < static_cast<int>(365.25 * probes_per_day); ++i) {
+          if (!monitor.Update(residuals.Next()).raised) continue;
+          ++in_year;
+          monitor.Restart();
+        }
+        alarms += in_year;
+        worst = std::max(worst, in_year);
+        at_most_one += in_year <= 1 ? 1 : 0;
+      }
+      fmt::print("| {} | {} | {:.0f} % | {} | {:.2f} | {:.3f} | {:.1f} % | {} |\n", probes_per_day,
+                 reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * wild, years,
+                 monitor.design().threshold, static_cast<double>(alarms) / years,
+                 100.0 * at_most_one / years, worst);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
+  Delays(quick ? 200 : 2000);
+  fmt::print("\n## False alarms, one a year asked for, sigma 0.05 mm\n\n");
+  fmt::print(
+      "| probes a day | reference | wild | years | threshold | a year | years with at most one | "
+      "worst |\n");
+  fmt::print("|---|---|---|---|---|---|---|---|\n");
+  FalseAlarms(1, quick ? 100 : 2000);
+  FalseAlarms(24, quick ? 50 : 1000);
+  if (!quick) FalseAlarms(1440, 60);
+}
