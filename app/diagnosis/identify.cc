@@ -19,6 +19,8 @@ constexpr std::size_t kMostAtFirst = 3;
 constexpr std::size_t kMostBesideUnknown = 14;
 constexpr int kRowsForMany = 300;
 constexpr std::size_t kRefitTries = 12;
+constexpr double kWorthTrying = 60;      // score behind the best at which rejected rows may tell
+constexpr double kRejectingMargin = 10;  // an explanation must beat the best by this over all rows
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
@@ -62,6 +64,34 @@ Result<Refit> RefitTo(const Dataset& data, const Identified& so_far, const Expla
   return RefitModel(data, start, options);
 }
 
+/// Takes another explanation where it foretells rows that the best rejects: a row measured to tell
+/// two explanations apart looks like a gross error to the wrong one.
+void TakeLeastRejecting(const Dataset& data, int threads, Identified& so_far, Refit& refit) {
+  const auto rejected = [](double weight) { return weight < kOutlierWeight; };
+  if (so_far.unknown || std::none_of(so_far.weights.begin(), so_far.weights.end(), rejected))
+    return;
+  const auto cost = [&](const Refit& of, const Explanation& explanation) {
+    const Result<Linearisation> linear = Linearise(data, of.model, false, threads);
+    if (!linear) return 1e300;
+    return HampelLoss(ResidualsOf(*linear), so_far.sigma_m, data.axes()) + explanation.score -
+           explanation.chi2;
+  };
+  const double worst_score = so_far.best.score + kWorthTrying;
+  double least = cost(refit, so_far.best) - kRejectingMargin;
+  for (std::size_t k = 0; k < std::min(kRefitTries, so_far.ranked.size()); ++k) {
+    const Explanation& other = so_far.ranked[k];
+    if (other.score > worst_score) break;
+    if (other.blocks.empty() || other.columns == so_far.best.columns) continue;
+    const Result<Refit> of_other = RefitTo(data, so_far, other, threads);
+    if (!of_other) continue;
+    const double of = cost(*of_other, other);
+    if (of >= least) continue;
+    least = of;
+    so_far.best = other;
+    refit = *of_other;
+  }
+}
+
 /// Searches at the present linearisation and refits the best that can be refitted.
 Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_unknown,
                              const DiagnosisOptions& options, Identified& so_far) {
@@ -101,6 +131,7 @@ Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_un
     so_far.unknown = false;
     refit = RefitTo(data, so_far, so_far.best, options.threads);
   }
+  if (refit) TakeLeastRejecting(data, options.threads, so_far, refit.value());
   return refit;
 }
 

@@ -50,4 +50,21 @@ std::vector<double> HampelWeights(const std::vector<Vec3>& residuals, double sig
   return weights;
 }
 
+double HampelLoss(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
+  const double whole = WholeWeightUpTo(axes);
+  const double falling = whole + 1.3, none = 2 * whole;
+  double sum = 0;
+  for (const Vec3& r : residuals) {
+    const double d = r.head(axes).norm() / sigma_m;
+    const double square = std::min(d, whole);
+    sum += square * square;
+    if (d > whole) sum += 2 * whole * (std::min(d, falling) - whole);
+    if (d > falling) {
+      const double left = 1 - (std::min(d, none) - falling) / (none - falling);
+      sum += whole * (none - falling) * (1 - left * left);
+    }
+  }
+  return sum;
+}
+
 }  // namespace plumbline

@@ -13,6 +13,10 @@ double RobustSigma(const std::vector<Vec3>& residuals, int axes);
 /// weight, so that chi2 keeps its meaning.
 std::vector<double> HampelWeights(const std::vector<Vec3>& residuals, double sigma_m, int axes);
 
+/// Twice the loss that these weights belong to, summed: chi2 where every row has its whole weight,
+/// at most 41 for a rejected one.
+double HampelLoss(const std::vector<Vec3>& residuals, double sigma_m, int axes);
+
 /// The scale for HampelWeights: at least `sigma_m`, and large enough that no more than one row in
 /// ten is taken for an outlier; more of them are an effect, not outliers.
 double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes);
