@@ -155,8 +155,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   Judge(data, found, RobustSigma(after, data.axes()), diagnosis);
   if (diagnosis.verdict == Verdict::kAmbiguous) {
     tell(0.75, "where to measure next");
-    diagnosis.next_poses = NextPoses(*found.pool, found.model, found.best, rivals,
-                                     options.next_poses, options.threads);
+    AddNextPoses(*found.pool, found.model, found.best, rivals, options, diagnosis);
   }
 
   tell(0.8, "held-out rows");

@@ -98,6 +98,7 @@ struct Diagnosis {
   std::vector<Rival> rivals;
   std::vector<std::string> drivers;  ///< columns
   std::vector<NextPose> next_poses;
+  bool next_poses_tell_all = false;  ///< every rival would be ruled out, or shown to be the truth
   std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by effect id
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma

@@ -13,7 +13,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kRivalGap = 16;        // 4 sigma between the two rules a rival out
 constexpr double kWorthRefitting = 60;  // gap before nonlinear refits
 constexpr std::size_t kMostRefits = 8;
 
@@ -199,6 +198,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
       }
     }
     told.push_back(other);
+    told.back().score = context.best.score + gap;
   }
   return told;
 }

@@ -20,7 +20,8 @@ struct FindingsContext {
 /// Effects with values, covariance, p-values and plausibility.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 
-/// Explanations without a finding that fit as well once refitted; returns those that are told.
+/// Explanations without a finding that fit as well once refitted; returns those that are told,
+/// their scores those of the refits.
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    const std::vector<double>& weights, Diagnosis& diagnosis);
 

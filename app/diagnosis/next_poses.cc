@@ -1,192 +1,142 @@
 #include "app/diagnosis/next_poses.h"
 
-#include <Eigen/Dense>
-#include <algorithm>
-#include <cmath>
+#include <fmt/format.h>
 
-#include "app/diagnosis/statistics.h"
+#include <algorithm>
+#include <set>
+
+#include "app/diagnosis/contest.h"
+#include "app/diagnosis/identify.h"
+#include "app/diagnosis/pose_candidates.h"
+#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
 
-constexpr int kCandidates = 300;
+constexpr double kLeastGain = 0.1;  // sigma^2: a pose that brings less is not worth the way
+constexpr double kWorthAnotherPayload = 1.5;  // in gain
 
-struct PoseRange {
-  JointVector low, high;
+struct Design {
+  std::vector<NextPose> poses;
+  std::set<std::size_t> untold;  ///< rivals, counted from 1
+  double gain = 0;               ///< of the poses until all are told
 };
 
-PoseRange RangeOf(const Dataset& data) {
-  PoseRange range{data.table.rows.front().q, data.table.rows.front().q};
-  for (const MeasuredRow& row : data.table.rows) {
-    range.low = range.low.cwiseMin(row.q);
-    range.high = range.high.cwiseMax(row.q);
-  }
-  for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
-    if (std::isfinite(joint.min) && std::isfinite(joint.max)) {
-      range.low[i] = joint.min;
-      range.high[i] = joint.max;
+/// Height in W that a tip has reached, or the base's if that is lower: nothing below was tried.
+double LowestTip(const Linearisation& linear, const Model& model) {
+  double lowest_m = model.frames.back().X_WB.p.z();
+  for (const LinearRow& row : linear.rows) lowest_m = std::min(lowest_m, row.p_W.z());
+  return lowest_m;
+}
+
+/// Greedy: the best candidate, then the best beside it, and so on.
+Design DesignAt(const std::vector<double>& payloads_kg, const Pool& pool, const Model& model,
+                const std::vector<Explanation>& explanations, const DiagnosisOptions& options) {
+  const Dataset& data = pool.problem().data();
+  Dataset candidates = PoseCandidates(data, payloads_kg);
+  const Result<Linearisation> linear = LineariseApart(candidates, model, options.threads);
+  Design design;
+  Contests contests(pool, explanations);
+  for (std::size_t j = 1; j < explanations.size(); ++j) design.untold.insert(j);
+  if (!linear) return design;
+  const double lowest_m = LowestTip(pool.problem().linear(), model);
+  std::set<int> taken;  // clusters: a pose with another payload is the same way to go
+  ComeFrom(data.conditions.back(), candidates);
+  while (static_cast<int>(design.poses.size()) < options.next_poses) {
+    std::vector<double> gains(candidates.table.rows.size(), 0.0);
+    InParallel(candidates.rows(), options.threads, [&](int first, int last) {
+      for (int row = first; row < last; ++row) {
+        const auto k = static_cast<std::size_t>(row);
+        if (linear->rows[k].p_W.z() < lowest_m || taken.contains(candidates.cluster_of[k]))
+          continue;
+        gains[k] = contests.Gain(candidates, *linear, row);
+      }
+    });
+    const auto best = std::max_element(gains.begin(), gains.end());
+    if (*best < kLeastGain) break;
+    if (!design.untold.empty()) design.gain += *best;
+    const auto k = static_cast<std::size_t>(best - gains.begin());
+    const auto row = static_cast<int>(k);
+    design.poses.push_back({candidates.table.rows[k].q, candidates.table.rows[k].payload_kg,
+                            contests.Apart(candidates, *linear, row)});
+    taken.insert(candidates.cluster_of[k]);
+    contests.Measure(candidates, *linear, row);
+    for (std::size_t j = 1; j < explanations.size(); ++j) {
+      if (contests.Told(j)) design.untold.erase(j);
     }
+    if (contests.AllTold()) contests.Forget();
+    const Conditions here = candidates.conditions[k];
+    ComeFrom(here, candidates);
   }
-  return range;
+  return design;
 }
 
-/// The data's rows replaced by candidate poses; signals that a commissioner cannot choose stand at
-/// the middle of what was seen.
-Dataset AtCandidates(const Dataset& data) {
-  Dataset candidates = data;
-  candidates.table.rows.clear();
-  candidates.conditions.clear();
-  candidates.payloads.clear();
-  candidates.session_of.clear();
-  candidates.cluster_of.clear();
-  candidates.clusters = 0;
-  const PoseRange range = RangeOf(data);
-  std::vector<double> loads = {0.0};
-  double heaviest = 0;
-  for (const Payload& payload : data.payloads) heaviest = std::max(heaviest, payload.mass_kg);
-  if (heaviest > 0) loads = {0.0, heaviest / 2, heaviest};
-  Random random(4242);
-  for (int k = 0; k < kCandidates; ++k) {
-    const auto like = static_cast<std::size_t>(random.Below(data.rows()));
-    MeasuredRow row = data.table.rows[like];
-    for (Eigen::Index i = 0; i < row.q.size(); ++i) {
-      row.q[i] = range.low[i] + random.Uniform() * (range.high[i] - range.low[i]);
+/// The payloads seen, none, and the one that the cell declares.
+std::vector<double> PayloadsBeside(const Dataset& data, const std::vector<double>& seen) {
+  if (!data.cell.payload_cog_F || !data.table.recorded.payload) return seen;
+  std::set<double> all(seen.begin(), seen.end());
+  all.insert(0.0);
+  return {all.begin(), all.end()};
+}
+
+std::string Kilograms(const std::vector<double>& payloads_kg) {
+  std::vector<std::string> texts;
+  for (const double payload_kg : payloads_kg) texts.push_back(fmt::format("{:.4g}", payload_kg));
+  return Listed(texts) + " kg";
+}
+
+/// The effects in which two explanations differ: "payload mass from tool stiffness".
+std::string Pair(const Pool& pool, const Explanation& answer, const Explanation& rival) {
+  const auto names = [&](const Explanation& of, const Explanation& beside) {
+    const std::vector<std::string> others = EffectIds(pool, beside);
+    std::vector<std::string> texts;
+    for (const std::string& id : EffectIds(pool, of)) {
+      if (std::find(others.begin(), others.end(), id) == others.end())
+        texts.push_back(EffectName(id));
     }
-    row.payload_kg = loads[static_cast<std::size_t>(random.Below(static_cast<int>(loads.size())))];
-    Conditions moment = data.conditions[like];
-    moment.q = row.q;
-    moment.payload_kg = row.payload_kg;
-    moment.tau.resize(0);
-    moment.approach = JointVector::Zero(row.q.size());
-    for (Eigen::Index i = 0; i < row.q.size(); ++i) moment.approach[i] = random.Sign();
-    candidates.payloads.push_back({row.payload_kg, data.payloads[like].cog_F});
-    if (data.cell.payload_cog_F && heaviest > 0)
-      candidates.payloads.back().cog_F = *data.cell.payload_cog_F;
-    candidates.session_of.push_back(data.session_of[like]);
-    candidates.cluster_of.push_back(candidates.clusters++);
-    candidates.conditions.push_back(std::move(moment));
-    candidates.table.rows.push_back(std::move(row));
-  }
-  // Signals of empirical terms stay those of rows that exist.
-  for (RecordedSignal& signal : candidates.signals) signal.values.assign(kCandidates, signal.low);
-  return candidates;
+    return Listed(texts);
+  };
+  return names(rival, answer) + " from " + names(answer, rival);
 }
-
-/// Columns of an explanation's kept parameters at a row, in sigma.
-Eigen::MatrixXd ColumnsOf(const Pool& pool, const Explanation& explanation, const Dataset& data,
-                          const Linearisation& linear, int row) {
-  const auto coefficients = pool.CoefficientsOf(explanation);
-  Eigen::MatrixXd columns(linear.axes, static_cast<int>(coefficients.size()));
-  int at = 0;
-  int last_block = -1;
-  Eigen::MatrixXd of_block;
-  for (const auto& [key, value] : coefficients) {
-    const Block& block = pool.blocks()[static_cast<std::size_t>(key.first)];
-    if (key.first != last_block) {
-      of_block.resize(3, static_cast<int>(block.columns.size()));
-      ColumnsAt(data, linear, block, row, of_block);
-      last_block = key.first;
-    }
-    columns.col(at++) = of_block.col(key.second).head(linear.axes) / pool.problem().sigma_m();
-  }
-  return columns;
-}
-
-Eigen::VectorXd ValuesOf(const Pool& pool, const Explanation& explanation) {
-  const auto coefficients = pool.CoefficientsOf(explanation);
-  Eigen::VectorXd values(static_cast<int>(coefficients.size()));
-  int at = 0;
-  for (const auto& [key, value] : coefficients) values[at++] = value;
-  return values;
-}
-
-/// One rival's fight against the answer: what it could still imitate after the rows so far.
-struct Contest {
-  Eigen::MatrixXd H;  ///< information on the rival's columns and the frames
-  Eigen::VectorXd g;
-};
 
 }  // namespace
 
-std::vector<NextPose> NextPoses(const Pool& pool, const Model& model, const Explanation& answer,
-                                const std::vector<Explanation>& rivals, int count, int threads) {
-  const Dataset& data = pool.problem().data();
-  const Dataset candidates = AtCandidates(data);
-  const Result<Linearisation> linear = Linearise(candidates, model, true, threads);
-  if (!linear || rivals.empty()) return {};
-  const int frames = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  const auto rival_columns = [&](const Explanation& rival, const Dataset& of,
-                                 const Linearisation& at, int row) {
-    const Eigen::MatrixXd columns = ColumnsOf(pool, rival, of, at, row);
-    Eigen::MatrixXd all(at.axes, columns.cols() + frames);
-    all.leftCols(columns.cols()) = columns;
-    const auto& derivative = at.rows[static_cast<std::size_t>(row)].frames;
-    if (data.frames_free())
-      all.middleCols(columns.cols(), 6) =
-          derivative.topLeftCorner(at.axes, 6) / pool.problem().sigma_m();
-    if (data.tip_free())
-      all.rightCols(3) = derivative.topRightCorner(at.axes, 3) / pool.problem().sigma_m();
-    return all;
+void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answer,
+                  const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
+                  Diagnosis& diagnosis) {
+  if (rivals.empty() || options.next_poses <= 0) return;
+  std::vector<Explanation> all = {answer};
+  all.insert(all.end(), rivals.begin(), rivals.end());
+  const auto pairs = [&](const std::set<std::size_t>& which) {
+    std::vector<std::string> texts;
+    for (const std::size_t j : which) {
+      const std::string text = Pair(pool, answer, all[j]);
+      if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+    }
+    return Listed(texts, "or");
   };
-  const Eigen::VectorXd values = ValuesOf(pool, answer);
-  std::vector<Contest> contests;
-  for (const Explanation& rival : rivals) {
-    Contest contest;
-    for (const int row : pool.problem().rows()) {
-      const Eigen::MatrixXd X = rival_columns(rival, data, pool.problem().linear(), row);
-      const Eigen::VectorXd field =
-          ColumnsOf(pool, answer, data, pool.problem().linear(), row) * values;
-      if (contest.H.size() == 0) {
-        contest.H = Eigen::MatrixXd::Zero(X.cols(), X.cols());
-        contest.g = Eigen::VectorXd::Zero(X.cols());
-      }
-      contest.H += X.transpose() * X;
-      contest.g += X.transpose() * field;
+  const Dataset& data = pool.problem().data();
+  const std::vector<double> seen = PayloadsSeen(data);
+  Design design = DesignAt(seen, pool, model, all, options);
+  const std::vector<double> more = PayloadsBeside(data, seen);
+  if (!design.untold.empty() && more != seen) {
+    Design with_more = DesignAt(more, pool, model, all, options);
+    if (with_more.gain > kWorthAnotherPayload * design.gain) {
+      diagnosis.notes.push_back(fmt::format(
+          "{} further poses at {} would not tell {}: the proposed poses include some without "
+          "payload; any clearly different payload does as well",
+          options.next_poses, Kilograms(seen), pairs(design.untold)));
+      design = std::move(with_more);
     }
-    contest.H.diagonal().array() *= 1 + 1e-9;
-    contest.H.diagonal().array() += 1e-12;
-    contests.push_back(std::move(contest));
   }
-  std::vector<NextPose> poses;
-  std::vector<bool> taken(static_cast<std::size_t>(kCandidates), false);
-  for (int pick = 0; pick < count; ++pick) {
-    double best = 0;
-    int best_row = -1;
-    std::vector<Eigen::LDLT<Eigen::MatrixXd>> solvers;
-    for (const Contest& contest : contests) solvers.emplace_back(contest.H);
-    for (int row = 0; row < kCandidates; ++row) {
-      if (taken[static_cast<std::size_t>(row)]) continue;
-      // A tip below the base's plane cannot be measured in most cells.
-      if (linear->rows[static_cast<std::size_t>(row)].p_W.z() < model.frames[0].X_WB.p.z())
-        continue;
-      const Eigen::VectorXd field = ColumnsOf(pool, answer, candidates, *linear, row) * values;
-      double least = 1e300;
-      for (std::size_t r = 0; r < rivals.size(); ++r) {
-        const Eigen::MatrixXd X = rival_columns(rivals[r], candidates, *linear, row);
-        const Eigen::VectorXd e = field - X * solvers[r].solve(contests[r].g);
-        const Eigen::MatrixXd S =
-            Eigen::MatrixXd::Identity(e.size(), e.size()) + X * solvers[r].solve(X.transpose());
-        least = std::min(least, e.dot(S.ldlt().solve(e)));
-      }
-      if (least > best) {
-        best = least;
-        best_row = row;
-      }
-    }
-    if (best_row < 0) break;
-    taken[static_cast<std::size_t>(best_row)] = true;
-    const auto at = static_cast<std::size_t>(best_row);
-    const Eigen::VectorXd field = ColumnsOf(pool, answer, candidates, *linear, best_row) * values;
-    for (std::size_t r = 0; r < rivals.size(); ++r) {
-      const Eigen::MatrixXd X = rival_columns(rivals[r], candidates, *linear, best_row);
-      contests[r].H += X.transpose() * X;
-      contests[r].g += X.transpose() * field;
-    }
-    poses.push_back({candidates.table.rows[at].q, candidates.table.rows[at].payload_kg,
-                     std::sqrt(best) * pool.problem().sigma_m()});
+  if (!design.untold.empty()) {
+    diagnosis.notes.push_back(
+        fmt::format("no {} further poses near those measured would tell {}: record a signal in "
+                    "which they differ, or measure where the robot has not been",
+                    options.next_poses, pairs(design.untold)));
   }
-  return poses;
+  diagnosis.next_poses_tell_all = design.untold.empty();
+  diagnosis.next_poses = std::move(design.poses);
 }
 
 }  // namespace plumbline

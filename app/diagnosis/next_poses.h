@@ -6,12 +6,15 @@
 
 namespace plumbline {
 
-/// Greedy T-optimal design [Atkinson & Fedorov 1975, Biometrika 62(1)]: each next pose is the one
-/// where the answer's displacement is farthest from what the refitted rival could still predict
-/// there. Candidates are random poses within the joint limits (the rows' range where there are
-/// none), reached by the arm above its base plane, with the payloads seen and none.
-/// @param answer, rivals  explanations of the pool; the rivals' effects stand for `id`
-std::vector<NextPose> NextPoses(const Pool& pool, const Model& model, const Explanation& answer,
-                                const std::vector<Explanation>& rivals, int count, int threads);
+/// Proposes poses, the most telling first: each next one is the candidate (`PoseCandidates`) that
+/// brings all pairs of explanations nearest to being told (`Contests::Gain`), the poses before it
+/// measured. Once all are told, further poses are second witnesses. At the payloads that were
+/// measured where these can tell; else with others (none, or the cell's own), and a note says so,
+/// as it does of rivals that no pose can tell.
+/// @param answer, rivals  explanations of the pool; the rivals' scores are those of refits
+/// @param diagnosis       gets next_poses, next_poses_tell_all and notes
+void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answer,
+                  const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
+                  Diagnosis& diagnosis);
 
 }  // namespace plumbline

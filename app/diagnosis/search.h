@@ -59,6 +59,9 @@ struct Explanation {
   double score = 0;          ///< chi2 + cost; -2 ln(evidence) up to a constant
 };
 
+/// Scores this far apart, 4 sigma, rule the worse one out.
+inline constexpr double kRivalGap = 16;
+
 /// Blocks with their projected columns and Gram matrix.
 class Pool {
  public:

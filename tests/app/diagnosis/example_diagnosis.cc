@@ -191,6 +191,7 @@ void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagno
   Rival rival{"tool_stiffness", "payload_mass", {}, 0.012, 1.4, {}};
   for (std::size_t k = 0; k < answer.size(); ++k) rival.shift_W.push_back(other[k] - answer[k]);
   diagnosis.rivals.push_back(rival);
+  diagnosis.next_poses_tell_all = true;
   for (std::size_t k = 0; k < 6; ++k) {
     diagnosis.next_poses.push_back(
         {simulation.moments[9 * k].q, 80, 1e-3 * (1.2 - 0.1 * static_cast<double>(k))});

@@ -1,0 +1,154 @@
+#include "app/diagnosis/contest.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr double kLargestUnit = 1e3;  // SI; more is no plausible size but none given
+constexpr double kForNoise = 2;       // sigma beyond what rules a rival out, for luck
+
+}  // namespace
+
+Contests::Contests(const Pool& pool, const std::vector<Explanation>& explanations) : pool_(pool) {
+  const auto n = static_cast<int>(explanations.size());
+  needed_ = told_ = Eigen::MatrixXd::Zero(n, n);
+  double best = explanations.front().score;
+  for (const Explanation& explanation : explanations) best = std::min(best, explanation.score);
+  for (const Explanation& explanation : explanations) {
+    Side& side = sides_.emplace_back();
+    side.blocks = explanation.blocks;
+    side.weight = std::exp((best - explanation.score) / 2);
+    const Coefficients found = pool.CoefficientsOf(explanation);
+    std::vector<double> unit, values;
+    for (const int block : side.blocks) {
+      const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+      for (std::size_t k = 0; k < of.columns.size(); ++k) {
+        const auto at = found.find({block, static_cast<int>(k)});
+        const double value = at == found.end() ? 0 : at->second;
+        unit.push_back(std::max(std::min(kLargestUnit, of.columns[k].largest), std::abs(value)));
+        values.push_back(value / unit.back());
+      }
+    }
+    side.unit = Eigen::Map<Eigen::VectorXd>(unit.data(), static_cast<int>(unit.size()));
+    side.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<int>(values.size()));
+    for (int j = 0; j < n; ++j) {
+      const double ahead = explanations[static_cast<std::size_t>(j)].score - explanation.score;
+      const auto i = static_cast<int>(sides_.size()) - 1;
+      if (i != j && ahead < kRivalGap) {
+        needed_(i, j) = std::pow(std::sqrt(kRivalGap - ahead) + kForNoise, 2);
+      }
+    }
+  }
+  for (const int row : pool.problem().rows()) {
+    Take(At(pool.problem().data(), pool.problem().linear(), row));
+  }
+  Settle();
+}
+
+Contests::AtRow Contests::At(const Dataset& data, const Linearisation& linear, int row) const {
+  const auto k = static_cast<std::size_t>(row);
+  const int first_tip = data.frames_free() ? 6 : 0;
+  const int per_session = first_tip + (data.tip_free() ? 3 : 0);
+  AtRow result;
+  result.fields.resize(linear.axes, static_cast<int>(sides_.size()));
+  for (const Side& side : sides_) {
+    const auto own = side.unit.size();
+    Eigen::MatrixXd X =
+        Eigen::MatrixXd::Zero(linear.axes, own + per_session * data.sessions_count());
+    Eigen::Index at = 0;
+    for (const int block : side.blocks) {
+      const Block& of = pool_.blocks()[static_cast<std::size_t>(block)];
+      Eigen::MatrixXd columns(3, static_cast<int>(of.columns.size()));
+      ColumnsAt(data, linear, of, row, columns);
+      X.middleCols(at, columns.cols()) = columns.topRows(linear.axes);
+      at += columns.cols();
+    }
+    X.leftCols(own) *= side.unit.asDiagonal();
+    at += per_session * data.session_of[k];
+    const auto& frames = linear.rows[k].frames;
+    if (data.frames_free()) X.middleCols(at, 6) = frames.topLeftCorner(linear.axes, 6);
+    if (data.tip_free()) {
+      X.middleCols(at + first_tip, 3) = frames.topRightCorner(linear.axes, 3);
+    }
+    X /= pool_.problem().sigma_m();
+    result.fields.col(static_cast<int>(result.X.size())) = X.leftCols(own) * side.values;
+    result.X.push_back(std::move(X));
+  }
+  return result;
+}
+
+void Contests::Take(const AtRow& at) {
+  for (std::size_t j = 0; j < sides_.size(); ++j) {
+    Side& side = sides_[j];
+    const Eigen::MatrixXd& X = at.X[j];
+    if (side.H.size() == 0) {
+      side.H = Eigen::MatrixXd::Identity(X.cols(), X.cols());
+      side.g = Eigen::MatrixXd::Zero(X.cols(), at.fields.cols());
+    }
+    side.H += X.transpose() * X;
+    side.g += X.transpose() * at.fields;
+  }
+}
+
+void Contests::Settle() {
+  for (Side& side : sides_) {
+    side.solver.compute(side.H);
+    side.theta = side.solver.solve(side.g);
+  }
+}
+
+Eigen::MatrixXd Contests::Distances(const AtRow& at) const {
+  Eigen::MatrixXd distances(needed_.rows(), needed_.cols());
+  for (std::size_t j = 0; j < sides_.size(); ++j) {
+    const Eigen::MatrixXd& X = at.X[j];
+    const Eigen::MatrixXd e = at.fields - X * sides_[j].theta;
+    const Eigen::MatrixXd S =
+        Eigen::MatrixXd::Identity(X.rows(), X.rows()) + X * sides_[j].solver.solve(X.transpose());
+    distances.col(static_cast<int>(j)) =
+        e.cwiseProduct(S.ldlt().solve(e)).colwise().sum().transpose();
+  }
+  return distances;
+}
+
+double Contests::Gain(const Dataset& candidates, const Linearisation& linear, int row) const {
+  const Eigen::MatrixXd useful =
+      Distances(At(candidates, linear, row)).cwiseMin((needed_ - told_).cwiseMax(0));
+  double gain = 0;
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    gain += sides_[i].weight * useful.row(static_cast<int>(i)).sum();
+  }
+  return gain;
+}
+
+double Contests::Apart(const Dataset& candidates, const Linearisation& linear, int row) const {
+  const AtRow at = At(candidates, linear, row);
+  double farthest = 0;
+  for (std::size_t j = 1; j < sides_.size(); ++j) {
+    farthest = std::max(farthest, (at.fields.col(0) - at.X[j] * sides_[j].theta.col(0)).norm());
+  }
+  return farthest * pool_.problem().sigma_m();
+}
+
+void Contests::Measure(const Dataset& candidates, const Linearisation& linear, int row) {
+  const AtRow at = At(candidates, linear, row);
+  told_ += Distances(at);
+  Take(at);
+  Settle();
+}
+
+bool Contests::Told(std::size_t rival) const {
+  const auto j = static_cast<int>(rival);
+  return told_(0, j) >= needed_(0, j) && told_(j, 0) >= needed_(j, 0);
+}
+
+bool Contests::AllTold() const {
+  for (std::size_t j = 1; j < sides_.size(); ++j) {
+    if (!Told(j)) return false;
+  }
+  return true;
+}
+
+}  // namespace plumbline
