@@ -71,7 +71,7 @@ Design DesignAt(const std::vector<double>& payloads_kg, const Pool& pool, const 
   return design;
 }
 
-/// The payloads seen, none, and the one that the cell declares.
+/// The payloads seen, and none: that a load can be taken off is all that is known of others.
 std::vector<double> PayloadsBeside(const Dataset& data, const std::vector<double>& seen) {
   if (!data.cell.payload_cog_F || !data.table.recorded.payload) return seen;
   std::set<double> all(seen.begin(), seen.end());
@@ -130,10 +130,10 @@ void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answe
     }
   }
   if (!design.untold.empty()) {
-    diagnosis.notes.push_back(
-        fmt::format("no {} further poses near those measured would tell {}: record a signal in "
-                    "which they differ, or measure where the robot has not been",
-                    options.next_poses, pairs(design.untold)));
+    diagnosis.notes.push_back(fmt::format(
+        "{} further poses near those measured would not surely tell {}: record a signal "
+        "in which they differ, or measure where the robot has not been",
+        options.next_poses, pairs(design.untold)));
   }
   diagnosis.next_poses_tell_all = design.untold.empty();
   diagnosis.next_poses = std::move(design.poses);

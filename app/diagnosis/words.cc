@@ -54,8 +54,8 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   }
   std::string text = Listed(names, "or") + ": these points cannot tell";
   const std::size_t poses = diagnosis.next_poses.size();
-  const char* can = diagnosis.next_poses_tell_all ? "would" : "tell some of them apart";
-  if (poses == 0) text += ", and no further pose at hand would";
+  const char* can = diagnosis.next_poses_tell_all ? "would" : "may";
+  if (poses == 0) text += ", and no further pose nearby would";
   if (poses == 1) text += fmt::format("; one further pose {}", can);
   if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);
   return text;

@@ -2,10 +2,14 @@
 """Scores the poses that an ambiguous diagnosis proposes: how many of them separate the rivals, beside
 poses drawn at random.
 
-Each case is drawn with few freedoms (a vertical tool, or one payload and rigid joints). Where the
-diagnosis is ambiguous, its proposed poses are measured by the simulator and appended one after the
-other until the answer is the hidden effect alone; likewise random poses within the joint limits,
-with payloads of the same set. Poses needed beyond what is tried count as infinitely many.
+Each case is drawn with few freedoms (one payload and rigid joints; a vertical tool; twelve poses).
+Where the diagnosis is ambiguous, its proposed poses are measured by the simulator and appended one
+after the other until the answer is the hidden effect alone and stays so with the next two poses;
+every six poses the diagnosis proposes anew. Random poses are appended likewise, drawn from the same
+pool: joints within the measured range, widened as the product widens it, no tip lower than any
+before, at the payloads that were measured or proposed. Both are tried to 24 poses. A case that
+neither tells by then is counted apart, and so is one that a single random pose tells: nothing can
+need half of it.
 """
 
 import argparse
@@ -31,15 +35,19 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import scorer  # noqa: E402
 import separability  # noqa: E402
 
-DESIGNS = {"vertical tool, one payload": ["--vertical"],
-           "one payload, rigid joints": ["--one-payload", "--rigid-joints"]}
-FAMILIES = {"vertical tool, one payload": ["tool_stiffness", "payload_mass", "tool_root_compliance",
-                                           "joint_offset", "backlash_load", "backlash_move"],
-            "one payload, rigid joints": ["tool_stiffness", "payload_mass", "tool_root_compliance"]}
+DESIGNS = {"one payload, rigid joints": ["--one-payload", "--rigid-joints"],
+           "vertical tool, one payload": ["--vertical"],
+           "twelve poses": ["--rows", "12", "--repeats", "4"]}
+FAMILIES = {"one payload, rigid joints": ["tool_stiffness", "payload_mass", "tool_root_compliance"],
+            "vertical tool, one payload": ["tool_stiffness", "tool_root_compliance", "counterbalance",
+                                           "joint_compliance"],
+            "twelve poses": ["joint_offset", "gear_ratio", "joint_compliance", "tool_stiffness",
+                             "tool_root_compliance", "payload_mass", "backlash_load"]}
 ROBOTS = ["kr210", "ur10", "arm6"]
-BATCH, MOST_PROPOSED, MOST_RANDOM = 6, 12, 40
-# Numbers of random poses tried: all of the first, then in steps of about a sixth.
-TRIED = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 19, 22, 26, 30, 35, 40]
+SIGNAL = 1.2, 5.0  # RMS displacement over sqrt(3) sigma, even in its logarithm
+BATCH, MOST, STAYS = 6, 24, 2
+TRIED = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24]
+WIDENED, LEAST_DEG = 0.25, 5.157  # of a joint's measured range, as in pose_candidates.cc
 STEP_S, JITTER_C = 60.0, 0.35
 
 
@@ -56,7 +64,9 @@ class Case:
         self.columns = list(self.rows[0])
         self.joints = [c for c in self.columns if c.startswith("q") and c.endswith("_deg")]
         self.limits = np.array(self.read_limits())
-        self.optional = None
+        # Whether a joint's share is large enough to be named is not what is asked here.
+        self.joints_of_truth = [sorted(scorer.key(e)[1]) for e in self.truth["effects"]]
+        self.answers = {}
 
     def place(self, name):
         return os.path.join(self.folder, name)
@@ -107,6 +117,12 @@ class Case:
 
     def diagnose(self, rows):
         """(answer, proposed poses)"""
+        told = tuple((r["t_s"], r["x_mm"], r["y_mm"], r["z_mm"]) for r in rows)
+        if told not in self.answers:
+            self.answers[told] = self.ask(rows)
+        return self.answers[told]
+
+    def ask(self, rows):
         self.write("all.csv", rows, self.columns)
         poses = self.place("next.csv")
         if os.path.exists(poses):
@@ -117,50 +133,68 @@ class Case:
             answer = json.load(file)
         return answer, separability.table(poses) if os.path.exists(poses) else []
 
-    def found(self, answer):
-        judged = {"optional": self.optional} if self.optional else None
-        return answer["verdict"] == "explained" and scorer.same_effects(
-            answer["effects"], self.truth, judged)
+    def found(self, rows):
+        """The hidden effect alone, or beside nothing but its other names; no joint too many."""
+        answer, _ = self.diagnose(rows)
+        if not scorer.same_effects(answer["effects"], self.truth, {"optional": self.joints_of_truth}):
+            return False
+        return answer["verdict"] == "explained" or (
+            answer["verdict"] == "ambiguous" and scorer.only_equivalents(answer, self.truth))
 
     def random_poses(self, count, payloads, draw):
+        """From the pool that the proposals come from."""
+        q = np.array([[float(r[c]) for c in self.joints] for r in self.rows])
+        low, high = q.min(0), q.max(0)
+        wider = np.maximum(LEAST_DEG, WIDENED * (high - low))
+        low = np.minimum(low, np.maximum(low - wider, self.limits[:, 0]))
+        high = np.maximum(high, np.minimum(high + wider, self.limits[:, 1]))
+        lowest_mm = min([0.0] + [float(r["z_mm"]) for r in self.rows])  # the simulator's base is at 0
         poses = []
-        for _ in range(count):
-            q = draw.uniform(self.limits[:, 0], self.limits[:, 1])
-            pose = {c: f"{v:.5f}" for c, v in zip(self.joints, q)}
-            pose["payload_kg"] = f"{draw.choice(payloads):.5f}"
-            poses.append(pose)
-        return poses
-
-    def judge_with(self, rows):
-        """Joints too small to be seen even with the random poses, and whether those can tell."""
-        self.write("measured.csv", rows, self.columns)
-        judged = separability.judge(self.folder, self.simulate, scorer.key)
-        self.optional = judged["optional"]
-        return judged["class"]
+        while len(poses) < count:
+            some = []
+            for at in draw.uniform(low, high, (2 * count, len(low))):
+                pose = {c: f"{v:.5f}" for c, v in zip(self.joints, at)}
+                pose["payload_kg"] = f"{draw.choice(payloads):.5f}"
+                some.append(pose)
+            measured = self.measure(self.rows, some, np.random.default_rng(0))[len(self.rows):]
+            poses += [p for p, m in zip(some, measured) if float(m["z_mm"]) >= lowest_mm]
+        return poses[:count]
 
 
-def proposed_needed(case, first_poses, draw):
-    """(poses needed, the verdicts on the way, all poses proposed)."""
-    rows, poses, verdicts, asked = case.rows, first_poses, [], []
-    for _ in range(MOST_PROPOSED // BATCH):
-        asked += poses
-        measured = case.measure(rows, poses, draw)
-        for k in range(len(rows) + 1, len(measured) + 1):
-            answer, further = case.diagnose(measured[:k])
-            verdicts.append(answer["verdict"])
-            if case.found(answer):
-                return k - len(case.rows), verdicts, asked
-        if not further:
-            break
-        rows, poses = measured, further[:BATCH]
-    return math.inf, verdicts, asked
+def stays_found(case, rows, count):
+    """Found with `count` of the rows beyond the case's own, and with the next two."""
+    own = len(case.rows)
+    return all(case.found(rows[:own + count + k]) for k in range(STAYS + 1))
 
 
 def random_needed(case, rows):
-    for count in TRIED:
-        if case.found(case.diagnose(rows[:len(case.rows) + count])[0]):
-            return count
-    return math.inf
+    # What is found neither with a third of the poses, nor with two, nor with all, is not searched.
+    if not any(case.found(rows[:len(case.rows) + MOST * k // 3]) for k in (3, 2, 1)):
+        return math.inf
+    return next((n for n in TRIED if stays_found(case, rows, n)), math.inf)
+
+
+def proposed_needed(case, poses, spare, draw):
+    """Poses needed, and why it ended. The poses after those of a batch, which only show that the
+    answer stays, are random ones."""
+    rows, asked = case.rows, []
+    while len(asked) < MOST:
+        batch = poses[:BATCH]
+        measured = case.measure(rows, batch + spare, draw)
+        for n in range(len(asked) + 1, len(asked) + len(batch) + 1):
+            if n in TRIED and stays_found(case, measured, n):
+                return n, "told"
+        asked += batch
+        rows = measured[:len(case.rows) + len(asked)]
+        answer, poses = case.diagnose(rows)
+        if not poses:
+            return math.inf, f"{answer['verdict']}, no further pose proposed"
+    return math.inf, "limit"
+
+
+def payloads_seen(rows):
+    payloads = sorted({float(r["payload_kg"]) for r in rows})
+    return payloads if len(payloads) <= 3 else [payloads[0], payloads[len(payloads) // 2], payloads[-1]]
 
 
 def run_case(case, options):
@@ -171,18 +205,21 @@ def run_case(case, options):
         cell = Case(folder, family, seed, arguments, options.product, options.simulate)
         answer, poses = cell.diagnose(cell.rows)
         row["verdict"] = answer["verdict"]
-        if not poses:
+        if answer["verdict"] != "ambiguous" or scorer.only_equivalents(answer, cell.truth):
             return row
         row["rivals"] = sorted({e["id"] for e in answer["effects"] + answer["rivals"]})
-        heaviest = max(float(r["payload_kg"]) for r in cell.rows)
-        payloads = [0.0, heaviest / 2, heaviest]
+        row["among"] = scorer.truth_among(answer, cell.truth, {"optional": cell.joints_of_truth})
+        payloads = sorted(set(payloads_seen(cell.rows)) | {float(p["payload_kg"]) for p in poses})
+        row["payloads"] = payloads
         draw = np.random.default_rng([seed, zlib.crc32(f"{design} {family}".encode())])
-        tables = [cell.measure(cell.rows, cell.random_poses(MOST_RANDOM, payloads, draw), draw)
+        tables = [cell.measure(cell.rows, cell.random_poses(MOST + STAYS, payloads, draw), draw)
                   for _ in range(options.draws)]
-        row["class"] = cell.judge_with(tables[0])
+        spare = cell.random_poses(STAYS, payloads, draw)
+        if poses:
+            row["proposed"], row["end"] = proposed_needed(cell, poses, spare, draw)
+        else:
+            row["proposed"], row["end"] = math.inf, "none proposed"
         row["random"] = [random_needed(cell, table) for table in tables]
-        row["proposed"], row["verdicts"], asked = proposed_needed(cell, poses, draw)
-        row["payloads"] = sorted({float(p["payload_kg"]) for p in asked})
     except (RuntimeError, OSError, ValueError, KeyError, subprocess.TimeoutExpired) as error:
         row["error"] = f"{type(error).__name__}: {error}"
     finally:
@@ -199,45 +236,49 @@ def plan(seeds, first_seed):
                 draw = np.random.default_rng([seed, zlib.crc32(f"{design} {family}".encode())])
                 robot = ROBOTS[(k + zlib.crc32(family.encode())) % len(ROBOTS)]
                 yield design, family, seed, arguments + [
-                    "--signal", f"{draw.uniform(8, 20):.3f}", "--robot", robot]
+                    "--signal", f"{math.exp(draw.uniform(*np.log(SIGNAL))):.3f}", "--robot", robot]
 
 
-def ratio_of(pairs):
-    """Median of the proposed over the median of the random ones; nan where neither is finite."""
-    a, b = (statistics.median(v) for v in zip(*pairs))
-    return a / b if math.isfinite(b) else (0.0 if math.isfinite(a) else math.nan)
+def ratios(pairs):
+    """(of the medians, of the means with 24 for what was not told) of proposed over random."""
+    a, b = (np.minimum(values, MOST) for values in zip(*pairs))
+    return float(np.median(a) / np.median(b)), float(np.mean(a) / np.mean(b))
 
 
 def bounds(pairs, times=2000):
+    """95 % of both ratios, by the bootstrap over cases."""
     draw = np.random.default_rng(1)
-    drawn = [ratio_of([pairs[i] for i in draw.integers(0, len(pairs), len(pairs))])
+    drawn = [ratios([pairs[i] for i in draw.integers(0, len(pairs), len(pairs))])
              for _ in range(times)]
-    drawn = sorted(r for r in drawn if not math.isnan(r))
-    return (drawn[int(0.025 * len(drawn))], drawn[int(0.975 * len(drawn))]) if drawn else (math.nan,) * 2
+    return [tuple(np.percentile([d[k] for d in drawn], [2.5, 97.5])) for k in (0, 1)]
 
 
 def told(value):
-    return "more than tried" if math.isinf(value) else f"{value:g}"
+    return f"> {MOST}" if value > MOST else f"{value:g}"
 
 
 def line(name, rows):
-    """Cases that random poses can tell at all, in the median of their draws or by the proposed."""
     pairs = [(r["proposed"], statistics.median(r["random"])) for r in rows]
     able = [p for p in pairs if math.isfinite(min(p))]
-    missed = sum(math.isinf(p[0]) for p in able)
-    text = f"| {name} | {len(rows)} | {len(pairs) - len(able)} | "
-    if not able:
-        return text + "- | - | - | - |\n"
-    a, b = (statistics.median(v) for v in zip(*able))
-    low, high = bounds(able)
-    return text + f"{told(a)} | {told(b)} | {ratio_of(able):.2f} ({low:.2f} to {high:.2f}) | {missed} |\n"
+    hard = [p for p in able if p[1] > 1]
+    text = f"| {name} | {len(rows)} | {len(pairs) - len(able)} | {len(able) - len(hard)} | "
+    if not hard:
+        return text + "- | - | - | - | - |\n"
+    a, b = (statistics.median(v) for v in zip(*hard))
+    (of_medians, of_means), limits = ratios(hard), bounds(hard)
+    half = sum(p[0] <= p[1] / 2 for p in hard)
+    low, high = scorer.wilson(half, len(hard))
+    return text + (f"{told(a)} | {told(b)} | {of_medians:.2f} ({limits[0][0]:.2f} to {limits[0][1]:.2f}) | "
+                   f"{of_means:.2f} ({limits[1][0]:.2f} to {limits[1][1]:.2f}) | "
+                   f"{half}/{len(hard)} ({100 * low:.0f} to {100 * high:.0f} %) |\n")
 
 
 def markdown(rows):
-    compared = [r for r in rows if "proposed" in r]
+    compared = [r for r in rows if "random" in r]
     text = f"{len(compared)} of {len(rows)} runs ambiguous and compared.\n\n"
-    text += ("| cases | count | told by neither | poses needed, proposed (median) | random (median) | "
-             "ratio (95 %; wanted 0.5) | proposed told nothing |\n" + "|---" * 7 + "|\n")
+    text += ("| cases | count | told by neither | told by one random pose | of the others: proposed "
+             "(median) | random (median) | ratio of medians (95 %; wanted 0.5) | ratio of means | at "
+             "most half |\n" + "|---" * 9 + "|\n")
     text += line("all", compared) if compared else ""
     for design in DESIGNS:
         for family in [None] + FAMILIES[design]:
@@ -282,10 +323,10 @@ def main():
         case = f"- --family {r['family']} --seed {r['seed']} {' '.join(r['options'])}: "
         if "error" in r:
             print(case + r["error"])
-        elif "proposed" in r:
-            print(case + f"proposed {told(r['proposed'])} (payloads {r['payloads']}), random "
-                  f"{', '.join(map(told, r['random']))}; {r['class']} with the random ones; "
-                  f"between {', '.join(r['rivals'])}")
+        elif "random" in r:
+            print(case + f"proposed {told(r['proposed'])} ({r['end']}), random "
+                  f"{', '.join(map(told, r['random']))}; payloads {r['payloads']}; between "
+                  f"{', '.join(r['rivals'])}{'' if r['among'] else ', the hidden one not among them'}")
     if options.json:
         with open(options.json, "w") as file:
             json.dump({"first_seed": first_seed, "runs": rows}, file, indent=1)

@@ -1,6 +1,7 @@
 // The engine against data of the simulator (which shares no code with it) and the shared examples.
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -104,6 +105,41 @@ TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, and next
   CHECK(diagnosis->verdict == Verdict::kAmbiguous);
   CHECK_FALSE(diagnosis->rivals.empty());
   CHECK(diagnosis->next_poses.size() == 6);
+}
+
+TEST_CASE("one row with another payload tells mass from stiffness, and is no outlier") {
+  constexpr double kUsual_kg = 40;
+  const Data all =
+      Simulated("--family payload_mass --seed 1 --signal 15 --rigid-joints --rows 150");
+  Data few = all;
+  const auto usual = [](const MeasuredRow& row) { return row.payload_kg == kUsual_kg; };
+  std::erase_if(few.table.rows, [&](const MeasuredRow& row) { return !usual(row); });
+  REQUIRE(few.table.rows.size() > 20);
+  const auto before = Answer(few);
+  REQUIRE(before);
+  CHECK(before->verdict == Verdict::kAmbiguous);
+  const auto other =
+      std::find_if_not(all.table.rows.begin(), all.table.rows.end(), [&](const MeasuredRow& row) {
+        return usual(row) || row.payload_kg == 20 || row.payload_kg == 60;
+      });
+  REQUIRE(other != all.table.rows.end());
+  few.table.rows.push_back(*other);
+  const auto after = Answer(few);
+  REQUIRE(after);
+  CHECK(after->verdict == Verdict::kExplained);
+  CHECK(Ids(*after) == std::vector<std::string>{"payload_mass"});
+  CHECK(after->outlier_rows.empty());
+}
+
+TEST_CASE("where no pose at the payload measured tells, another payload is proposed and said") {
+  const auto diagnosis = Answer(
+      Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
+  REQUIRE(diagnosis);
+  CHECK(std::any_of(diagnosis->next_poses.begin(), diagnosis->next_poses.end(),
+                    [](const NextPose& pose) { return pose.payload_kg == 0; }));
+  CHECK(std::any_of(diagnosis->notes.begin(), diagnosis->notes.end(), [](const std::string& note) {
+    return note.find("without payload") != std::string::npos;
+  }));
 }
 
 TEST_CASE("a diagnosis of few rows by two threads") {
