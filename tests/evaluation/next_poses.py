@@ -7,9 +7,9 @@ Where the diagnosis is ambiguous, its proposed poses are measured by the simulat
 after the other until the answer is the hidden effect alone and stays so with the next two poses;
 every six poses the diagnosis proposes anew. Random poses are appended likewise, drawn from the same
 pool: joints within the measured range, widened as the product widens it, no tip lower than any
-before, at the payloads that were measured or proposed. Both are tried to 24 poses. A case that
-neither tells by then is counted apart, and so is one that a single random pose tells: nothing can
-need half of it.
+before, at the payloads that were measured or proposed. Both are tried to 24 poses; a case that
+neither tells by then is counted apart. Of a case that one random pose tells nothing can need half:
+the ratio without these is printed, too.
 """
 
 import argparse
@@ -257,34 +257,33 @@ def told(value):
     return f"> {MOST}" if value > MOST else f"{value:g}"
 
 
-def line(name, rows):
-    pairs = [(r["proposed"], statistics.median(r["random"])) for r in rows]
+def line(name, pairs):
     able = [p for p in pairs if math.isfinite(min(p))]
-    hard = [p for p in able if p[1] > 1]
-    text = f"| {name} | {len(rows)} | {len(pairs) - len(able)} | {len(able) - len(hard)} | "
-    if not hard:
+    text = f"| {name} | {len(pairs)} | {len(pairs) - len(able)} | "
+    if not able:
         return text + "- | - | - | - | - |\n"
-    a, b = (statistics.median(v) for v in zip(*hard))
-    (of_medians, of_means), limits = ratios(hard), bounds(hard)
-    half = sum(p[0] <= p[1] / 2 for p in hard)
-    low, high = scorer.wilson(half, len(hard))
+    a, b = (statistics.median(v) for v in zip(*able))
+    (of_medians, of_means), limits = ratios(able), bounds(able)
+    half = sum(p[0] <= p[1] / 2 for p in able)
+    low, high = scorer.wilson(half, len(able))
     return text + (f"{told(a)} | {told(b)} | {of_medians:.2f} ({limits[0][0]:.2f} to {limits[0][1]:.2f}) | "
                    f"{of_means:.2f} ({limits[1][0]:.2f} to {limits[1][1]:.2f}) | "
-                   f"{half}/{len(hard)} ({100 * low:.0f} to {100 * high:.0f} %) |\n")
+                   f"{half}/{len(able)} ({100 * low:.0f} to {100 * high:.0f} %) |\n")
 
 
 def markdown(rows):
     compared = [r for r in rows if "random" in r]
     text = f"{len(compared)} of {len(rows)} runs ambiguous and compared.\n\n"
-    text += ("| cases | count | told by neither | told by one random pose | of the others: proposed "
-             "(median) | random (median) | ratio of medians (95 %; wanted 0.5) | ratio of means | at "
-             "most half |\n" + "|---" * 9 + "|\n")
-    text += line("all", compared) if compared else ""
+    text += ("| cases | count | told by neither | of the others: proposed (median) | random (median) | "
+             "ratio of medians (95 %; wanted 0.5) | ratio of means | at most half |\n" + "|---" * 8 + "|\n")
+    pairs_of = lambda some: [(r["proposed"], statistics.median(r["random"])) for r in some]
+    text += line("all", pairs_of(compared))
+    text += line("those that one random pose does not tell", [p for p in pairs_of(compared) if p[1] > 1])
     for design in DESIGNS:
         for family in [None] + FAMILIES[design]:
             some = [r for r in compared if r["design"] == design and family in (None, r["family"])]
             if some:
-                text += line(f"{design}: {family or 'all'}", some)
+                text += line(f"{design}: {family or 'all'}", pairs_of(some))
     return text
 
 
