@@ -14,7 +14,7 @@ constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
 constexpr int kFreshRefreshes = 3;  ///< refreshes that must follow a move
 constexpr int kResult = 100, kLoop = 400, kLoopSize = 18, kCommands = 1000, kCommandsSize = 40;
 constexpr int kProbe = 6, kNoTrustedInput = 8;
-constexpr int kAlarm = 2, kFailed = 32;  ///< bits of kLoop
+constexpr int kRecording = 1, kAlarm = 2, kFailed = 32;  ///< bits of kLoop
 
 using Clock = std::chrono::steady_clock;
 
@@ -162,9 +162,19 @@ int AssemblyClient::GiveProbe(const Vec3& tip_W_mm) {
   throw std::runtime_error("daemon: a probe is not answered");
 }
 
+/// Right after its start or a reload the daemon refuses probes until its journal is open.
+void AssemblyClient::AwaitRecording() {
+  const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
+  while ((daemon_.Read(kLoop, kLoopSize).Word(0) & kRecording) == 0) {
+    if (Clock::now() > give_up) throw std::runtime_error("daemon: probes are not recorded");
+    Sleep(0.005);
+  }
+}
+
 ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
   Command(kMove, point.TipInBase());
   const Vec3 tip_W_mm = MeasureTip(1).translation() * 1e3;
+  AwaitRecording();
   const auto recorded = [this] { return daemon_.Read(kLoop, kLoopSize).Long(4); };
   const auto before = recorded();
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);

@@ -55,6 +55,7 @@ class AssemblyClient {
   Corrected AwaitCorrected(const TaughtPoint& point);
   Motion MeasureTip(int samples);
   Motion Land(const TaughtPoint& point, const Motion& X_BP);
+  void AwaitRecording();
   int GiveProbe(const Vec3& tip_W_mm);
 
   AssemblyClientOptions options_;
