@@ -28,6 +28,14 @@ Mat3Of<T> RotationFromRpy(const Vec3Of<T>& rpy) {
   return R;
 }
 
+/// False where a number neither is anything nor carries a derivative.
+inline bool Acts(double value) {
+  return value != 0;
+}
+inline bool Acts(const Dual& value) {
+  return value.a != 0 || !value.v.isZero(0);
+}
+
 template <typename T>
 void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                           const Influence<T>* influence, const JointVector& measured_tau,
@@ -46,7 +54,20 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   }
 
   chain_.Evaluate(theta, influence, state.posture);
-  const Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
+  Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
+  // The arm leans with its pedestal: its weight pulls along another direction of the leaning arm,
+  // which changes torques, bending and the moment that makes it lean. Each pass brings the lean's
+  // own size, milliradians, nearer.
+  constexpr int kLeanPasses = 5;
+  Vec3Of<T> lean = Vec3Of<T>::Zero();
+  if (influence != nullptr && Acts((*influence)[I::kPedestalCompliance])) {
+    const Vec3Of<T> g_still_B = g_B;
+    for (int pass = 0; pass < kLeanPasses; ++pass) {
+      lean = (*influence)[I::kPedestalCompliance] * (SmallRotation<T>(lean) * base_moment);
+      g_B = SmallRotation<T>(lean).transpose() * g_still_B;
+      base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
+    }
+  }
   state.sag.resize(size());
   for (int i = 0; i < size(); ++i) {
     T s = compliance_[i] * state.tau[i];
@@ -97,7 +118,7 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   X_FT.R = SmallRotation<T>(state.slope_F);
   PoseOf<T> X_BT = X_BF * X_FT;
   if (influence != nullptr) {
-    const Mat3Of<T> R = SmallRotation<T>((*influence)[I::kPedestalCompliance] * base_moment);
+    const Mat3Of<T> R = SmallRotation<T>(lean);
     X_BT = PoseOf<T>{R * X_BT.R, R * X_BT.p};
   }
   state.X_WT = X_WB * X_BT;

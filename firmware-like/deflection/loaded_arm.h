@@ -27,7 +27,8 @@ struct LoadedState : LoadedStateOf<double> {
 /// Joint and tool deflection of a cell under gravity, and what its effects add.
 ///   theta_i = sign_i (q_i + s_i) + offset_i
 ///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + turn_i
-///   X_WT = X_WB * pedestal * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
+///   X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
+///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the straight tool) x F, and its own weight. Valid for bend/length
 /// below 0.05. The torques are those of formats.md, "The declared model, exactly"; effects see the

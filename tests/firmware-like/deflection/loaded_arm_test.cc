@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -76,6 +77,37 @@ TEST_CASE("the tool bends as the closed form says") {
           Approx(F.x() * L * L / (2 * EI) + M.y() * L / EI + w.x() * L * L * L / (6 * EI)));
     CHECK(state.slope_F.x() ==
           Approx(-F.y() * L * L / (2 * EI) + M.x() * L / EI - w.y() * L * L * L / (6 * EI)));
+  }
+}
+
+TEST_CASE("an arm that leans with its pedestal is the same arm on a base turned that far") {
+  CellModel cell = test::HeavyArm();
+  const double compliance = 2e-7;
+  WrittenEffect effect;
+  effect.id = "pedestal_compliance";
+  effect.parameters.push_back({"compliance", compliance, std::nullopt, "rad/(N m)", ""});
+  CellModel leaning = cell;
+  leaning.effects = {effect};
+  std::mt19937 random(13);
+  for (int trial = 0; trial < 20; ++trial) {
+    const JointVector q = test::RandomPosture(cell, random);
+    const Payload payload{60, *cell.payload_cog_F};
+    LoadedState got, turned;
+    REQUIRE(LoadedArm(leaning).AtCommanded(q, payload, {}, got));
+    Vec3 lean_W = Vec3::Zero();
+    for (int pass = 0; pass < 20; ++pass) {
+      CellModel still = cell;
+      still.robot.X_WB.R = RotationFromVector(lean_W) * cell.robot.X_WB.R;
+      const LoadedArm arm(still);
+      REQUIRE(arm.AtCommanded(q, payload, {}, turned));
+      JointVector tau;
+      const Vec3 g_B = still.robot.X_WB.R.transpose() * cell.robot.g_W;
+      const Vec3 moment_B = arm.loads().Torques<double>(turned.posture, g_B, payload, tau);
+      lean_W = compliance * (still.robot.X_WB.R * moment_B);
+    }
+    CHECK(lean_W.norm() > 1e-4);
+    CHECK((got.X_WT.p - turned.X_WT.p).norm() < 1e-9);
+    CHECK((got.tau - turned.tau).norm() < 1e-6);
   }
 }
 
