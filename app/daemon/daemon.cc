@@ -203,9 +203,10 @@ int RunDaemon(const std::string& config_file) {
 
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
+  // Whoever asks before the first cycle finds the map's form: numbers of points, none of them valid.
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
-  first_image.registers.resize(parts->encoder.size());
+  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), {});
   first_image.bits.resize(plc_map::kBits);
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());

@@ -1,11 +1,30 @@
 #include "tests/virtual_cell/tracker.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace virtual_cell {
+namespace {
 
-Tracker::Tracker(double noise_mm, std::vector<Vec3> reflectors_T, unsigned seed)
-    : noise_mm_(noise_mm), reflectors_T_(std::move(reflectors_T)), random_(seed) {
+/// A number that stands for joints (to 1e-4 rad) and payload (to 10 g).
+std::seed_seq::result_type PoseNumber(const Circumstances& now) {
+  std::seed_seq::result_type number = 2166136261U;
+  const auto mix = [&number](double value) {
+    number = (number ^ static_cast<std::seed_seq::result_type>(std::lround(value))) * 16777619U;
+  };
+  for (Eigen::Index i = 0; i < now.q.size(); ++i) mix(1e4 * now.q[i]);
+  mix(100 * now.payload_kg);
+  return number;
+}
+
+}  // namespace
+
+Tracker::Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_pose, unsigned seed)
+    : noise_mm_(noise_mm),
+      reflectors_T_(std::move(reflectors_T)),
+      noise_of_pose_(noise_of_pose),
+      seed_(seed),
+      random_(seed) {
   reflectors_T_.resize(4, Vec3::Zero());
 }
 
@@ -16,6 +35,11 @@ void Tracker::SetPoint(int at, const Vec3& p_W) {
 }
 
 void Tracker::Measure(const Truth& truth, const Circumstances& now, bool at_rest) {
+  if (noise_of_pose_ && at_rest) {
+    std::seed_seq of_pose{seed_, PoseNumber(now)};
+    random_.seed(of_pose);
+    normal_.reset();
+  }
   SetPoint(0, truth.X_WT.translation());
   const Vec3 rotation = VectorFromRotation(truth.X_WT.linear());
   for (int k = 0; k < 3; ++k) bank_.SetFloat(6 + 2 * k, rotation[k]);

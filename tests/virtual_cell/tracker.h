@@ -14,7 +14,10 @@ namespace virtual_cell {
 /// carried [kg]; all numbers float32 ABCD.
 class Tracker {
  public:
-  Tracker(double noise_mm, std::vector<Vec3> reflectors_T, unsigned seed = 1);
+  /// @param noise_of_pose  at rest the noise follows from joints and payload alone, so that a run
+  ///                       does not depend on how many measurements the computer had time for
+  Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_pose = false,
+          unsigned seed = 1);
 
   /// One measurement: noise of one standard deviation an axis, anew for each point.
   void Measure(const Truth& truth, const Circumstances& now, bool at_rest);
@@ -25,6 +28,8 @@ class Tracker {
 
   double noise_mm_;
   std::vector<Vec3> reflectors_T_;
+  bool noise_of_pose_;
+  unsigned seed_;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
   RegisterBank bank_{64};

@@ -28,7 +28,7 @@ VirtualCell::VirtualCell(World world, MotionProgram program, VirtualCellOptions 
       controller_(world_.cell(), program.home, options_.limits),
       runner_(std::move(program), options_.hold_at),
       robot_bank_(LayoutOf(options_.profile).size),
-      tracker_(options_.tracker_noise_mm, options_.reflectors_T),
+      tracker_(options_.tracker_noise_mm, options_.reflectors_T, options_.tracker_noise_of_pose),
       commands_(options_.profile, runner_.program()),
       robot_server_(options_.address, options_.port, robot_bank_,
                     LayoutOf(options_.profile).first_open, LayoutOf(options_.profile).last_open),
