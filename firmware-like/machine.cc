@@ -44,8 +44,10 @@ std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
 Machine::Machine(const MachineConfig& config)
     : config_(config),
       corrector_(config.cell, config.limits),
+      uncertainty_(config.cell, corrector_.arm()),
       filter_(config.plausibility),
-      branches_(config.points.size()) {
+      branches_(config.points.size()),
+      radii_m_(config.points.size()) {
   snapshot_.points.resize(config_.points.size());
   for (int i = 0; i < config_.cell.robot.size(); ++i) {
     if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic) {
@@ -68,7 +70,10 @@ void Machine::Prepare() {
     Correction correction;
     corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q,
                        BranchSearch::kThorough, correction);
-    if (correction.code == CorrectionCode::kOk) branches_[k].solution = correction.q;
+    if (correction.code != CorrectionCode::kOk) continue;
+    branches_[k].solution = correction.q;
+    StateUncertainty(payload, correction);
+    radii_m_[k] = correction.uncertainty_m;
   }
 }
 
@@ -92,6 +97,7 @@ void Machine::TakeOver(const Machine& former) {
 const Snapshot& Machine::Cycle(const MachineInput& input) {
   ++snapshot_.cycle;
   snapshot_.now_s = input.now_s;
+  utc_s_ = input.utc_s;
   snapshot_.alarms = 0;
   snapshot_.warnings = input.loop_warnings;
   snapshot_.probe_taken = false;
@@ -170,15 +176,25 @@ std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_
 Conditions Machine::ConditionsOf(const Payload& payload) const {
   Conditions conditions;
   conditions.payload_kg = payload.mass_kg;
-  conditions.t_s = snapshot_.now_s;
+  if (const auto& domain = config_.cell.domain; domain && domain->time_zero_s) {
+    conditions.t_s = utc_s_ - *domain->time_zero_s;
+  }
   conditions.temp_C = snapshot_.robot.temp_C;
   return conditions;
+}
+
+void Machine::StateUncertainty(const Payload& payload, Correction& correction) {
+  if (!uncertainty_.identified()) return;
+  correction.uncertainty_m =
+      uncertainty_.Radius95_m(corrector_.arm(), correction.q, payload, ConditionsOf(payload),
+                              correction.uncertainty_m, correction.extrapolated);
 }
 
 void Machine::RefreshPoints() {
   int searches_left = kSearchesPerCycle;
   const std::size_t count = config_.points.size(), first = turn_;
   for (std::size_t k = 0; k < count; ++k) RefreshPoint((first + k) % count, searches_left);
+  if (count > 0) radius_turn_ = (radius_turn_ + 1) % count;
   for (const PointResult& result : snapshot_.points) {
     if (result.valid) continue;
     snapshot_.first_error = result.code;
@@ -223,6 +239,14 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
   branch = {correction.q};
+  if (uncertainty_.identified()) {
+    std::optional<double>& radius_m = radii_m_[index];
+    if (index == radius_turn_ || !radius_m) {
+      StateUncertainty(*payload, correction);
+      radius_m = correction.uncertainty_m;
+    }
+    correction.uncertainty_m = *radius_m;
+  }
   result.correction = correction;
   result.valid = true;
   result.ever_valid = true;
@@ -306,6 +330,7 @@ void Machine::Execute(const MachineInput& input) {
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
+  StateUncertainty(*payload, correction);
   result.correction = correction;
   result.valid = true;
 }
@@ -327,8 +352,9 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input) {
   Probe& probe = snapshot_.probe;
   probe.sequence = command.sequence;
   probe.unix_ms = input.unix_ms;
-  probe.t_s = snapshot_.now_s;
+  probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
+  probe.q_resolution = snapshot_.robot.q_resolution;
   probe.payload_kg = payload->mass_kg;
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = (1 + state.scale) * state.X_WT.p;
@@ -343,7 +369,9 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input) {
   told.rotation_B.setZero();
   told.uncertainty_m =
       RadiusHolding95Percent(DeflectionCovariance(arm, state, config_.limits.deflection_sd));
-  told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C);
+  told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
+                                    ConditionsOf(*payload).t_s);
+  StateUncertainty(*payload, told);
   return CorrectionCode::kOk;
 }
 

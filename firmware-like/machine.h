@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/snapshot.h"
 
 namespace plumbline {
@@ -33,6 +34,7 @@ struct MachineConfig {
 /// clock and no device.
 struct MachineInput {
   double now_s = 0;          ///< monotonic
+  double utc_s = 0;          ///< UTC since 1970 for effects of time; even within a run
   std::int64_t unix_ms = 0;  ///< wall clock, only to stamp results with
   RobotState robot;          ///< the newest reading, old or new
   PlcCommand command;        ///< the newest command, executed when its sequence is new
@@ -72,12 +74,15 @@ class Machine {
   void RefreshPoints();
   void RefreshPoint(std::size_t index, int& searches_left);
   void Execute(const MachineInput& input);
+  /// Replaces the declared radius by the identified model's, where there is one.
+  void StateUncertainty(const Payload& payload, Correction& correction);
   /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
   CorrectionCode TakeProbe(const MachineInput& input);
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
   Corrector corrector_;
+  LandingUncertainty uncertainty_;
   PlausibilityFilter filter_;
   /// What is known of a point's branch.
   struct Branch {
@@ -87,8 +92,12 @@ class Machine {
     double search_at_s = 0;
   };
   std::vector<Branch> branches_;  ///< one a point
-  std::size_t turn_ = 0;          ///< the point whose turn to search is first
-  std::optional<Vec3> cog_F_;     ///< of what is carried
+  /// Radius of an identified model at each point; renewed one point a cycle, in turn.
+  std::vector<std::optional<double>> radii_m_;
+  std::size_t radius_turn_ = 0;
+  double utc_s_ = 0;
+  std::size_t turn_ = 0;       ///< the point whose turn to search is first
+  std::optional<Vec3> cog_F_;  ///< of what is carried
   std::uint16_t last_heartbeat_ = 0;
   std::optional<double> heartbeat_seen_s_;
   bool acknowledged_ = false;  ///< the level of the acknowledging coil

@@ -77,8 +77,9 @@ struct CommandResult {
 struct Probe {
   std::uint16_t sequence = 0;  ///< of the command
   std::int64_t unix_ms = 0;
-  double t_s = 0;  ///< monotonic; what effects of time saw
-  JointVector q;   ///< as the controller counts them
+  double utc_s = 0;         ///< since 1970, even within a run of the daemon
+  JointVector q;            ///< as the controller counts them
+  double q_resolution = 0;  ///< step of their registers [rad]; 0: finer than matters
   double payload_kg = 0;
   std::optional<double> temp_C;
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip by the model in force [m]

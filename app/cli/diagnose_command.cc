@@ -15,6 +15,7 @@
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
+#include "app/config/utc_text.h"
 #include "app/diagnosis/answer.h"
 #include "app/diagnosis/model_writer.h"
 #include "app/diagnosis/summary.h"
@@ -203,6 +204,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   Progress progress(err, arguments.quiet);
   DiagnosisOptions options;
   options.threads = arguments.threads;
+  options.time_zero_s = arguments.time_zero_s;
   options.progress = [&progress](double share, const std::string& doing) {
     progress(share, doing);
   };
@@ -247,6 +249,15 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
   command->add_option("--next-poses", arguments->next_poses,
                       "Poses that would separate rivals, a CSV file; written where there are any\n"
                       "(next_poses.csv beside the --json file where not given)");
+  command
+      ->add_option_function<std::string>(
+          "--time-zero",
+          [arguments](const std::string& text) { arguments->time_zero_s = UtcFromText(text); },
+          "UTC where t_s of the rows is 0, as 2026-11-21T07:30:00Z: the daemon needs it to apply\n"
+          "an effect of time (`plumbline journal export` tells it)")
+      ->check([](const std::string& text) {
+        return UtcFromText(text) ? "" : text + " is no UTC such as 2026-11-21T07:30:00Z";
+      });
   command->add_option("--threads", arguments->threads, "Threads to work with")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));

@@ -14,6 +14,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "app/config/utc_text.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
 
@@ -109,7 +110,9 @@ int Export(const Options& options) {
         fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
         kExitUsage);
   }
-  std::cerr << fmt::format("{}: {} rows\n", options.file, exported.ids.size());
+  std::cerr << fmt::format("{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose)\n",
+                           options.file, exported.ids.size(),
+                           TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 

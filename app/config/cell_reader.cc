@@ -9,6 +9,7 @@
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
+#include "app/config/utc_text.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
@@ -181,6 +182,13 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   }
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
+  domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
+  if (const auto text = table.String("time_zero_utc")) {
+    domain.time_zero_s = UtcFromText(*text);
+    if (!domain.time_zero_s) {
+      table.AddFault("time_zero_utc", "is no UTC such as \"2026-11-21T07:30:00Z\"");
+    }
+  }
   return domain;
 }
 

@@ -155,6 +155,10 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
         EmpiricalFault(effect.drivers, effect.nodes, effect.parameters.size());
     if (!fault.empty()) table.AddFault("id", fault);
   }
+  if (const auto seen = table.Numbers("seen_t_s", kAnyNumber, 2)) {
+    if ((*seen)[0] > (*seen)[1]) table.AddFault("seen_t_s", "has its low end above its high end");
+    effect.seen_t_s = Interval{(*seen)[0], (*seen)[1]};
+  }
   ReadOrigin(table, effect);
   return effect;
 }

@@ -152,6 +152,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const double begin_s = MonotonicSeconds();
   MachineInput input;
   input.now_s = begin_s;
+  input.utc_s = clock_.UtcAt(begin_s);
   input.unix_ms = UnixMilliseconds();
   input.robot = parts.link->Latest();
   input.cycle_overrun = begin_s - last_overrun_s_ < 1.0;

@@ -7,6 +7,7 @@
 
 #include "app/daemon/loop_link.h"
 #include "app/daemon/setup.h"
+#include "app/daemon/utc_clock.h"
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
 #include "drivers/plc/codec.h"
@@ -65,6 +66,8 @@ class CyclicLoop {
   /// Alarm bits raised in any cycle since the last call.
   std::uint16_t TakeAlarms() { return alarms_.exchange(0); }
   LoopCounters counters() const;
+  /// Of effects of time and of probes.
+  const UtcClock& clock() const { return clock_; }
   /// Of the parts in force; only for the thread that calls Replace().
   const CycleParts& parts() const { return *parts_; }
 
@@ -82,6 +85,7 @@ class CyclicLoop {
   Latest<Snapshot> snapshots_;
   PlcEnvironment environment_;
   const modbus::TcpServer* server_;
+  const UtcClock clock_ = UtcClock::OfThisComputer();
   double start_s_ = 0;
   double last_overrun_s_ = -1e9;
   std::atomic<std::uint16_t> alarms_{0};

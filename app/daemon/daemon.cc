@@ -159,6 +159,7 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Repor
 void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& worker,
            const DaemonConfig& started) {
   Reporter reporter = ReporterFor(started);
+  UtcClock clock = loop.clock();
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
     if (poll(&waiting, 1, kReportPeriod_ms) > 0) {
@@ -170,6 +171,13 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& w
         return;
       }
       Reload(file, loop, worker, reporter, started);
+    }
+    if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), MonotonicSeconds())) {
+      Log(LogLevel::kWarning,
+          fmt::format(
+              "the computer's clock was set by {:+.0f} s: times of probes and of effects go "
+              "on as before; a restart takes it up",
+              *step_s));
     }
     const std::uint16_t raised = loop.TakeAlarms();
     const auto snapshot = loop.ReadSnapshot();
@@ -203,7 +211,8 @@ int RunDaemon(const std::string& config_file) {
 
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
-  // Whoever asks before the first cycle finds the map's form: numbers of points, none of them valid.
+  // Whoever asks before the first cycle finds the map's form: numbers of points, none of them
+  // valid.
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
   first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), {});

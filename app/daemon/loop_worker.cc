@@ -9,12 +9,14 @@
 
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
-#include "app/daemon/boot_session.h"
+#include "app/config/utc_text.h"
+#include "app/daemon/utc_clock.h"
 #include "app/journal/journal_csv.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
+#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/monitor/run_length.h"
 
 namespace plumbline {
@@ -42,15 +44,16 @@ MonitorDesign DesignFrom(const LoopConfig& loop) {
   return MonitorDesignFor(wish);
 }
 
-JournalRow RowFrom(const LoopEvent& event, const std::string& session) {
+JournalRow RowFrom(const LoopEvent& event, const std::string& session, double epoch_utc_s) {
   const Probe& probe = event.probe;
   JournalRow row;
   row.source = JournalRow::Source::kPlc;
   row.unix_ms = probe.unix_ms;
-  row.t_s = probe.t_s;
+  row.t_s = probe.utc_s - epoch_utc_s;
   row.session = session;
   row.command = probe.sequence;
   row.q = probe.q;
+  row.q_step_rad = probe.q_resolution;
   row.payload_kg = probe.payload_kg;
   row.temp_C = probe.temp_C;
   row.predicted_W = probe.predicted_W;
@@ -147,6 +150,15 @@ void LoopWorker::OpenJournal() {
       journal.ForEach(filter, config_.machine.cell.robot.joints,
                       [this](const JournalRow& row) { Judge(row, true); });
   if (!replayed) return Fail(replayed.error());
+  if (const auto last_s = journal.LastProbe_s()) {
+    const double behind_s = journal.EpochUtc_s() + *last_s - ComputerUtcSeconds();
+    if (behind_s > 1) {
+      sink_(LogLevel::kWarning,
+            fmt::format("the computer's clock is {:.0f} s behind the journal's last probe: one of "
+                        "the two is wrong, and so are effects of time",
+                        behind_s));
+    }
+  }
   journal_.emplace(std::move(journal));
   if (monitor_->alarm()) {
     sink_(LogLevel::kWarning,
@@ -176,7 +188,7 @@ bool LoopWorker::RestartMonitor(const char* reason) {
 }
 
 bool LoopWorker::Record(const LoopEvent& event) {
-  JournalRow row = RowFrom(event, SessionOfBoot(config_.loop.session));
+  JournalRow row = RowFrom(event, config_.loop.session, journal_->EpochUtc_s());
   const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size())) return true;  // of a former cell
   const Result<std::int64_t> id = journal_->Append({row}, joints);
@@ -255,9 +267,34 @@ void LoopWorker::ConsiderDiagnosis() {
   diagnosis_failed_ = !rows;
   if (rows) {
     sink_(LogLevel::kNotice, fmt::format("diagnosis started over {} measured points", *rows));
+    TellReadingError();
   } else {
     sink_(LogLevel::kError, "diagnosis not started: " + rows.error());
   }
+}
+
+/// Says how much of what is diagnosed the steps of the joint registers hide.
+void LoopWorker::TellReadingError() {
+  const CellModel& cell = config_.machine.cell;
+  const LoadedArm arm(cell);
+  double largest_rad = 0;
+  std::vector<double> radii_m;
+  for (const JournalRow& row : diagnosed_rows_) {
+    if (row.q_step_rad.value_or(0) <= 0) continue;
+    LoadedState state;
+    arm.AtActual(row.q, {}, {}, state);
+    largest_rad = std::max(largest_rad, *row.q_step_rad);
+    radii_m.push_back(RadiusHolding95Percent(ReadingCovariance(arm, state, *row.q_step_rad)));
+  }
+  if (radii_m.empty()) return;
+  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
+  std::nth_element(radii_m.begin(), middle, radii_m.end());
+  if (*middle < cell.measurement.sigma_m.value_or(config_.loop.probe_sigma_m)) return;
+  sink_(LogLevel::kWarning,
+        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
+                    "counts as noise of the diagnosis, and effects below it cannot be seen; use "
+                    "finer registers (universal-robots-fine)",
+                    radii_m.size(), 1e3 * largest_rad, 1e3 * *middle));
 }
 
 Result<std::size_t> LoopWorker::StartDiagnosis() {
@@ -279,7 +316,7 @@ Result<std::size_t> LoopWorker::StartDiagnosis() {
   Result<DiagnosisProcess> started = DiagnosisProcess::Start(
       {PlumblineProgram(), "diagnose", store->ModelFile(models_.applied), folder + "/measured.csv",
        "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
-       "--report", folder + "/report.html"},
+       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal_->EpochUtc_s())},
       folder + "/output.txt");
   if (!started) return Error{started.error()};
   diagnosis_.emplace(std::move(started).value());

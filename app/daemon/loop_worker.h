@@ -56,6 +56,7 @@ class LoopWorker {
   Vec3 ShiftOver(const DriftAlarm& alarm);
   void ConsiderDiagnosis();
   Result<std::size_t> StartDiagnosis();
+  void TellReadingError();
   void WatchDiagnosis();
   Result<std::string> TakeDiagnosis();
   std::string WhyNotAutomatic(const ModelFacts& facts) const;

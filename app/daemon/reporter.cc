@@ -126,9 +126,11 @@ void Reporter::ObserveWarnings(const Snapshot& snapshot) {
     if (!now && text.cleared != nullptr) sink_(LogLevel::kNotice, text.cleared);
   }
   if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {
-    sink_(LogLevel::kWarning,
-          fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %)",
-                      1e3 * snapshot.reading_radius_m));
+    sink_(
+        LogLevel::kWarning,
+        fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %), and "
+                    "probes show no effect below that; use finer ones",
+                    1e3 * snapshot.reading_radius_m));
   }
   warnings_ = snapshot.warnings;
 }

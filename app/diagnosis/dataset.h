@@ -35,6 +35,9 @@ struct Dataset {
   std::string sigma_origin;
   double repeat_sigma_m = 0;  ///< from repeats; 0: too few of them
   int repeat_freedom = 0;
+  double q_step_rad = 0;        ///< largest step of the joint readings; 0: finer than matters
+  double reading_radius_m = 0;  ///< what that costs at the tip, 95 %, middle row
+  double reading_sigma_m = 0;   ///< the same, one axis, as it adds to sigma_m
   std::vector<std::string> notes;
   std::vector<std::string> not_recorded;
 

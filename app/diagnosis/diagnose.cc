@@ -78,7 +78,12 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
 
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
                            const DiagnosisOptions& options) {
-  const Result<Dataset> read = DatasetFrom(cell, measured);
+  const std::optional<double> cell_zero_s = cell.domain ? cell.domain->time_zero_s : std::nullopt;
+  MeasuredTable on_cells_clock = measured;
+  if (cell_zero_s && options.time_zero_s) {
+    for (MeasuredRow& row : on_cells_clock.rows) row.t_s += *options.time_zero_s - *cell_zero_s;
+  }
+  const Result<Dataset> read = DatasetFrom(cell, on_cells_clock);
   if (!read) return Error{read.error()};
   const Dataset& data = *read;
   const auto interrupted = [&] { return options.interrupted && options.interrupted(); };
@@ -153,6 +158,16 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   tell(0.7, "what the rest follows");
   AddSignals(searched, found, options, diagnosis);
   Judge(data, found, RobustSigma(after, data.axes()), diagnosis);
+  if (data.reading_sigma_m > 0 && !diagnosis.minimum_detectable_m.empty()) {
+    double least_m = 1e300;
+    for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) {
+      least_m = std::min(least_m, size_m);
+    }
+    diagnosis.notes.push_back(
+        fmt::format("with joints read in steps of {:.3g} mrad no effect below {:.2g} mm (3-D RMS "
+                    "over these rows) can be seen",
+                    1e3 * data.q_step_rad, 1e3 * least_m));
+  }
   if (diagnosis.verdict == Verdict::kAmbiguous) {
     tell(0.75, "where to measure next");
     AddNextPoses(*found.pool, found.model, found.best, rivals, options, diagnosis);
@@ -185,6 +200,8 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     }
   }
   AddFramesAndDomain(data, refit.model, diagnosis);
+  diagnosis.domain.residual_sigma_m = found.sigma_m;
+  diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : options.time_zero_s;
   tell(1, "done");
   return diagnosis;
 }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -122,6 +123,8 @@ struct DiagnosisOptions {
   int threads = 2;
   int bootstrap = 200;
   int next_poses = 6;
+  /// UTC where the rows' t_s is 0, in seconds since 1970; absent: as the cell has it, or not known.
+  std::optional<double> time_zero_s = std::nullopt;
   /// Told of progress: a share of 0..1 and what is being done. May be empty.
   std::function<void(double, const std::string&)> progress;
   /// Asked now and then; true ends the work early (Diagnose returns an error "interrupted").

@@ -104,6 +104,14 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
         std::min(1.0, 24 * Trials(pool, own) * ChiSquareTail(drop / inflation, columns));
     finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
     finding.implausible = Implausibility(context.data, effects[e]);
+    if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
+      Interval seen{1e300, -1e300};
+      for (const MeasuredRow& row : context.data.table.rows) {
+        seen.low = std::min(seen.low, row.t_s);
+        seen.high = std::max(seen.high, row.t_s);
+      }
+      finding.effect.seen_t_s = seen;
+    }
     if (id == "empirical") {
       // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
       const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));

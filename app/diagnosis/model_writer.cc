@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "app/config/cell_reader.h"
+#include "app/config/utc_text.h"
 #include "app/diagnosis/toml_statements.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -78,6 +79,7 @@ std::string EffectText(const WrittenEffect& effect) {
   if (effect.covariance.size() > 0 && effect.covariance.allFinite()) {
     text += "covariance = " + MatrixText(effect.covariance) + '\n';
   }
+  if (effect.seen_t_s) text += "seen_t_s = " + IntervalText(*effect.seen_t_s) + '\n';
   if (!effect.drivers.empty()) text += "drivers = " + ListText(effect.drivers, StringText) + '\n';
   if (effect.nodes.size() > 0) text += "nodes = " + MatrixText(effect.nodes) + '\n';
   if (effect.from_file.empty() && !effect.from_rows && effect.from_date.empty()) return text;
@@ -105,6 +107,12 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   text += ListText(pairs, [](const std::string& pair) { return pair; }) + '\n';
   if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
   if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
+  if (domain.residual_sigma_m) {
+    text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';
+  }
+  if (domain.time_zero_s) {
+    text += "time_zero_utc = " + StringText(TextFromUtc(*domain.time_zero_s)) + '\n';
+  }
   return text;
 }
 

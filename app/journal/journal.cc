@@ -17,15 +17,18 @@ CREATE TABLE measurement (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
   source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import')),
   unix_ms INTEGER,
-  t_s REAL,  -- of probes: since the computer booted
+  t_s REAL,  -- of probes: UTC since the epoch
   session TEXT NOT NULL, command INTEGER,
   q TEXT NOT NULL, qd TEXT, qdd TEXT, tau TEXT,  -- arrays; deg and Nm, mm and N where prismatic
   payload_kg REAL, temp_C REAL,
   predicted_x_mm REAL, predicted_y_mm REAL, predicted_z_mm REAL,
   x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
   qw REAL, qx REAL, qy REAL, qz REAL,
-  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0
+  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
+  q_step_deg REAL  -- of the registers that q was read from; 0: finer than matters
 );
+CREATE TABLE epoch (utc_s INTEGER NOT NULL);
+INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
 CREATE TABLE import (
   id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
   rows INTEGER NOT NULL, last_row INTEGER NOT NULL
@@ -39,13 +42,28 @@ CREATE TABLE monitor_restart (
 constexpr const char* kInsert =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
-    " qy, qz, model_version, wild, alarm)"
-    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " qy, qz, model_version, wild, alarm, q_step_deg)"
+    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kSelect =
     "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
     " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
-    " model_version, wild, alarm, id FROM measurement";
+    " model_version, wild, alarm, id, q_step_deg FROM measurement";
+
+/// Schema 1 counted t_s from the computer's boot, and marked sessions with it. The wall clock of
+/// each probe was kept.
+constexpr const char* kFromSchema1 = R"(
+ALTER TABLE measurement ADD COLUMN q_step_deg REAL;
+CREATE TABLE epoch (utc_s INTEGER NOT NULL);
+INSERT INTO epoch SELECT coalesce(min(unix_ms) / 1000, CAST(strftime('%s', 'now') AS INTEGER))
+  FROM measurement WHERE source = 'plc';
+UPDATE measurement SET t_s = unix_ms / 1000.0 - (SELECT utc_s FROM epoch)
+  WHERE source = 'plc' AND unix_ms IS NOT NULL;
+UPDATE measurement SET session = substr(session, 1, length(session) - 14)
+  WHERE source = 'plc' AND session LIKE '% boot ________';
+UPDATE measurement SET session = '' WHERE source = 'plc' AND session LIKE 'boot ________';
+PRAGMA user_version = 2;
+)";
 
 double FileUnit(const Joint& joint) {
   return joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
@@ -118,6 +136,7 @@ bool Insert(Statement& statement, const JournalRow& row, const std::vector<Joint
   statement.Bind(23, Widened(row.model_version));
   statement.Bind(24, std::int64_t{row.wild});
   statement.Bind(25, std::int64_t{row.alarm});
+  statement.Bind(26, row.q_step_rad ? std::optional(*row.q_step_rad / kRadPerDeg) : std::nullopt);
   return statement.Run();
 }
 
@@ -148,6 +167,7 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
   row.wild = s.Integer(23) != 0;
   row.alarm = s.Integer(24) != 0;
   row.id = s.Integer(25);
+  if (const auto step_deg = s.NumberIfThere(26)) row.q_step_rad = *step_deg * kRadPerDeg;
   return row;
 }
 
@@ -205,6 +225,14 @@ Result<Journal> Journal::Open(const std::string& path) {
       }
     }
   }
+  if (database.IntegerOf("PRAGMA user_version") == 1) {
+    Transaction transaction(database);
+    if (!transaction.begun()) return journal.Failed("cannot be brought to schema 2");
+    if (database.IntegerOf("PRAGMA user_version") == 1 &&
+        (!database.Run(kFromSchema1) || !transaction.Commit())) {
+      return journal.Failed("cannot be brought to schema 2");
+    }
+  }
   return journal;
 }
 
@@ -215,6 +243,12 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   if (auto problem = NotAJournal(journal.database_)) return *std::move(problem);
   if (journal.database_.IntegerOf("PRAGMA user_version") == 0) {
     return Error{fmt::format("{}: is empty, no journal yet", path)};
+  }
+  if (journal.database_.IntegerOf("PRAGMA user_version") == 1) {
+    return Error{
+        fmt::format("{}: written by an older plumbline; it becomes readable once this "
+                    "version's plumblined, or an import, has opened it",
+                    path)};
   }
   return journal;
 }
@@ -286,8 +320,7 @@ Result<bool> Journal::ForEach(const JournalFilter& filter, const std::vector<Joi
                               const std::function<void(const JournalRow&)>& show) {
   // Absent conditions are NULL, and hold. The newest rows are sought from the end.
   const std::string chosen = fmt::format(
-      "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2"
-      " OR substr(session, 1, length(?2) + 6) = ?2 || ' boot ')"
+      "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2)"
       " AND (?3 IS NULL OR model_version = ?3)",
       kSelect);
   Statement statement(database_.get(),
@@ -347,6 +380,13 @@ std::optional<Journal::Restart> Journal::LastModel() {
   return RestartBy(
       "SELECT after_row, model_version FROM monitor_restart WHERE reason = 'model'"
       " ORDER BY id DESC LIMIT 1");
+}
+
+std::optional<double> Journal::LastProbe_s() {
+  Statement newest(database_.get(),
+                   "SELECT t_s FROM measurement WHERE source = 'plc' ORDER BY id DESC LIMIT 1");
+  if (newest.Step() != SQLITE_ROW) return std::nullopt;
+  return newest.NumberIfThere(0);
 }
 
 std::int64_t Journal::LastRow() {

@@ -13,8 +13,8 @@ namespace plumbline {
 /// Which rows are asked for; every condition that is set must hold.
 struct JournalFilter {
   std::optional<std::int64_t> after_id = std::nullopt;
-  std::optional<std::int64_t> last = std::nullopt;    ///< only that many, the newest
-  std::optional<std::string> session = std::nullopt;  ///< in any boot, where it names none
+  std::optional<std::int64_t> last = std::nullopt;  ///< only that many, the newest
+  std::optional<std::string> session = std::nullopt;
   std::optional<int> model_version = std::nullopt;
 };
 
@@ -24,7 +24,7 @@ struct JournalFilter {
 /// it can be read with the sqlite3 command.
 class Journal {
  public:
-  static constexpr int kSchemaVersion = 1;
+  static constexpr int kSchemaVersion = 2;
 
   /// Opens or makes the file. @return why not: not a journal, of a newer version, not writable
   static Result<Journal> Open(const std::string& path);
@@ -64,6 +64,14 @@ class Journal {
   /// The newest restart of any reason, and the newest for a model; nothing where there is none.
   std::optional<Restart> LastRestart();
   std::optional<Restart> LastModel();
+
+  /// UTC where t_s of probes is 0, whole seconds since 1970: when the journal was made. It never
+  /// changes.
+  double EpochUtc_s() {
+    return static_cast<double>(database_.IntegerOf("SELECT utc_s FROM epoch"));
+  }
+  /// The time of the newest probe; nothing where there is none.
+  std::optional<double> LastProbe_s();
 
   std::int64_t Count();
   std::int64_t LastRow();

@@ -119,6 +119,7 @@ std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
     if (recorded.position) row.measured_W = from.p_WT;
     if (recorded.range) row.range_m = from.range_m;
     if (recorded.orientation) row.orientation_W = from.q_WT;
+    if (recorded.q_step) row.q_step_rad = from.q_step_rad;
   }
   return rows;
 }
@@ -143,7 +144,16 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   columns.push_back({"session", [](const JournalRow& row) {
                        return row.session.empty() ? std::nullopt : std::optional(row.session);
                      }});
-  columns.push_back({"t_s", [](const JournalRow& row) { return FixedIfThere(row.t_s, 6); }});
+  const auto imported =
+      static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const JournalRow* row) {
+        return row->source == JournalRow::Source::kImport && row->t_s;
+      }));
+  if (imported == 0 || imported == rows.size()) {
+    columns.push_back({"t_s", [](const JournalRow& row) { return FixedIfThere(row.t_s, 6); }});
+  } else {
+    exported.notes.push_back(
+        "column t_s: left out, imported rows count it from another moment than probes do");
+  }
   AddJoints(columns, joints, "q", "", &JournalRow::q, 7);
   AddJoints(columns, joints, "qd", "_s", &JournalRow::qd, 6);
   AddJoints(columns, joints, "qdd", "_s2", &JournalRow::qdd, 6);
@@ -151,6 +161,14 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   columns.push_back(
       {"payload_kg", [](const JournalRow& row) { return FixedIfThere(row.payload_kg, 6); }});
   columns.push_back({"temp_C", [](const JournalRow& row) { return FixedIfThere(row.temp_C, 4); }});
+  const bool coarse = std::any_of(rows.begin(), rows.end(), [](const JournalRow* row) {
+    return row->q_step_rad.value_or(0) > 0;
+  });
+  if (coarse) {  // what is not known of a row counts as fine
+    columns.push_back({"q_step_deg", [](const JournalRow& row) {
+                         return std::optional(Fixed(row.q_step_rad.value_or(0) / kRadPerDeg, 7));
+                       }});
+  }
   AddMeasured(columns, kind);
 
   std::vector<CsvColumn> used;

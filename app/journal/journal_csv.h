@@ -21,7 +21,8 @@ struct ExportedCsv {
 /// A measured.csv (formats.md) of journal rows. A column is written where every row has its value;
 /// one that only some rows have is left out, and that is noted, as a missing value must never look
 /// like zero. Rows without a measured point of the kind that most of them have are left out, and
-/// that is noted too. t_s is what the journal has: one clock a session, see JournalRow.
+/// that is noted too. t_s is what the journal has; where probes and imported rows stand together it
+/// is left out, as they count from different moments.
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows, const std::vector<Joint>& joints);
 
 }  // namespace plumbline

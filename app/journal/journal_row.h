@@ -17,13 +17,14 @@ struct JournalRow {
   std::int64_t id = 0;  ///< the journal's number, ascending; 0 before it is written
   Source source = Source::kPlc;
   std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
-  /// Of a probe: CLOCK_MONOTONIC of this computer, which begins when it boots (and so does another
-  /// session); effects of time read the same. Of an imported row: as its file has it.
+  /// Of a probe: UTC since the journal's epoch, even within a run of the daemon. Of an imported
+  /// row: as its file has it.
   std::optional<double> t_s;
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
   JointVector q;                         ///< [rad] or [m], as the controller counts them
   JointVector qd, qdd, tau;
+  std::optional<double> q_step_rad;  ///< of the registers that q was read from; 0: fine
   std::optional<double> payload_kg;
   std::optional<double> temp_C;
   std::optional<Vec3> predicted_W;  ///< tip by the model in force [m]

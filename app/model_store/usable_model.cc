@@ -3,12 +3,44 @@
 #include <fmt/format.h>
 
 #include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/written.h"
 
 namespace plumbline {
+
+namespace {
+
+/// What the effect follows and the cycle does not know: a row's number, a column of a file.
+std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
+  for (const EffectParameter& parameter : written.parameters) {
+    if (written.id == "step_event" && parameter.name == "row") return "row";
+  }
+  Conditions known;  // as of a point
+  known.t_s = known.temp_C = 0.0;
+  known.q = JointVector::Zero(kMaxJoints);
+  for (const std::string& driver : written.drivers) {
+    if (!known.Signal(driver)) return driver;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 std::optional<std::string> WhyNotUsable(const CellModel& cell) {
   for (const WrittenEffect& written : cell.effects) {
     const Effect* effect = FindEffect(written.id);
+    if (effect != nullptr) {
+      const EffectTerm term = ActiveFromWritten(written, cell).term;
+      if (ReadsTime(term) && !(cell.domain && cell.domain->time_zero_s)) {
+        return fmt::format(
+            "its effect \"{}\" reads the time, and the model does not say when its t_s was 0 "
+            "([domain] time_zero_utc; `plumbline diagnose --time-zero`)",
+            written.id);
+      }
+      if (const auto unknown = UnknownDriver(written)) {
+        return fmt::format("its effect \"{}\" follows \"{}\", which the daemon does not know",
+                           written.id, *unknown);
+      }
+    }
     std::string word;
     for (const EffectParameter& parameter : written.parameters) {
       if (!parameter.word.empty()) word = parameter.word;

@@ -27,6 +27,7 @@ enum class Quantity {
   kPosition,
   kRange,
   kOrientation,
+  kJointStep,
   kFurther,
   kUnused,
 };
@@ -44,6 +45,7 @@ std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
                                  {"t_s", Quantity::kTime},
                                  {"payload_kg", Quantity::kPayload},
                                  {"temp_C", Quantity::kTemperature},
+                                 {"q_step_deg", Quantity::kJointStep, 0, kRadPerDeg},
                                  {"x_mm", Quantity::kPosition, 0, kMetrePerMm},
                                  {"y_mm", Quantity::kPosition, 1, kMetrePerMm},
                                  {"z_mm", Quantity::kPosition, 2, kMetrePerMm},
@@ -220,7 +222,8 @@ bool TableReader::ReadHeader(std::string_view line) {
                      .temperature = Recorded(Quantity::kTemperature, false),
                      .position = Recorded(Quantity::kPosition, false),
                      .range = Recorded(Quantity::kRange, false),
-                     .orientation = Recorded(Quantity::kOrientation, false)};
+                     .orientation = Recorded(Quantity::kOrientation, false),
+                     .q_step = Recorded(Quantity::kJointStep, false)};
   Recorded(Quantity::kQ, true);
   return !header_faulty_;
 }
@@ -279,6 +282,10 @@ std::string TableReader::Store(const Column& column, std::string_view field,
     case Quantity::kOrientation:
       // Eigen stores (x, y, z, w); the columns are (w, x, y, z).
       row.q_WT.coeffs()[(column.index + 3) % 4] = value;
+      break;
+    case Quantity::kJointStep:
+      if (value < 0) return Shown(field) + " is negative";
+      row.q_step_rad = value;
       break;
     case Quantity::kFurther:
     case Quantity::kSession:

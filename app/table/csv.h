@@ -24,6 +24,7 @@ struct RecordedColumns {
   bool position = false;
   bool range = false;
   bool orientation = false;
+  bool q_step = false;
 
   bool operator==(const RecordedColumns&) const = default;
 };
@@ -33,10 +34,11 @@ struct MeasuredRow {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
   double t_s = 0;
-  JointVector q;    ///< [rad] or [m]
-  JointVector qd;   ///< [rad/s] or [m/s]
-  JointVector qdd;  ///< [rad/s^2] or [m/s^2]
-  JointVector tau;  ///< [N m] or [N]
+  JointVector q;          ///< [rad] or [m]
+  JointVector qd;         ///< [rad/s] or [m/s]
+  JointVector qdd;        ///< [rad/s^2] or [m/s^2]
+  JointVector tau;        ///< [N m] or [N]
+  double q_step_rad = 0;  ///< of the registers that q was read from; 0: finer than matters
   double payload_kg = 0;
   double temp_C = 0;
   Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]

@@ -130,7 +130,8 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_wanted.transpose());
   correction.uncertainty_m =
       RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
-  correction.extrapolated = OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C);
+  correction.extrapolated =
+      OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
 
   Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
@@ -170,7 +171,8 @@ void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& paylo
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
   landing.uncertainty_m =
       RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
-  landing.extrapolated = OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C);
+  landing.extrapolated =
+      OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }

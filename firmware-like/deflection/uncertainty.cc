@@ -25,11 +25,25 @@ Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double re
   return resolution * resolution / 12 * jacobian.topRows<3>() * jacobian.topRows<3>().transpose();
 }
 
+EffectScratch::EffectScratch(const LoadedArm& arm) {
+  std::size_t most = 0;
+  for (const ActiveEffect& active : arm.effects()) most = std::max(most, active.values.size());
+  values.resize(most);
+  columns.resize(3, static_cast<Eigen::Index>(most));
+  weighted.resize(3, static_cast<Eigen::Index>(most));
+}
+
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                       const Conditions& conditions) {
+  EffectScratch scratch(arm);
+  return EffectCovariance(arm, q, payload, conditions, scratch);
+}
+
+Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                      const Conditions& conditions, EffectScratch& scratch) {
   Mat3 covariance = Mat3::Zero();
   if (arm.effects().empty()) return covariance;
-  const Conditions moment = arm.MomentOf(q, conditions);
+  Conditions moment = arm.MomentOf(q, conditions);
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   Sensitivity sensitivity;
@@ -37,10 +51,13 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
   for (const ActiveEffect& active : arm.effects()) {
     const auto count = static_cast<int>(active.values.size());
     if (active.covariance.rows() != count) continue;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> columns(3, count);
+    auto columns = scratch.columns.leftCols(count);
+    auto weighted = scratch.weighted.leftCols(count);
     columns.setZero();
+    moment.t_s = TimeSeen(active, conditions.t_s);
+    const std::span<Dual> values(scratch.values.data(), active.values.size());
     for (int first = 0; first < count; first += kDualWidth) {
-      std::vector<Dual> values(active.values.begin(), active.values.end());
+      for (std::size_t k = 0; k < values.size(); ++k) values[k] = Dual(active.values[k]);
       const int last = std::min(count, first + kDualWidth);
       for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
       Influence<Dual> slope;
@@ -52,7 +69,8 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
         }
       }
     }
-    covariance += columns * active.covariance * columns.transpose();
+    weighted = columns.lazyProduct(active.covariance);
+    covariance += weighted.lazyProduct(columns.transpose());
   }
   return covariance;
 }
@@ -69,7 +87,7 @@ double RadiusHolding95Percent(const Mat3& covariance) {
 }
 
 bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
-                   std::optional<double> temp_C) {
+                   std::optional<double> temp_C, std::optional<double> t_s) {
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Joint& joint = cell.robot.joints[k];
@@ -80,6 +98,9 @@ bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<do
   const auto outside = [](const std::optional<Interval>& seen, std::optional<double> value) {
     return seen && value && !seen->Contains(*value);
   };
+  for (const WrittenEffect& effect : cell.effects) {
+    if (outside(effect.seen_t_s, t_s)) return true;
+  }
   return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C);
 }
 

@@ -71,6 +71,7 @@ ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& ce
   active.term.effect = effect;
   active.term.drivers = written.drivers;
   active.term.nodes = written.nodes;
+  active.seen_t_s = written.seen_t_s;
   const ParameterSpec* word_spec = WordSpecOf(traits);
   if (word_spec != nullptr) active.term.word = CataloguedWord(*word_spec, {});
   for (const EffectParameter& parameter : written.parameters) {
@@ -107,6 +108,7 @@ WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixX
   written.id = traits.id;
   written.drivers = term.drivers;
   written.nodes = term.nodes;
+  written.seen_t_s = active.seen_t_s;
   if (covariance_SI.size() > 0) {
     const Eigen::VectorXd to_file = FilePerSI(term, active.values);
     written.covariance = to_file.asDiagonal() * covariance_SI * to_file.asDiagonal();
@@ -134,10 +136,34 @@ WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixX
   return written;
 }
 
+bool FollowsTime(const EffectTerm& term) {
+  return term.effect->traits().Needs(Signal::kTime, term.word) ||
+         std::find(term.drivers.begin(), term.drivers.end(), "t_s") != term.drivers.end();
+}
+
+bool ReadsTime(const EffectTerm& term) {
+  const bool from_a_moment_on =
+      std::any_of(term.parameters.begin(), term.parameters.end(), [&](const TermParameter& own) {
+        return term.effect->traits().id == "step_event" && SpecOf(term, own).name == "time";
+      });
+  return from_a_moment_on || FollowsTime(term);
+}
+
+std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double> t_s) {
+  if (!t_s || !effect.seen_t_s) return t_s;
+  return std::clamp(*t_s, effect.seen_t_s->low, effect.seen_t_s->high);
+}
+
 void AddEffects(std::span<const ActiveEffect> effects, const Conditions& conditions,
                 Influence<double>& influence) {
   for (const ActiveEffect& effect : effects) {
-    effect.term.effect->Add(effect.term, effect.values, conditions, influence);
+    if (const auto t_s = TimeSeen(effect, conditions.t_s); t_s != conditions.t_s) {
+      Conditions held = conditions;
+      held.t_s = t_s;
+      effect.term.effect->Add(effect.term, effect.values, held, influence);
+    } else {
+      effect.term.effect->Add(effect.term, effect.values, conditions, influence);
+    }
   }
 }
 

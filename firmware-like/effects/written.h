@@ -1,6 +1,7 @@
 // Effects as cells carry them in their files, and as the model adds them.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,16 @@ struct ActiveEffect {
   /// Of the values, in SI; from the deviations where no covariance was written, and empty where not
   /// every number has one.
   Eigen::MatrixXd covariance;
+  std::optional<Interval> seen_t_s{};  ///< see WrittenEffect
 };
+
+/// True where the effect changes as time goes on (a warm-up, a curve over t_s).
+bool FollowsTime(const EffectTerm& term);
+/// True where it reads the time at all: likewise, or from a moment on.
+bool ReadsTime(const EffectTerm& term);
+
+/// The time that an effect sees: held at the ends of what it was fitted to.
+std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double> t_s);
 
 /// The effect that a cell's file holds. A covariance goes before the deviations.
 /// @param written  as the configuration reader has checked it: known id, names and words

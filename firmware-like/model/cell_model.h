@@ -85,6 +85,12 @@ struct Measurement {
   std::optional<double> reference_temperature_C;
 };
 
+struct Interval {
+  double low = 0;
+  double high = 0;
+  bool Contains(double value) const { return value >= low && value <= high; }
+};
+
 /// One parameter of a written effect, in the unit that the catalogue fixes for it.
 struct EffectParameter {
   std::string name;
@@ -102,6 +108,9 @@ struct WrittenEffect {
   Eigen::MatrixXd covariance;        ///< of the parameters that are numbers; empty where not told
   std::vector<std::string> drivers;  ///< of an empirical term: the columns that it follows
   Eigen::MatrixXd nodes;             ///< of an empirical term, as written
+  /// Of an effect that follows the time: the times of the rows it was fitted to. Before and after
+  /// them it keeps its first and its last value.
+  std::optional<Interval> seen_t_s;
   std::string from_file, from_date;
   std::optional<int> from_rows;
 };
@@ -113,17 +122,15 @@ struct SessionFrames {
   std::optional<Vec3> tip_F;
 };
 
-struct Interval {
-  double low = 0;
-  double high = 0;
-  bool Contains(double value) const { return value >= low && value <= high; }
-};
-
 /// What a fit has seen; outside it a prediction is extrapolated.
 struct Domain {
   std::vector<Interval> q;  ///< [rad] or [m], one a joint
   std::optional<Interval> payload_kg;
   std::optional<Interval> temp_C;
+  std::optional<double> residual_sigma_m;  ///< one axis: what the fit left, the instrument included
+  /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
+  /// effects of time mean nothing elsewhere than on those rows.
+  std::optional<double> time_zero_s;
 };
 
 struct CellModel {

@@ -277,6 +277,7 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   command.probe_W = predicted_W + miss_W;
   command.sequence = 1;
   cell.input.unix_ms = 1800000000123;
+  cell.input.utc_s = 1800000000.125;
   cell.input.robot.temp_C = 24.5;
 
   const Snapshot& taken = cell.Next();
@@ -284,7 +285,7 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   CHECK(taken.result.valid);
   CHECK(taken.probe.sequence == 1);
   CHECK(taken.probe.unix_ms == 1800000000123);
-  CHECK(taken.probe.t_s == cell.input.now_s);
+  CHECK(taken.probe.utc_s == cell.input.utc_s);
   CHECK(taken.probe.q == cell.taught);
   CHECK(taken.probe.payload_kg == 60);
   CHECK(taken.probe.temp_C == 24.5);
@@ -471,4 +472,74 @@ TEST_CASE("coarse joint registers are told with what they cost") {
   CHECK((snapshot.warnings & warning::kCoarseJoints) != 0);
   CHECK(snapshot.reading_radius_m > 0.5e-3);
   CHECK(snapshot.reading_radius_m < 5e-3);
+}
+
+TEST_CASE("an identified model states its own uncertainty, not the declared share") {
+  Cell cell;
+  const double declared_m = cell.Running().points[0].correction.uncertainty_m;
+  cell.machine.reset();
+  WrittenEffect effect;
+  effect.id = "joint_compliance";
+  effect.scope = {"q2"};
+  effect.parameters = {{"q2", 2e-7, 3e-9, "rad/(N m)", ""}};
+  cell.config.cell.effects = {effect};
+  cell.config.cell.domain.emplace();
+  for (const Joint& joint : cell.config.cell.robot.joints) {
+    cell.config.cell.domain->q.push_back({joint.min, joint.max});
+  }
+  cell.config.cell.domain->residual_sigma_m = 3e-5;
+  const LoadedArm arm(cell.config.cell);
+  const Payload payload{60, *cell.config.cell.payload_cog_F};
+  const auto expected_m = [&](const JointVector& q) {
+    return RadiusHolding95Percent(EffectCovariance(arm, q, payload, {}) + 9e-10 * Mat3::Identity());
+  };
+  const Snapshot& snapshot = cell.Running();
+  for (const PointResult& point : snapshot.points) {
+    CHECK(point.correction.uncertainty_m == Approx(expected_m(point.correction.q)).epsilon(1e-6));
+  }
+  CHECK(snapshot.points[0].correction.uncertainty_m < 0.2 * declared_m);
+  CHECK(snapshot.points[0].correction.uncertainty_m > 2 * 3e-5);
+
+  cell.input.probes_recorded = true;
+  cell.input.command.code = PlcCommandCode::kProbe;
+  cell.input.command.probe_W = Vec3(1, 0, 1);
+  cell.input.command.sequence = 5;
+  CHECK(cell.Next().result.correction.uncertainty_m ==
+        Approx(expected_m(cell.taught)).epsilon(1e-6));
+}
+
+TEST_CASE("effects of time count from where their model says, and keep their last value") {
+  Cell cell;
+  cell.input.probes_recorded = true;
+  cell.input.command.code = PlcCommandCode::kProbe;
+  cell.input.command.probe_W = Vec3(1, 0, 1);
+  WrittenEffect effect;
+  effect.id = "empirical";
+  effect.parameters = {{"base_x", 1, std::nullopt, "1", ""}};
+  effect.drivers = {"t_s"};
+  effect.nodes.resize(2, 2);
+  effect.nodes << 0, 0, 1000, 10;  // 10 mm in 1000 s
+  effect.seen_t_s = Interval{100, 600};
+  cell.config.cell.effects = {effect};
+  cell.config.cell.domain.emplace();
+  for (const Joint& joint : cell.config.cell.robot.joints) {
+    cell.config.cell.domain->q.push_back({joint.min, joint.max});
+  }
+  cell.config.cell.domain->time_zero_s = 1.8e9;
+  cell.Running();
+  const auto probed = [&](double utc_s) {
+    cell.input.utc_s = utc_s;
+    ++cell.input.command.sequence;
+    const Snapshot& snapshot = cell.Next();
+    CHECK(snapshot.result.code == CorrectionCode::kOk);
+    return std::pair(snapshot.probe.predicted_W.x(), snapshot.result.correction.extrapolated);
+  };
+  const auto [at_200, outside_200] = probed(1.8e9 + 200);
+  const auto [at_500, outside_500] = probed(1.8e9 + 500);
+  const auto [at_900, outside_900] = probed(1.8e9 + 900);
+  CHECK(at_500 - at_200 == Approx(3e-3).epsilon(1e-9));
+  CHECK(at_900 - at_200 == Approx(4e-3).epsilon(1e-9));  // held at 600 s
+  CHECK_FALSE(outside_200);
+  CHECK_FALSE(outside_500);
+  CHECK(outside_900);
 }

@@ -10,9 +10,9 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "app/daemon/utc_clock.h"
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
-#include "drivers/robot/robot.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
@@ -38,7 +38,7 @@ VirtualCellOptions Idle() {
 /// What `plumbline diagnose CELL MEASURED --json D --write-model C --report R` is replaced by.
 constexpr const char* kTrueAnswer = R"script(#!/bin/sh
 set -e
-[ "$1" = diagnose ] && [ "$4" = --json ] && [ "$6" = --write-model ] && [ "$8" = --report ]
+[ "$1" = diagnose ] && [ "$4" = --json ] && [ "${10}" = --time-zero ] && [ "$6" = --write-model ] && [ "$8" = --report ]
 head -1 "$3" | grep -q '^session,t_s,q1_deg,.*,payload_kg,.*x_mm,y_mm,z_mm$'
 cat "$2" - > "$7" <<END
 [[effect]]
@@ -57,10 +57,16 @@ END
 struct Options {
   std::string loop;  ///< further lines of [loop]
   std::string script = kTrueAnswer;
+  std::string profile = "universal-robots-fine";
 };
 
-std::string LoopConfigText(const std::string& robot, const std::string& loop) {
-  return DemoConfig(robot, "universal-robots-fine") +
+std::string LoopConfigText(const std::string& robot, const std::string& loop,
+                           const std::string& profile = "universal-robots-fine") {
+  std::string text = DemoConfig(robot, profile);
+  if (profile == "universal-robots") {  // it tells no payload
+    text = WithLine(text, "payload", "source", "\"fixed\"\nmass_kg = 60.0");
+  }
+  return text +
          "\n[loop]\nenabled = true\nsession = \"day 1\"\nreference_probes = 0\n"
          "probes_before_diagnosis = 8\n" +
          loop;
@@ -92,7 +98,7 @@ struct Station {
       : stand_in(options.script),
         cell(Idle(),
              virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")})),
-        daemon(LoopConfigText(cell.robot(), options.loop)),
+        daemon(LoopConfigText(cell.robot(), options.loop, options.profile)),
         plc("plumblined", daemon.Plc(), 1, 10),
         tracker("tracker", cell.tracker(), 1, 10) {
     REQUIRE(cell.Tell("payload 60") == "ok");
@@ -148,7 +154,7 @@ int Plumbline(const std::string& arguments) {
 }  // namespace
 
 TEST_CASE("from the first probe to a corrected model in force, and back") {
-  const double began_s = MonotonicSeconds();
+  const double began_s = ComputerUtcSeconds();
   Station station;
   station.Probes(20);
   INFO(station.daemon.Log());
@@ -166,12 +172,15 @@ TEST_CASE("from the first probe to a corrected model in force, and back") {
 
   auto rows = station.Journal();
   REQUIRE(rows.size() == 20);
-  CHECK(rows.front().session.substr(0, 11) == "day 1 boot ");
-  CHECK(rows.front().session == rows.back().session);
+  CHECK(rows.front().session == "day 1");
   REQUIRE(rows.back().t_s);
   CHECK(*rows.back().t_s > *rows.front().t_s);
-  CHECK(*rows.front().t_s > began_s);
-  CHECK(*rows.back().t_s < MonotonicSeconds());
+  const double epoch_s =
+      plumbline::Journal::OpenForReading(station.state_directory() + "/journal.sqlite")
+          .value()
+          .EpochUtc_s();
+  CHECK(epoch_s + *rows.front().t_s > began_s);
+  CHECK(epoch_s + *rows.back().t_s < ComputerUtcSeconds());
   CHECK(rows.front().payload_kg == 60);
   CHECK(rows.front().model_version == 1);
   CHECK(std::count_if(rows.begin(), rows.end(), [](const JournalRow& r) { return r.alarm; }) == 1);
@@ -303,6 +312,19 @@ TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with t
     CHECK(station.daemon.Wait() == 128 + SIGKILL);
     CHECK(Eventually([&] { return group_gone(pid_of(station)); }));
   }
+}
+
+TEST_CASE("joints read in steps of a milliradian: the diagnosis is told, and so is everybody") {
+  std::string script = kTrueAnswer;
+  script.replace(script.find("set -e"), 6, "set -e; head -1 \"$3\" | grep -q ,q_step_deg,");
+  Station station({.loop = "", .script = script, .profile = "universal-robots"});
+  station.Probes(9);
+  INFO(station.daemon.Log());
+  REQUIRE(station.daemon.Awaits("version 2 proposed"));
+  CHECK(station.daemon.Awaits("probes' joints are read to 1 mrad = "));
+  CHECK(station.daemon.Awaits("joint registers are coarse"));
+  REQUIRE(station.Journal().front().q_step_rad);
+  CHECK(*station.Journal().front().q_step_rad == Approx(1e-3));
 }
 
 TEST_CASE("a PLC restarts the monitor; integers serve as well as floats") {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -88,6 +89,60 @@ TEST_CASE("nothing hidden: nothing found, with outliers and heavy tails, too") {
       CHECK(least_m < 1e-3);
     }
   }
+}
+
+/// The same with the joints as registers of 1 mrad give them.
+Data ReadCoarsely(Data data) {
+  constexpr double kStep_rad = 1e-3;
+  data.table.recorded.q_step = true;
+  for (MeasuredRow& row : data.table.rows) {
+    row.q_step_rad = kStep_rad;
+    for (double& q : row.q) q = kStep_rad * std::round(q / kStep_rad);
+  }
+  return data;
+}
+
+TEST_CASE("what the steps of the joint readings hide is not named, and that is told") {
+  int named = 0;
+  for (int seed = 1; seed <= 6; ++seed) {
+    const auto diagnosis = Answer(ReadCoarsely(Simulated(
+        "--family joint_offset --signal 5 --sigma-mm 0.01 --seed " + std::to_string(seed))));
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->sigma_m > 2e-4);
+    named += diagnosis->verdict == Verdict::kNoEffect ? 0 : 1;
+    const auto told = [&](const char* words) {
+      return std::any_of(
+          diagnosis->notes.begin(), diagnosis->notes.end(),
+          [&](const std::string& note) { return note.find(words) != std::string::npos; });
+    };
+    CHECK(told("steps of 1 mrad"));
+    CHECK(told("can be seen"));
+  }
+  CHECK(named == 0);
+}
+
+TEST_CASE("what is larger than the steps of the joint readings is named through them") {
+  const auto diagnosis = Answer(
+      ReadCoarsely(Simulated("--family joint_compliance --signal 300 --sigma-mm 0.05 --seed 3")));
+  REQUIRE(diagnosis);
+  CHECK(Ids(*diagnosis) == std::vector<std::string>{"joint_compliance"});
+}
+
+TEST_CASE("an effect of time is written with the times it was fitted to, and their zero") {
+  Data data = Simulated("--family thermal_drift --signal 20 --seed 3");
+  DiagnosisOptions options;
+  options.time_zero_s = 1.8e9;
+  const auto diagnosis = Diagnose(data.cell, data.table, options);
+  REQUIRE(diagnosis);
+  REQUIRE(Ids(*diagnosis) == std::vector<std::string>{"thermal_drift"});
+  REQUIRE(diagnosis->findings[0].effect.seen_t_s);
+  const auto [first, last] =
+      std::minmax_element(data.table.rows.begin(), data.table.rows.end(),
+                          [](const MeasuredRow& a, const MeasuredRow& b) { return a.t_s < b.t_s; });
+  CHECK(diagnosis->findings[0].effect.seen_t_s->low == first->t_s);
+  CHECK(diagnosis->findings[0].effect.seen_t_s->high == last->t_s);
+  CHECK(diagnosis->domain.time_zero_s == 1.8e9);
+  CHECK(diagnosis->domain.residual_sigma_m == diagnosis->sigma_m);
 }
 
 TEST_CASE("what is in no catalogue is unknown, and its driver is named") {
