@@ -1,7 +1,9 @@
 // plumbline beam: the deflection of a tool as a beam, for a series of loads.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

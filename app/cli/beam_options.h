@@ -1,7 +1,6 @@
 // The arguments of plumbline beam, and the tool that they describe.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +9,10 @@
 
 #include "firmware-like/beam/paper.h"
 #include "firmware-like/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

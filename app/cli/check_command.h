@@ -1,12 +1,15 @@
 // plumbline check: every fault of a cell or a configuration, and what the cell amounts to.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "app/config/fault.h"
 #include "firmware-like/model/cell_model.h"
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

@@ -1,12 +1,15 @@
 // plumbline diagnose: what the declared cell lacks, by points that were measured.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <ostream>
 #include <string>
 
 #include "app/diagnosis/diagnosis.h"
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

@@ -1,7 +1,9 @@
 // plumbline journal: measured points in, out and on the screen.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

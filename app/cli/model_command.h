@@ -1,7 +1,9 @@
 // plumbline model: versions of the cell's model; which one is in force.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

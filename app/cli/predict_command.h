@@ -1,11 +1,14 @@
 // plumbline predict: where the loaded tip is at each pose of a file.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <ostream>
 
 #include "app/table/csv.h"
 #include "firmware-like/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

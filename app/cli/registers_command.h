@@ -1,8 +1,11 @@
 // plumbline registers: the register map as a document.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

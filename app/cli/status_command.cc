@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <modbus/modbus.h>
 
+#include <CLI/CLI.hpp>
 #include <cassert>
 #include <cerrno>
 #include <iostream>

@@ -1,7 +1,9 @@
 // plumbline status: what a running daemon says of itself, read as a PLC would.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

@@ -1,11 +1,14 @@
 #include "firmware-like/kinematics/inverse.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <array>
 #include <numbers>
 
 namespace plumbline {
 namespace {
+
+using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
@@ -21,6 +24,15 @@ double RadicalInverse(int index, int base) {
 }
 
 }  // namespace
+
+JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error) {
+  const auto J = jacobian.topRows(rows);
+  const double damping = std::min(1e-3, 1e-2 * error.squaredNorm()) + 1e-14;
+  Gram gram(rows, rows);
+  gram.noalias() = J * J.transpose();
+  gram.diagonal().array() += damping;
+  return J.transpose() * gram.llt().solve(error.head(rows));
+}
 
 bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& theta) {
   bool inside = true;
@@ -65,8 +77,7 @@ JointVector RestartPosture(const Chain& chain, const JointVector& seed, int inde
 }
 
 double SmallestSingularValue(const Jacobian& jacobian, int rows) {
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> gram =
-      jacobian.topRows(rows) * jacobian.topRows(rows).transpose();
+  const Gram gram = jacobian.topRows(rows) * jacobian.topRows(rows).transpose();
   const auto lu = gram.partialPivLu();
   const double trace_of_inverse = lu.inverse().trace();
   return trace_of_inverse > 0 && std::isfinite(trace_of_inverse) ? 1 / std::sqrt(trace_of_inverse)

@@ -1,7 +1,6 @@
 // Inverse kinematics: joint positions that bring the tip to a pose, on the nearest branch.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "firmware-like/geometry/rotation.h"
@@ -37,6 +36,12 @@ struct InverseOutcome {
 
 inline constexpr double kInverseTolerance = 1e-9;  // [m] and [rad]
 
+/// One step of a damped Newton iteration: the least change of joints that undoes `error`.
+///   step = J^T (J J^T + damping)^-1 error      J: the wanted rows of the Jacobian
+/// Far from the goal the damping keeps steps bounded beside singular postures; near it, it is far
+/// below the smallest singular value that a correction may have.
+JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error);
+
 /// Damped Newton iteration from a seed for a tip given as a function
 ///   Pose tip(const JointVector& theta, Posture& posture)
 /// whose derivative is close to the rigid Jacobian at the returned pose. Redundant arms take the
@@ -45,7 +50,6 @@ inline constexpr double kInverseTolerance = 1e-9;  // [m] and [rad]
 template <typename Tip>
 InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip& tip,
                          int max_iterations, JointVector& theta) {
-  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   constexpr double kLargestStep = 0.5;  // [rad] or [m] in one iteration
   InverseOutcome outcome;
   const int rows = target.rows();
@@ -60,14 +64,7 @@ InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip
       break;
     }
     chain.JacobianAt(posture, X_BT.p, jacobian);
-    const auto J = jacobian.topRows(rows);
-    // Far from the goal the damping keeps steps bounded beside singular postures; near it, it is
-    // far below the smallest singular value that a correction may have.
-    const double damping = std::min(1e-3, 1e-2 * error.squaredNorm()) + 1e-14;
-    Gram gram(rows, rows);
-    gram.noalias() = J * J.transpose();
-    gram.diagonal().array() += damping;
-    JointVector step = J.transpose() * gram.llt().solve(error.head(rows));
+    JointVector step = DampedNewtonStep(jacobian, rows, error);
     const double largest = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(largest)) break;
     if (largest > kLargestStep) step *= kLargestStep / largest;

@@ -187,7 +187,7 @@ FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
     Eigen::VectorXd norm = slope.colwise().norm().transpose();
     for (double& value : norm) value = std::max(value, 1e-300);
     slope.array().rowwise() /= norm.transpose().array();
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(slope, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(slope, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd& s = svd.singularValues();
     const Eigen::VectorXd along = svd.matrixU().transpose() * weight.cwiseProduct(residual);
     const double cost = weight.cwiseProduct(residual).squaredNorm();

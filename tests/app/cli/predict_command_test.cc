@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <sstream>
 #include <string>
 
 #include "app/config/cell_reader.h"
+#include "tests/app/cli/run_command.h"
 
 using namespace plumbline;
 
@@ -88,16 +88,11 @@ class PredictFolder {
                                      << rows;
   }
   int Run(const std::string& out, const std::string& more = "") {
-    std::ostringstream err;
-    std::streambuf* const old_err = std::cerr.rdbuf(err.rdbuf());
-    int exit_code = -1;
-    CLI::App app("", "plumbline");
-    AddPredictCommand(app, exit_code);
-    app.parse("predict " + File("cell.toml") + " " + File("poses.csv") + " --out " + File(out) +
-              more);
-    std::cerr.rdbuf(old_err);
-    told = err.str();
-    return exit_code;
+    const test::Answer answer =
+        test::RunCommand(AddPredictCommand, "predict " + File("cell.toml") + " " +
+                                                File("poses.csv") + " --out " + File(out) + more);
+    told = answer.err;
+    return answer.exit_code;
   }
   std::string told;
 

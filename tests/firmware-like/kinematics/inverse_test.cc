@@ -125,7 +125,8 @@ TEST_CASE("the singular value bound lies between sigma_min / sqrt(6) and sigma_m
     chain.Evaluate(test::RandomPosture(cell, random), posture);
     Jacobian jacobian;
     chain.JacobianAt(posture, posture.X_BF().p, jacobian);
-    const double sigma = Eigen::MatrixXd(jacobian).bdcSvd().singularValues()[5];
+    const double sigma =
+        Eigen::JacobiSVD<Eigen::Matrix<double, 6, 6>>(jacobian).singularValues()[5];
     const double bound = SmallestSingularValue(jacobian, 6);
     CHECK(bound <= sigma * (1 + 1e-6));
     CHECK(bound >= sigma / std::sqrt(6.0) * (1 - 1e-6));

@@ -1,0 +1,1 @@
+// Nothing of its own: the source that the tests' precompiled header is made for (CMakeLists.txt).
