@@ -1,0 +1,54 @@
+// The rows of a search as one linear problem: response, columns and free frames, whitened.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "app/diagnosis/candidates.h"
+
+namespace plumbline {
+
+/// Rows with a working response y = residual + (d prediction / d influence) influence, so that the
+/// unknowns are the effects' full values; whitened by sigma and the robust weights, and with the
+/// frames that the cell leaves free projected out of response and columns alike.
+class LinearProblem {
+ public:
+  /// @param rows     which take part; others have no influence whatever
+  /// @param weights  of all rows, 0..1
+  LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear,
+                const Model& model, std::vector<int> rows, const std::vector<double>& weights,
+                double sigma_m, int threads);
+
+  const Dataset& data() const { return data_; }
+  const Linearisation& linear() const { return *linear_; }
+  const std::vector<int>& rows() const { return rows_; }
+  int clusters() const { return clusters_; }
+  double sigma_m() const { return sigma_m_; }
+  /// Rows times axes by their weights, less the frames' numbers.
+  double freedom() const { return freedom_; }
+  const Eigen::VectorXd& response() const { return response_; }
+
+  /// A block's columns, whitened; `projected` with the frames taken out.
+  Eigen::MatrixXd Columns(const Block& block, bool projected) const;
+  void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  /// One influence's column, whitened, not projected: what shapes multiply row by row.
+  const Eigen::VectorXd& Carrier(int entry) const;
+  /// Columns carrier_a f_k(row), ordered by k then a; not projected.
+  /// @param factors  shape (rows, k)
+  Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
+
+ private:
+  const Dataset& data_;
+  std::shared_ptr<const Linearisation> linear_;
+  std::vector<int> rows_;
+  double sigma_m_;
+  int threads_;
+  int clusters_ = 0;
+  double freedom_ = 0;
+  Eigen::VectorXd scale_;     ///< sqrt(weight)/sigma of each row in rows_
+  Eigen::MatrixXd frames_;    ///< orthonormal
+  Eigen::VectorXd response_;  ///< whitened, projected
+  mutable std::map<int, Eigen::VectorXd> carriers_;
+};
+
+}  // namespace plumbline
