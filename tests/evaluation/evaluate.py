@@ -1,8 +1,6 @@
 #!/usr/bin/python3
 """Scores `plumbline diagnose` on fresh simulated data: simulate, diagnose, predict, judge, count."""
 
-import argparse
-import concurrent.futures
 import json
 import os
 import shutil
@@ -19,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np  # noqa: E402  (after the thread limits)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import runs  # noqa: E402
 import scorer  # noqa: E402
 import separability  # noqa: E402
 
@@ -224,44 +223,23 @@ def complaints(rows, limit):
 
 
 def main():
-    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--product", default=os.path.join(root, "build/bin/plumbline"))
-    parser.add_argument("--simulate", default=os.path.join(root, "build/bin/plumbline-simulate"))
-    parser.add_argument("--seeds", type=int, default=12, help="runs of each family")
-    parser.add_argument("--first-seed", type=int, default=None, help="fresh by default")
-    parser.add_argument("--quick", action="store_true", help="one run of each family")
-    parser.add_argument("--family", action="append", help="only these families")
+    # Half the cores, so that each run has two.
+    parser = runs.parser(__doc__, 12, max(1, (os.cpu_count() or 2) // 2), "one run of each family")
     parser.add_argument("--group", action="append", help="only groups that start so")
-    parser.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2),
-                        help="runs at once; half the cores by default, so that each has two")
     parser.add_argument("--timeout-s", type=float, default=120)
-    parser.add_argument("--json", help="write every run here")
     parser.add_argument("--out", help="write the tables here too")
-    parser.add_argument("--keep", help="keep the data sets in this folder")
     parser.add_argument("--show", type=int, default=30, help="cases to tell that were not right")
-    options = parser.parse_args()
-    for program in (options.product, options.simulate):
-        if not os.access(program, os.X_OK):
-            sys.exit(f"evaluate.py: no program {program}; build it with ./dev build, or name it")
-    if options.keep:
-        os.makedirs(options.keep, exist_ok=True)
-    first_seed = options.first_seed if options.first_seed is not None else int(time.time()) % 1000000
+    options = runs.parse(parser)
     listed = subprocess.run([options.simulate, "--list"], check=True, capture_output=True, text=True)
-    cases = list(plan(listed.stdout.split(), 1 if options.quick else options.seeds, first_seed))
+    cases = list(plan(listed.stdout.split(), 1 if options.quick else options.seeds,
+                      options.first_seed))
     if options.family:
         cases = [c for c in cases if c[1] in options.family]
     if options.group:
         cases = [c for c in cases if c[0].startswith(tuple(options.group))]
-    rows = []
-    with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        runs = [pool.submit(run_case, case, options.product, options.simulate, options.timeout_s,
-                            options.keep) for case in cases]
-        for number, run in enumerate(runs, 1):
-            rows.append(run.result())
-            if sys.stderr.isatty():
-                print(f"\r{number}/{len(runs)}", end="", file=sys.stderr)
-    text = f"{len(rows)} runs, seeds from {first_seed}.\n\n" + markdown(rows)
+    rows = runs.run_all(options.jobs, run_case, cases, options.product, options.simulate,
+                        options.timeout_s, options.keep)
+    text = f"{len(rows)} runs, seeds from {options.first_seed}.\n\n" + markdown(rows)
     print(text)
     not_right = complaints(rows, options.show)
     if not_right:
@@ -271,7 +249,8 @@ def main():
             file.write(text)
     if options.json:
         with open(options.json, "w") as file:
-            json.dump({"first_seed": first_seed, "summary": summary(rows), "runs": rows}, file, indent=1)
+            json.dump({"first_seed": options.first_seed, "summary": summary(rows), "runs": rows}, file,
+                      indent=1)
 
 
 if __name__ == "__main__":

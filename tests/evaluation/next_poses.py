@@ -12,8 +12,6 @@ neither tells by then is counted apart. Of a case that one random pose tells not
 the ratio without these is printed, too.
 """
 
-import argparse
-import concurrent.futures
 import csv
 import json
 import math
@@ -23,7 +21,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 import zlib
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -32,6 +29,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np  # noqa: E402  (after the thread limits)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import runs  # noqa: E402
 import scorer  # noqa: E402
 import separability  # noqa: E402
 
@@ -288,36 +286,15 @@ def markdown(rows):
 
 
 def main():
-    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--product", default=os.path.join(root, "build/bin/plumbline"))
-    parser.add_argument("--simulate", default=os.path.join(root, "build/bin/plumbline-simulate"))
-    parser.add_argument("--seeds", type=int, default=8, help="runs of each family and design")
-    parser.add_argument("--first-seed", type=int, default=None, help="fresh by default")
+    parser = runs.parser(__doc__, 8, 2, "one run of each, three draws")
     parser.add_argument("--draws", type=int, default=5, help="sets of random poses a case")
-    parser.add_argument("--quick", action="store_true", help="one run of each, three draws")
-    parser.add_argument("--family", action="append", help="only these families")
-    parser.add_argument("--jobs", type=int, default=2, help="runs at once")
-    parser.add_argument("--json", help="write every run here")
-    parser.add_argument("--keep", help="keep the data sets in this folder")
-    options = parser.parse_args()
-    for program in (options.product, options.simulate):
-        if not os.access(program, os.X_OK):
-            sys.exit(f"next_poses.py: no program {program}; build it with ./dev build, or name it")
-    if options.keep:
-        os.makedirs(options.keep, exist_ok=True)
+    options = runs.parse(parser)
     if options.quick:
         options.seeds, options.draws = 1, 3
-    first_seed = options.first_seed if options.first_seed is not None else int(time.time()) % 1000000
-    cases = [c for c in plan(options.seeds, first_seed)
+    cases = [c for c in plan(options.seeds, options.first_seed)
              if not options.family or c[1] in options.family]
-    rows = []
-    with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        for number, run in enumerate([pool.submit(run_case, c, options) for c in cases], 1):
-            rows.append(run.result())
-            if sys.stderr.isatty():
-                print(f"\r{number}/{len(cases)}", end="", file=sys.stderr)
-    print(f"Seeds from {first_seed}, {options.draws} random draws a case.\n\n" + markdown(rows))
+    rows = runs.run_all(options.jobs, run_case, cases, options)
+    print(f"Seeds from {options.first_seed}, {options.draws} random draws a case.\n\n" + markdown(rows))
     for r in rows:
         case = f"- --family {r['family']} --seed {r['seed']} {' '.join(r['options'])}: "
         if "error" in r:
@@ -328,7 +305,7 @@ def main():
                   f"{', '.join(r['rivals'])}{'' if r['among'] else ', the hidden one not among them'}")
     if options.json:
         with open(options.json, "w") as file:
-            json.dump({"first_seed": first_seed, "runs": rows}, file, indent=1)
+            json.dump({"first_seed": options.first_seed, "runs": rows}, file, indent=1)
 
 
 if __name__ == "__main__":
