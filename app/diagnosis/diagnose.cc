@@ -74,6 +74,23 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
 }
 
+/// The model with the remainder's effects, its free frames fitted anew.
+Result<Model> WithRemainder(const Dataset& data, Model model, const std::vector<Finding>& remainder,
+                            const std::vector<double>& weights, double sigma_m,
+                            const DiagnosisOptions& options) {
+  for (const Finding& finding : remainder) model.effects.push_back(finding.effect);
+  if (!data.frames_free() && !data.tip_free()) return model;
+  RefitOptions frames;
+  frames.rows = Every(data.rows(), data.rows());
+  frames.weights = weights;
+  frames.sigma_m = sigma_m;
+  frames.threads = options.threads;
+  frames.frames_only = true;
+  const Result<Refit> refit = RefitModel(data, model, frames);
+  if (!refit) return Error{refit.error()};
+  return refit->model;
+}
+
 }  // namespace
 
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
@@ -173,10 +190,36 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     AddNextPoses(*found.pool, found.model, found.best, rivals, options, diagnosis);
   }
 
-  tell(0.8, "held-out rows");
+  tell(0.8, "what remains, shrunk");
+  const std::optional<Remainder> remainder =
+      RemainderOf(*found.pool, found.best, found.candidates, {});
+  std::vector<Vec3> corrected = after;
+  if (remainder) {
+    refit.model.effects.clear();  // as they are told and written
+    for (const Finding& finding : diagnosis.findings) {
+      refit.model.effects.push_back(finding.effect);
+    }
+    diagnosis.remainder = AddedBy(*remainder, data, refit.model);
+    const Result<Model> whole =
+        WithRemainder(data, refit.model, diagnosis.remainder, weights, found.sigma_m, options);
+    if (!whole) return Error{whole.error()};
+    refit.model = *whole;
+    const Result<Linearisation> last = Linearise(data, refit.model, false, options.threads);
+    if (!last) return Error{last.error()};
+    corrected = ResidualsOf(*last);
+    diagnosis.rms_after_m = Rms(corrected, weights);
+    diagnosis.notes.push_back(fmt::format(
+        "beside what is named, the model carries a shrunk remainder worth {:.0f} parameters; it "
+        "corrects where there is data and explains nothing",
+        remainder->held));
+  }
+  if (interrupted()) return Error{"interrupted"};
+
+  tell(0.85, "held-out rows");
   const HeldOut held_out =
       HoldOut(searched, found.linear, found.model, found.candidates, found.weights, found.sigma_m,
-              found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2), options);
+              found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
+              remainder ? &*remainder : nullptr, options);
   if (interrupted()) return Error{"interrupted"};
   diagnosis.held_out = ErrorOf(searched, held_out, found.weights, options.bootstrap);
   diagnosis.held_out_by = "blocks of time";
@@ -191,7 +234,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     trace.weight = weights[row];
     trace.p_measured = data.axes() == 3 ? data.table.rows[row].p_WT : fitted->rows[row].p_W;
     trace.before = before[row];
-    trace.after = after[row];
+    trace.after = corrected[row];
     trace.fold = -1;
     if (const auto held = held_out_of_line.find(trace.line); held != held_out_of_line.end()) {
       trace.fold = held_out.fold_of[held->second];

@@ -94,6 +94,7 @@ struct HeldOutError {
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
+  std::vector<Finding> remainder;  ///< unnamed, shrunk: added to the model only (see remainder.h)
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
   Eigen::MatrixXd correlation;             ///< of all parameters of all findings
   std::vector<Rival> rivals;

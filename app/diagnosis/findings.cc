@@ -48,15 +48,6 @@ std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
   return {};
 }
 
-/// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
-bool Writable(const Finding& finding) {
-  constexpr double kBeyondMeasure = 1e11;
-  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
-  return written.covariance.allFinite() &&
-         (written.covariance.size() == 0 ||
-          written.covariance.cwiseAbs().maxCoeff() < kBeyondMeasure);
-}
-
 double Trials(const Pool& pool, const std::vector<int>& blocks) {
   double trials = 1;
   for (const int block : blocks) {
@@ -67,6 +58,14 @@ double Trials(const Pool& pool, const std::vector<int>& blocks) {
 }
 
 }  // namespace
+
+bool Writable(const Finding& finding) {
+  constexpr double kBeyondMeasure = 1e11;
+  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+  return written.covariance.allFinite() &&
+         (written.covariance.size() == 0 ||
+          written.covariance.cwiseAbs().maxCoeff() < kBeyondMeasure);
+}
 
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
   const Pool& pool = context.pool;

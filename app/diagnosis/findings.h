@@ -17,6 +17,9 @@ struct FindingsContext {
   const DiagnosisOptions& options;
 };
 
+/// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
+bool Writable(const Finding& finding);
+
 /// Effects with values, covariance, p-values and plausibility.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 

@@ -60,7 +60,8 @@ std::vector<Eigen::Matrix<double, 9, 1>> FramesFor(const Dataset& data, const Li
 HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>& at,
                 const Model& model, const Candidates& candidates,
                 const std::vector<double>& weights, double sigma_m, bool with_unknown,
-                std::size_t most_blocks, const DiagnosisOptions& options) {
+                std::size_t most_blocks, const Remainder* remainder,
+                const DiagnosisOptions& options) {
   const Linearisation& linear = *at;
   HeldOut result;
   result.fold_of = FoldsOf(data);
@@ -92,11 +93,17 @@ HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>&
         Search(pool, candidates, most_blocks, options.interrupted);
     const Explanation best = with_unknown ? WithUnknown(pool, ranked) : ranked.front();
     result.chosen.push_back(EffectIds(pool, best));
+    std::optional<Remainder> rest;
+    if (remainder) rest = RemainderOf(pool, best, candidates, remainder->ratio);
     std::vector<Vec3> after = y;
+    for (int k = 0; rest && k < data.rows(); ++k) {
+      after[static_cast<std::size_t>(k)] -= DisplacementBy(*rest, data, linear, k);
+    }
     Eigen::MatrixXd columns;
     const Coefficients coefficients = pool.CoefficientsOf(best);
     for (const int block : best.blocks) {
       const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+      if (rest && !Stays(of)) continue;  // the remainder has it
       columns.resize(3, static_cast<int>(of.columns.size()));
       for (int k = 0; k < data.rows(); ++k) {
         ColumnsAt(data, linear, of, k, columns);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
-#include "app/diagnosis/search.h"
+#include "app/diagnosis/remainder.h"
 
 namespace plumbline {
 
@@ -16,11 +16,12 @@ struct HeldOut {
 
 /// Blocks of rows that follow each other, dealt to the folds in turn; repeats of a pose stay in
 /// the fold of the first; `most_blocks` bounds each search. Each fold's search sees nothing of its
-/// rows.
+/// rows. Where the whole set has a `remainder` (else null), every fold tries its own.
 HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>& at,
                 const Model& model, const Candidates& candidates,
                 const std::vector<double>& weights, double sigma_m, bool with_unknown,
-                std::size_t most_blocks, const DiagnosisOptions& options);
+                std::size_t most_blocks, const Remainder* remainder,
+                const DiagnosisOptions& options);
 
 /// 3-D RMS over the rows of a weight above one half, and a bootstrap interval over clusters.
 HeldOutError ErrorOf(const Dataset& data, const HeldOut& held_out,

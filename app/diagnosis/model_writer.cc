@@ -139,17 +139,24 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   std::string text(original);
   std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
                                   StringText(origin.file), origin.rows, origin.date);
-  if (!diagnosis.findings.empty() && HasInlineEffects(text)) {
+  const bool adds = !diagnosis.findings.empty() || !diagnosis.remainder.empty();
+  if (adds && HasInlineEffects(text)) {
     text = WithoutTable(text, "effect");
     for (const WrittenEffect& effect : cell.effects) added += EffectText(effect);
   }
-  for (const Finding& finding : diagnosis.findings) {
+  const auto add = [&](const Finding& finding) {
     WrittenEffect effect = WrittenFromActive(finding.effect, finding.covariance);
     effect.from_file = origin.file;
     effect.from_rows = origin.rows;
     effect.from_date = origin.date;
     added += EffectText(effect);
+  };
+  for (const Finding& finding : diagnosis.findings) add(finding);
+  if (!diagnosis.remainder.empty()) {
+    added +=
+        "\n# What those leave, shrunk: it corrects where there is data, and explains nothing\n";
   }
+  for (const Finding& finding : diagnosis.remainder) add(finding);
   if (!diagnosis.sessions.empty()) {
     text = WithoutTable(text, "session");
     for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);

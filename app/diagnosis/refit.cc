@@ -36,12 +36,12 @@ bool Adjusted(const ActiveEffect& effect, std::size_t k) {
   return lines <= kFewLines && effect.values[k] != std::round(effect.values[k]);
 }
 
-Layout LayoutOf(const Dataset& data, const Model& model) {
+Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
   Layout layout;
   layout.frames = data.frames_free();
   layout.tip = data.tip_free();
   layout.per_session = (layout.frames ? 6 : 0) + (layout.tip ? 3 : 0);
-  for (std::size_t e = 0; e < model.effects.size(); ++e) {
+  for (std::size_t e = 0; e < model.effects.size() && !frames_only; ++e) {
     for (std::size_t k = 0; k < model.effects[e].values.size(); ++k) {
       if (!Adjusted(model.effects[e], k)) continue;
       layout.parameters.emplace_back(static_cast<int>(e), static_cast<int>(k));
@@ -175,7 +175,7 @@ class AllRows final : public ceres::CostFunction {
 }  // namespace
 
 Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOptions& options) {
-  const Layout layout = LayoutOf(data, start);
+  const Layout layout = LayoutOf(data, start, options.frames_only);
   auto cost = std::make_unique<AllRows>(data, start, layout, options);
   const int size = cost->size();
   Refit refit;

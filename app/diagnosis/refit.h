@@ -20,6 +20,7 @@ struct RefitOptions {
   double sigma_m = 0;
   int threads = 1;
   int iterations = 8;
+  bool frames_only = false;  ///< effects stay as they are
 };
 
 /// Minimises sum_k w_k |measured - predicted|^2 / sigma^2 over effects and free frames by

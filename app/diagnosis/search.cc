@@ -15,7 +15,6 @@ constexpr double kLeastObservable = 1e-3;   // of a column's length, after the f
 constexpr double kLeastSeen = 1;            // sigma, over all rows, at the largest plausible size
 constexpr double kLeastPivot = 1e-6;        // squared sine to the columns before
 constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has no effect
-constexpr double kEffectsConsidered = 24;
 
 }  // namespace
 

@@ -84,6 +84,9 @@ class Pool {
   double chi2_null_ = 0;
 };
 
+/// Whole effects among which an explanation chooses.
+inline constexpr double kEffectsConsidered = 24;
+
 /// Most blocks of an explanation; what needs more is not explained but fitted.
 inline constexpr std::size_t kMostBlocks = 30;
 

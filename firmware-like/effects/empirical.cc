@@ -14,7 +14,10 @@ struct Place {
 
 Place PlaceOf(double driver, const Eigen::MatrixXd& nodes) {
   Place place;
-  while (place.below + 1 < nodes.rows() && nodes(place.below + 1, 0) <= driver) ++place.below;
+  for (Eigen::Index above = nodes.rows(); above - place.below > 1;) {  // halved until one is left
+    const Eigen::Index middle = (place.below + above) / 2;
+    (nodes(middle, 0) <= driver ? place.below : above) = middle;
+  }
   const bool last = place.below + 1 == nodes.rows();
   if (last || driver <= nodes(place.below, 0)) return place;
   const double low = nodes(place.below, 0), high = nodes(place.below + 1, 0);

@@ -1,0 +1,160 @@
+// The remainder as effects of a cell's file.
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/diagnosis/findings.h"
+#include "app/diagnosis/remainder.h"
+
+namespace plumbline {
+namespace {
+
+using I = Influence<double>;
+
+/// Value of the same parameter in a model, 0 where nothing has it.
+double NamedValue(const Model& named, const EffectTerm& term, const TermParameter& parameter) {
+  double sum = 0;
+  for (const ActiveEffect& effect : named.effects) {
+    if (effect.term.effect != term.effect || effect.term.word != term.word) continue;
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      if (effect.term.parameters[k] == parameter) sum += effect.values[k];
+    }
+  }
+  return sum;
+}
+
+bool IsNamed(const Model& named, const EffectTerm& term) {
+  return std::any_of(named.effects.begin(), named.effects.end(), [&](const ActiveEffect& effect) {
+    return effect.term.effect == term.effect && effect.term.word == term.word;
+  });
+}
+
+/// The turn [rad] that named periodic lines and curves along its angle give a joint at q.
+double NamedTurn(const Model& named, int joint, double q) {
+  double turn = 0;
+  for (const ActiveEffect& effect : named.effects) {
+    const bool lines = effect.term.effect->traits().id == "gear_periodic";
+    const bool curve = effect.term.drivers == std::vector<std::string>{AngleOf(joint)} &&
+                       effect.term.parameters.size() == 1 &&
+                       effect.term.parameters.front().joint == joint;
+    if (!lines && !curve) continue;
+    Conditions moment;
+    moment.q = JointVector::Zero(joint + 1);
+    moment.q[joint] = q;
+    EffectTerm term = effect.term;
+    std::vector<double> values;
+    term.parameters.clear();
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      if (effect.term.parameters[k].joint != joint) continue;
+      term.parameters.push_back(effect.term.parameters[k]);
+      values.push_back(effect.values[k]);
+    }
+    I influence;
+    term.effect->Add(term, std::span<const double>(values), moment, influence);
+    turn += influence.Joint(I::kTurn, joint);
+  }
+  return turn;
+}
+
+std::string NameOf(int entry) {
+  if (entry < kMaxJoints) return "q" + std::to_string(entry + 1);
+  return std::string("base_") + "xyz"[entry - I::kBase];
+}
+
+/// The curve of one influence along one signal, of those terms, as an `empirical` effect; nothing
+/// where it stays below what the files' digits tell.
+std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
+                               const std::vector<std::size_t>& terms, const Model& named) {
+  const CurveTerm& any = remainder.curves[terms.front()];
+  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(any.signal)];
+  double cycles = 0;
+  for (const std::size_t term : terms) cycles = std::max(cycles, remainder.curves[term].cycles);
+  // A joint's curve goes on beyond the rows as it was fitted, so that what it shares with offsets
+  // and frames still cancels there.
+  constexpr double kBeyond = 0.25;  // of the range, each side
+  constexpr int kLeastNodes = 33, kNodesPerWave = 8;
+  constexpr double kLeast = 1e-8;  // rad or m
+  const double beyond = signal.of_joint ? kBeyond * (signal.high - signal.low) : 0;
+  const Interval range{signal.low - beyond, signal.high + beyond};
+  const int nodes = std::max(
+      kLeastNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
+  const auto size = static_cast<Eigen::Index>(terms.size());
+  Eigen::VectorXd values(size);
+  std::vector<Eigen::Index> places;  // in the covariance
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    values[static_cast<Eigen::Index>(k)] = remainder.curves[terms[k]].value;
+    places.push_back(static_cast<Eigen::Index>(remainder.size_columns.size() + terms[k]));
+  }
+  const Eigen::MatrixXd covariance = remainder.covariance(places, places);
+  WrittenEffect written;
+  written.id = "empirical";
+  written.drivers = {signal.column};
+  written.nodes.setZero(nodes, 2);
+  double largest = 0, square = 0, variance = 0;
+  for (int node = 0; node < nodes; ++node) {
+    const double u = range.low + (range.high - range.low) * node / (nodes - 1);
+    Eigen::VectorXd factors(size);
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      factors[static_cast<Eigen::Index>(k)] = FactorAt(data, remainder.curves[terms[k]], u);
+    }
+    double curve = factors.dot(values);
+    if (signal.of_joint) curve -= NamedTurn(named, any.entry, u * std::numbers::pi / 180);
+    written.nodes(node, 0) = u;
+    written.nodes(node, 1) = (any.entry < kMaxJoints ? 1.0 : 1e3) * curve;
+    if (u < signal.low || u > signal.high) continue;
+    largest = std::max(largest, std::abs(curve));
+    square += curve * curve;
+    variance += factors.dot(covariance * factors);
+  }
+  if (largest < kLeast) return std::nullopt;
+  EffectParameter& parameter = written.parameters.emplace_back();
+  parameter.name = NameOf(any.entry);
+  parameter.value = 1;
+  parameter.unit = "1";
+  Finding finding;
+  finding.effect = ActiveFromWritten(written, data.cell);
+  finding.covariance = Eigen::MatrixXd::Constant(1, 1, variance / square);
+  if (!Writable(finding)) finding.covariance.resize(0, 0);
+  return finding;
+}
+
+}  // namespace
+
+std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, const Model& named) {
+  std::vector<Finding> added;
+  Eigen::Index at = 0;
+  for (std::size_t b = 0; b < remainder.blocks.size(); ++b) {
+    const Block& block = remainder.blocks[b];
+    Finding finding;
+    finding.effect.term = block.term;
+    finding.effect.term.parameters.clear();
+    const auto width = static_cast<Eigen::Index>(block.columns.size());
+    for (int c = 0; c < width; ++c) {
+      const TermParameter& parameter = block.term.parameters[static_cast<std::size_t>(
+          block.columns[static_cast<std::size_t>(c)].parameter)];
+      finding.effect.term.parameters.push_back(parameter);
+      finding.effect.values.push_back(remainder.sizes.at({static_cast<int>(b), c}) -
+                                      NamedValue(named, block.term, parameter));
+    }
+    // A named effect keeps its deviations; those of the others are the posterior's.
+    if (!IsNamed(named, block.term)) {
+      finding.covariance = remainder.covariance.block(at, at, width, width);
+    }
+    at += width;
+    const bool nothing = std::all_of(finding.effect.values.begin(), finding.effect.values.end(),
+                                     [](double value) { return value == 0; });
+    if (!Writable(finding)) finding.covariance.resize(0, 0);
+    if (!nothing) added.push_back(std::move(finding));
+  }
+  std::map<std::pair<int, int>, std::vector<std::size_t>> curves;  // by signal and influence
+  for (std::size_t k = 0; k < remainder.curves.size(); ++k) {
+    curves[{remainder.curves[k].signal, remainder.curves[k].entry}].push_back(k);
+  }
+  for (const auto& [key, terms] : curves) {
+    if (auto curve = CurveOf(remainder, data, terms, named)) added.push_back(std::move(*curve));
+  }
+  return added;
+}
+
+}  // namespace plumbline
