@@ -153,6 +153,28 @@ TEST_CASE("what is in no catalogue is unknown, and its driver is named") {
   CHECK(diagnosis->held_out.after_m < 0.5 * diagnosis->held_out.before_m);
 }
 
+TEST_CASE("many lines in a joint are corrected by a remainder, which clean data do not get") {
+  Data data = Simulated("--family none --seed 8 --rows 400 --robot ur10");
+  const auto clean = Answer(data);
+  REQUIRE(clean);
+  CHECK(clean->remainder.empty());
+  // The first joint errs by 40 lines of one size and unlike phases.
+  for (MeasuredRow& row : data.table.rows) {
+    double turn = 0;
+    for (int k = 1; k <= 40; ++k) turn += 1e-4 * std::sin(k * row.q[0] + k * k);
+    const Pose& X_WB = data.cell.robot.X_WB;
+    const Vec3 arm_B = X_WB.R.transpose() * (row.p_WT - X_WB.p);
+    const Vec3 turned_B = Eigen::AngleAxisd(turn, Vec3::UnitZ()) * arm_B;
+    row.p_WT = X_WB.p + X_WB.R * turned_B;
+  }
+  const auto rough = Answer(data);
+  REQUIRE(rough);
+  CHECK_FALSE(rough->remainder.empty());
+  CHECK(rough->rms_before_m > 4 * rough->noise_floor_m);
+  CHECK(rough->rms_after_m < 1.3 * rough->noise_floor_m);
+  CHECK(rough->held_out.after_m < 2 * rough->noise_floor_m);
+}
+
 TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, and next poses are given") {
   const auto diagnosis = Answer(
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
