@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <atomic>
 #include <thread>
+#include <vector>
 
 #include "firmware-like/geometry/rotation.h"
 
@@ -118,7 +118,7 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
 void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
                  const Conditions& conditions, const LinearRow& row,
                  Eigen::Ref<Eigen::MatrixXd> out) {
-  std::array<Dual, 64> duals;
+  std::vector<Dual> duals(values.size());  // a periodic effect has three for each of its lines
   for (std::size_t first = 0; first < which.size(); first += kDualWidth) {
     const std::size_t count = std::min<std::size_t>(kDualWidth, which.size() - first);
     for (std::size_t k = 0; k < values.size(); ++k) duals[k] = Dual(values[k]);
