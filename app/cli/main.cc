@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "app/cli/beam_command.h"
+#include "app/cli/calibrate_lens_command.h"
 #include "app/cli/check_command.h"
 #include "app/cli/diagnose_command.h"
 #include "app/cli/exit_codes.h"
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
   AddBeamCommand(app, exit_code);
   AddJournalCommand(app, exit_code);
   AddModelCommand(app, exit_code);
+  AddCalibrateLensCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   const int code = RunCommand(app, argc, argv, exit_code);

@@ -35,7 +35,8 @@ using Lens = LensOf<double>;
 /// Where the lens puts a direction given by its normalised coordinates n = (x, y) = (X/Z, Y/Z):
 ///   r2 = x^2 + y^2,  c = 1 + k1 r2 + k2 r2^2 + k3 r2^3
 ///   x' = c x + 2 p1 x y + p2 (r2 + 2 x^2),  y' = c y + p1 (r2 + 2 y^2) + 2 p2 x y
-///   u = fx x' + cx,  v = fy y' + cy               [OpenCV; D. C. Brown, Photogramm. Eng. 32 (1966)]
+///   u = fx x' + cx,  v = fy y' + cy               [OpenCV; D. C. Brown, Photogramm. Eng. 32
+///   (1966)]
 /// Valid inside the image; outside of it the polynomial may fold back.
 /// @return  pixel [px]
 template <typename T>

@@ -18,8 +18,8 @@ struct ZoomReading {
   std::optional<std::int32_t> focus_counts;  ///< likewise
   std::optional<bool> digital_zoom;          ///< true: the image is enlarged by computing
   LensMotion motion = LensMotion::kUnknown;
-  bool moved = false;   ///< a line or event said "moved" since the last reading, position unknown
-  double time_s = 0;    ///< monotonic time of the answer
+  bool moved = false;  ///< a line or event said "moved" since the last reading, position unknown
+  double time_s = 0;   ///< monotonic time of the answer
 };
 
 }  // namespace plumbline

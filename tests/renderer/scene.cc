@@ -8,9 +8,9 @@ namespace plumbline::renderer {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kSamples = 8;         // a side, in a pixel that an edge may cross
-constexpr int kMotionSteps = 8;     // exposures that are averaged
-constexpr double kUndefined = -1;   // no sheet
+constexpr int kSamples = 8;        // a side, in a pixel that an edge may cross
+constexpr int kMotionSteps = 8;    // exposures that are averaged
+constexpr double kUndefined = -1;  // no sheet
 
 /// The camera's ray through a pixel, from a table of undistorted directions that is inverted by
 /// bisection along the radius and a few fixed-point steps for the tangential part.
@@ -60,9 +60,7 @@ struct Meeting {
   Eigen::Matrix3d R_KC;
 
   Meeting(const Sheet& s, const Eigen::Isometry3d& X_CK)
-      : sheet(s),
-        origin_K(X_CK.inverse().translation()),
-        R_KC(X_CK.linear().transpose()) {}
+      : sheet(s), origin_K(X_CK.inverse().translation()), R_KC(X_CK.linear().transpose()) {}
 
   Eigen::Vector2d At(const Eigen::Vector2d& ray) const {
     const Eigen::Vector3d d = R_KC * Eigen::Vector3d(ray.x(), ray.y(), 1);
@@ -147,7 +145,8 @@ void AddClutter(Plane& plane, const Camera& camera, double amplitude, std::mt199
   if (amplitude <= 0) return;
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int wave = 0; wave < 12; ++wave) {
-    const double a = 0.2 * uniform(random), b = 0.2 * uniform(random), c = 2 * kPi * uniform(random);
+    const double a = 0.2 * uniform(random), b = 0.2 * uniform(random),
+                 c = 2 * kPi * uniform(random);
     for (int v = 0; v < camera.height; ++v) {
       for (int u = 0; u < camera.width; ++u) {
         plane[v * camera.width + u] +=
@@ -161,6 +160,8 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
           const Eigen::Isometry3d& X_CK, const Conditions& conditions) {
   const Box box = BoxOf(camera, sheet, X_CK);
   const Meeting meeting(sheet, X_CK);
+  std::minstd_rand jitter(1);
+  std::uniform_real_distribution<double> share(0, 1);
   const auto grey = [&](double print, float under) {
     return print < 0 ? under
                      : static_cast<float>(conditions.black +
@@ -171,8 +172,14 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
       float& pixel = plane[v * camera.width + u];
       const double first = PrintAt(sheet, meeting.At(rays.At(u, v, 0.5, 0.5)));
       bool edge = false;
-      for (const auto& [a, b] : {std::pair{-0.1, -0.1}, {0.5, -0.1}, {1.1, -0.1}, {-0.1, 0.5},
-                                 {1.1, 0.5}, {-0.1, 1.1}, {0.5, 1.1}, {1.1, 1.1}}) {
+      for (const auto& [a, b] : {std::pair{-0.1, -0.1},
+                                 {0.5, -0.1},
+                                 {1.1, -0.1},
+                                 {-0.1, 0.5},
+                                 {1.1, 0.5},
+                                 {-0.1, 1.1},
+                                 {0.5, 1.1},
+                                 {1.1, 1.1}}) {
         edge |= PrintAt(sheet, meeting.At(rays.At(u, v, a, b))) != first;
       }
       if (!edge) {
@@ -182,7 +189,8 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
       double sum = 0;
       for (int i = 0; i < kSamples; ++i) {
         for (int j = 0; j < kSamples; ++j) {
-          const double a = (i + 0.5) / kSamples, b = (j + 0.5) / kSamples;
+          // Somewhere in its part of the pixel: a fixed grid would shift edges along it.
+          const double a = (i + share(jitter)) / kSamples, b = (j + share(jitter)) / kSamples;
           sum += grey(PrintAt(sheet, meeting.At(rays.At(u, v, a, b))), pixel);
         }
       }

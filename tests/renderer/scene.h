@@ -74,7 +74,6 @@ struct Image {
 /// @param motion_C  each sheet's movement during the exposure, as a rigid motion in the camera
 ///                  frame from its start to its end; identity for none
 Image Render(const Camera& camera, const std::vector<Sheet>& sheets, const Conditions& conditions,
-             std::uint64_t seed,
-             const Eigen::Isometry3d& motion_C = Eigen::Isometry3d::Identity());
+             std::uint64_t seed, const Eigen::Isometry3d& motion_C = Eigen::Isometry3d::Identity());
 
 }  // namespace plumbline::renderer

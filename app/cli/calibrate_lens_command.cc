@@ -1,0 +1,220 @@
+#include "app/cli/calibrate_lens_command.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/interruption.h"
+#include "app/cli/number_option.h"
+#include "app/config/text_file.h"
+#include "app/lens/board_detection.h"
+#include "app/lens/image_folder.h"
+#include "app/lens/lens_json.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kLeastCorners = 3, kMostCorners = 100;
+
+struct Options {
+  std::string images, match = "*", board = "17x11", json, yaml;
+  double square_mm = 10, acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  bool quiet = false;
+};
+
+/// "17x11", or nothing.
+std::optional<std::pair<int, int>> CornersFromText(std::string_view text) {
+  int columns = 0, rows = 0;
+  const char* end = text.data() + text.size();
+  const auto [x, first] = std::from_chars(text.data(), end, columns);
+  if (first != std::errc() || x == end || (*x != 'x' && *x != 'X')) return std::nullopt;
+  const auto [rest, second] = std::from_chars(x + 1, end, rows);
+  if (second != std::errc() || rest != end || columns < kLeastCorners || rows < kLeastCorners ||
+      columns > kMostCorners || rows > kMostCorners)
+    return std::nullopt;
+  return std::pair(columns, rows);
+}
+
+std::string BoardProblem(const std::string& text) {
+  if (CornersFromText(text)) return {};
+  return fmt::format(
+      "{} is not COLUMNSxROWS of inner corners, {} to {} each, such as 17x11 for a board of 18 x "
+      "12 "
+      "squares",
+      text, kLeastCorners, kMostCorners);
+}
+
+struct Frames {
+  std::vector<BoardView> views;
+  std::vector<RefusedFrame> refused;
+  ImageSize size;
+};
+
+/// Looks for the board in every image; images of another size than most are refused.
+Frames ReadFrames(const Options& options, const std::vector<std::string>& names,
+                  const Board& board) {
+  struct Found {
+    BoardView view;
+    ImageSize size;
+  };
+  std::vector<Found> found;
+  Frames frames;
+  std::map<std::pair<int, int>, int> sizes;
+  for (std::size_t k = 0; k < names.size() && !Interruption::Asked(); ++k) {
+    const Result<GreyImage> image =
+        ReadImage((std::filesystem::path(options.images) / names[k]).string());
+    if (!image) {
+      frames.refused.push_back({names[k], image.error()});
+      continue;
+    }
+    ++sizes[{image->width, image->height}];
+    const Result<BoardView> view = DetectBoard(image->View(), board);
+    if (!view) {
+      frames.refused.push_back({names[k], view.error()});
+      continue;
+    }
+    found.push_back({*view, {image->width, image->height}});
+    found.back().view.name = names[k];
+    found.back().view.time_s = static_cast<double>(k);
+  }
+  int most = 0;
+  for (const auto& [size, count] : sizes) {
+    if (count <= most) continue;
+    most = count;
+    frames.size = {size.first, size.second};
+  }
+  for (Found& one : found) {
+    if (one.size == frames.size) {
+      frames.views.push_back(std::move(one.view));
+    } else {
+      frames.refused.push_back(
+          {one.view.name, fmt::format("{} x {} px where most images are {} x {}", one.size.width,
+                                      one.size.height, frames.size.width, frames.size.height)});
+    }
+  }
+  return frames;
+}
+
+std::string Summary(const LensCalibration& c) {
+  std::string text = c.accepted ? "accepted\n" : "refused\n";
+  for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
+  if (c.lens.fx > 0) {
+    const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
+    text += fmt::format(
+        "  f        {:.2f} x {:.2f} px  (+- {:.2f}, {:.2f})\n"
+        "  centre   {:.2f}, {:.2f} px  (+- {:.2f}, {:.2f})\n"
+        "  distortion k1 {:.5g}, k2 {:.5g}, p1 {:.5g}, p2 {:.5g}, k3 {:.5g}\n"
+        "  uncertain by at most {:.3g} px over the image ({}), one standard deviation\n"
+        "  RMS {:.3f} px a point; board bowed by {:.2f} mm; corners on {:.0f} % of the image\n",
+        c.lens.fx, c.lens.fy, sd(kFx), sd(kFy), c.lens.cx, c.lens.cy, sd(kCx), sd(kCy), c.lens.k1,
+        c.lens.k2, c.lens.p1, c.lens.p2, c.lens.k3, c.uncertainty.max_px,
+        c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
+                                 : std::string("at infinity"),
+        c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
+  }
+  text +=
+      fmt::format("  {} frames used, {} refused\n", c.frames_used.size(), c.frames_refused.size());
+  for (const RefusedFrame& frame : c.frames_refused)
+    text += fmt::format("    {}: {}\n", frame.name, frame.reason);
+  return text;
+}
+
+bool Write(const std::string& option, const std::string& path, const std::string& text) {
+  if (path.empty() || path == "-") return true;
+  const auto why = WriteTextFile(path, text);
+  if (why) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
+                             option);
+  }
+  return !why;
+}
+
+int Run(const Options& options) {
+  for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
+    if (path.empty() || path == "-") continue;
+    if (const auto why = WhyNotWritable(path)) {
+      std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
+                               option);
+      return kExitUsage;
+    }
+  }
+  Result<std::vector<std::string>> names = ImageNames(options.images);
+  if (!names) {
+    std::cerr << fmt::format("{}: cannot be read: {}\n", options.images, names.error());
+    return kExitFault;
+  }
+  std::erase_if(names.value(), [&](const std::string& name) {
+    return fnmatch(options.match.c_str(), name.c_str(), 0) != 0;
+  });
+  if (names->empty()) {
+    std::cerr << fmt::format("{}: holds no image (png, jpg, bmp, tif, pgm) named {}\n",
+                             options.images, options.match);
+    return kExitFault;
+  }
+  const Interruption interruption;
+  const auto corners = CornersFromText(options.board);
+  const Board board{corners->first, corners->second, 1e-3 * options.square_mm};
+  Frames frames = ReadFrames(options, *names, board);
+  if (Interruption::Asked()) {
+    std::cerr << "interrupted; no file was changed\n";
+    return kExitInterrupted;
+  }
+  CalibrationOptions judged;
+  judged.acceptable_px = options.acceptable_px;
+  if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
+  LensCalibration calibration = CalibrateLens(board, frames.views, frames.size, judged);
+  calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
+                                    frames.refused.end());
+  if (!Write("--json", options.json, LensJson(calibration)) ||
+      !Write("--yaml", options.yaml, LensYaml(calibration)))
+    return kExitUsage;
+  if (options.json == "-") std::cout << LensJson(calibration);
+  if (!options.quiet) (options.json == "-" ? std::cerr : std::cout) << Summary(calibration);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate-lens", "A lens from images of a chessboard: accepted, or refused with reasons");
+  command->add_option("--images", options->images, "Folder with the images, in order of time")
+      ->required();
+  command->add_option("--match", options->match, "Only images of this name, such as 'left*'")
+      ->capture_default_str();
+  command->add_option("--board", options->board, "Inner corners, COLUMNSxROWS")
+      ->capture_default_str()
+      ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
+  command->add_option("--square-mm", options->square_mm, "Side of a square")
+      ->capture_default_str()
+      ->check(NumberWithin(0.01, 10000));
+  command->add_option("--json", options->json, "The answer for programs; - is standard output");
+  command->add_option("--yaml", options->yaml, "The lens as OpenCV reads it");
+  command
+      ->add_option("--acceptable-px", options->acceptable_px,
+                   "Largest uncertainty of the projection that is accepted")
+      ->capture_default_str()
+      ->check(NumberWithin(0.001, 100));
+  command
+      ->add_option("--distance-mm", options->distance_mm,
+                   "Judge the uncertainty at this distance in place of infinity")
+      ->check(NumberWithin(1, 1e6));
+  command->add_flag("--quiet", options->quiet, "No summary");
+  command->footer(
+      "Take about 20 images at one zoom and focus: the whole board, tilted by 20 to 40 degrees to\n"
+      "all sides, near the corners of the image as well. A refusal is an answer: exit code 0,\n"
+      "\"accepted\": false, and what to do.\n\n"
+      "Examples:\n"
+      "  plumbline calibrate-lens --images frames --board 17x11 --square-mm 10 --json lens.json\n"
+      "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 --json - --quiet");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,223 @@
+#include "app/lens/calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kLeastViews = 6;
+constexpr double kCreepDeviations = 4.5;  // chance of a false refusal 7e-6
+constexpr double kHalvesDisagree = 45;    // chi^2 of 9 degrees of freedom, 1e-6
+constexpr double kLeastCoverage = 0.35;
+constexpr int kCellColumns = 6, kCellRows = 4;
+constexpr double kLeastTilt_rad = 0.15;  // spread of the board's normals
+constexpr double kBlurred = 2.5;         // times the middle width of the edges
+constexpr double kMisfit = 3;            // times the middle RMS of the views
+constexpr double kUnevenBoard = 0.4;     // share of a view's variance that all views share
+constexpr std::size_t kLeastOfHalf = 4;
+
+double Middle(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Takes the views out that are far more blurred than the others.
+std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<RefusedFrame>& refused) {
+  std::vector<double> widths;
+  for (const BoardView& view : views) widths.push_back(view.blur_px);
+  std::vector<BoardView> sharp;
+  if (widths.empty()) return sharp;
+  const double limit = std::max(kBlurred * Middle(widths), 1.5);
+  for (const BoardView& view : views) {
+    if (view.blur_px > limit) {
+      refused.push_back(
+          {view.name,
+           fmt::format("blurred: edges {:.1f} px wide; hold the board still", view.blur_px)});
+    } else {
+      sharp.push_back(view);
+    }
+  }
+  return sharp;
+}
+
+/// Takes the views out that the fit does not reach. @return whether there were any
+bool TakeMisfitsOut(const LensFit& fit, std::vector<BoardView>& views,
+                    std::vector<RefusedFrame>& refused) {
+  const double limit = kMisfit * std::max(Middle(fit.view_rms_px), 0.01);
+  std::vector<BoardView> fitting;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
+    const auto used = std::count(fit.used[j].begin(), fit.used[j].end(), true);
+    if (fit.view_rms_px[j] > limit || 2 * used < seen) {
+      refused.push_back({views[j].name, "does not fit the other views: moved, or found wrongly"});
+    } else {
+      fitting.push_back(views[j]);
+    }
+  }
+  const bool any = fitting.size() < views.size();
+  views = fitting;
+  return any;
+}
+
+double Coverage(std::span<const BoardView> views, ImageSize size) {
+  std::vector<bool> cells(kCellColumns * kCellRows, false);
+  for (const BoardView& view : views) {
+    for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
+      if (!view.seen[k]) continue;
+      const int column = static_cast<int>(view.corners_px[k].x() * kCellColumns / size.width);
+      const int row = static_cast<int>(view.corners_px[k].y() * kCellRows / size.height);
+      cells[std::clamp(row, 0, kCellRows - 1) * kCellColumns +
+            std::clamp(column, 0, kCellColumns - 1)] = true;
+    }
+  }
+  return static_cast<double>(std::count(cells.begin(), cells.end(), true)) /
+         static_cast<double>(cells.size());
+}
+
+/// Variance of a corner's coordinate that all views share: the print's own errors and what is left
+/// of the board's shape.
+double SharedVariance(const LensFit& fit) {
+  const std::size_t corners = fit.residuals_px[0].size();
+  double sum = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < corners; ++k) {
+    Vec2 mean = Vec2::Zero();
+    int views = 0;
+    for (std::size_t j = 0; j < fit.residuals_px.size(); ++j) {
+      if (!fit.used[j][k]) continue;
+      mean += fit.residuals_px[j][k];
+      ++views;
+    }
+    if (views < 2) continue;
+    sum += 0.5 * (mean / views).squaredNorm() - fit.sigma_px * fit.sigma_px / views;
+    ++count;
+  }
+  return count > 0 ? std::max(0.0, sum / count) : 0;
+}
+
+double TiltSpread(const LensFit& fit) {
+  double widest = 0;
+  for (const Pose& a : fit.X_CK) {
+    for (const Pose& b : fit.X_CK)
+      widest = std::max(widest, std::acos(std::clamp(a.R.col(2).dot(b.R.col(2)), -1.0, 1.0)));
+  }
+  return widest;
+}
+
+double LargestBow(const LensFit& fit, const Board& board) {
+  double lowest = 0, highest = 0;
+  for (int k = 0; k < board.corners(); ++k) {
+    const Vec2 at = board.Corner(k) - board.Centre();
+    const double z = fit.shared[kBowX] * at.x() * at.x() + fit.shared[kBowY] * at.y() * at.y() +
+                     fit.shared[kBowXY] * at.x() * at.y();
+    lowest = std::min(lowest, z);
+    highest = std::max(highest, z);
+  }
+  return highest - lowest;
+}
+
+void JudgeStandstill(const LensFit& fit, std::vector<std::string>& reasons) {
+  const double creep = fit.shared[kCreep];
+  if (std::abs(creep) < kCreepDeviations * std::sqrt(fit.covariance(kCreep, kCreep))) return;
+  reasons.push_back(fmt::format(
+      "the lens moved while the frames were taken: the focal length changed by {:.2f} % "
+      "from the first to the last; let the zoom come to rest, then take them anew",
+      100 * creep));
+}
+
+/// What moved in a jump between two halves need not look like a steady creep.
+void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize size,
+                 std::vector<std::string>& reasons) {
+  const std::size_t half = views.size() / 2;
+  if (half < kLeastOfHalf) return;
+  LensPrior still;
+  still.creep = 1e-6;
+  const Result<LensFit> early = FitLens(board, views.first(half), size, still);
+  const Result<LensFit> late = FitLens(board, views.last(views.size() - half), size, still);
+  if (!early || !late) return;
+  const auto change = (late->shared - early->shared).head<kLensCount>();
+  const LensMatrix covariance = (early->covariance + late->covariance).topLeftCorner<9, 9>();
+  const double chi2 = change.dot(covariance.ldlt().solve(change));
+  if (chi2 < kHalvesDisagree) return;
+  reasons.push_back(fmt::format(
+      "the first and the second half of the frames give different lenses (f {:.1f} and {:.1f} px, "
+      "chi^2 {:.0f} of 9): the lens moved, or the board bent; take the frames anew",
+      early->shared[kFx], late->shared[kFx], chi2));
+}
+
+void JudgeUncertainty(const LensFit& fit, const CalibrationOptions& options,
+                      LensCalibration& answer) {
+  answer.uncertainty =
+      UncertaintyOf(answer.lens, answer.covariance, answer.size, options.distance_m);
+  if (answer.uncertainty.max_px <= options.acceptable_px) return;
+  std::string reason = fmt::format(
+      "the projection is uncertain by {:.2g} px at the worst place of the image; {:.2g} px is "
+      "allowed: ",
+      answer.uncertainty.max_px, options.acceptable_px);
+  reason += TiltSpread(fit) < kLeastTilt_rad
+                ? "the views are too much alike; tilt the board by 20 to 40 degrees, to the left, "
+                  "to the right, up and down"
+                : "take further views, tilted and close to the corners of the image";
+  answer.reasons.push_back(std::move(reason));
+}
+
+}  // namespace
+
+LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
+                              const CalibrationOptions& options) {
+  LensCalibration answer;
+  answer.size = size;
+  answer.board = board;
+  std::vector<BoardView> kept = Sharp(views, answer.frames_refused);
+  std::optional<LensFit> fit;
+  for (int round = 0; round < 3; ++round) {
+    if (kept.size() < kLeastViews) break;
+    const Result<LensFit> fitted = FitLens(board, kept, size);
+    if (!fitted) {
+      answer.reasons.push_back(fitted.error());
+      return answer;
+    }
+    fit = *fitted;
+    if (!TakeMisfitsOut(*fit, kept, answer.frames_refused)) break;
+    fit.reset();
+  }
+  if (!fit) {
+    answer.reasons.push_back(fmt::format(
+        "the board was found in {} usable frames; at least {} are needed: hold the whole "
+        "board into the image, well lit and still",
+        kept.size(), kLeastViews));
+    return answer;
+  }
+  for (const BoardView& view : kept) answer.frames_used.push_back(view.name);
+  answer.lens = LensOfShared(fit->shared);
+  answer.rms_px = fit->rms_px;
+  answer.sigma_px = fit->sigma_px;
+  answer.board_bow_m = LargestBow(*fit, board);
+  answer.coverage = Coverage(kept, size);
+  const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
+  answer.covariance = fit->covariance.topLeftCorner<kLensCount, kLensCount>() *
+                      (1 + static_cast<double>(kept.size()) * shared);
+  JudgeStandstill(*fit, answer.reasons);
+  JudgeHalves(board, kept, size, answer.reasons);
+  JudgeUncertainty(*fit, options, answer);
+  if (shared > kUnevenBoard) {
+    answer.reasons.push_back(fmt::format(
+        "the board is not what it should be: {:.0f} % of the corners' error is the same in all "
+        "views; use a board that is flat and printed true to size",
+        100 * shared));
+  }
+  if (answer.coverage < kLeastCoverage) {
+    answer.reasons.push_back(
+        fmt::format("the corners cover only {:.0f} % of the image; hold the board nearer, and into "
+                    "the corners of the image",
+                    100 * answer.coverage));
+  }
+  answer.accepted = answer.reasons.empty();
+  return answer;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,178 @@
+#include "app/lens/corner_refinement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+constexpr double kSmooth_px = 2;
+constexpr int kKernel = 13;        // taps of the smoothing, three standard deviations each way
+constexpr double kWindow = 0.42;   // of a step, to each side
+constexpr int kMostReach_px = 30;  // of a window from its corner
+constexpr double kLeastArea_px = 60;
+constexpr float kNear_px = 8;  // a gradient's error counts by its distance from the corner
+constexpr int kMostSteps = 8;
+constexpr double kStands_px = 0.004;
+constexpr int kMargin_px = 4;
+
+/// The window as an interval of columns for each row.
+class Window {
+ public:
+  /// q = a along_row + b down_column with |a|, |b| <= kWindow, shrunk to kMostReach_px.
+  explicit Window(const LatticeSteps& steps) {
+    Vec2 x = kWindow * steps.along_row, y = kWindow * steps.down_column;
+    const double far = std::max((x + y).cwiseAbs().maxCoeff(), (x - y).cwiseAbs().maxCoeff());
+    if (far > kMostReach_px) {
+      x *= kMostReach_px / far;
+      y *= kMostReach_px / far;
+    }
+    const double area = x.x() * y.y() - x.y() * y.x();
+    if (std::abs(area) * 4 < kLeastArea_px) return;
+    reach_ = static_cast<int>(std::abs(x.y()) + std::abs(y.y()));
+    across_ = static_cast<int>(std::abs(x.x()) + std::abs(y.x())) + 1;
+    for (int j = -reach_; j <= reach_; ++j) {
+      // |u y.y - v y.x| <= |area| and |x.x v - x.y u| <= |area| for (u, v = j).
+      double low = -across_, high = across_;
+      const auto clip = [&](double slope, double offset) {
+        if (std::abs(slope) < 1e-9) {
+          if (std::abs(offset) > std::abs(area)) high = low - 1;
+          return;
+        }
+        const double a = (-std::abs(area) - offset) / slope, b = (std::abs(area) - offset) / slope;
+        low = std::max(low, std::min(a, b));
+        high = std::min(high, std::max(a, b));
+      };
+      clip(y.y(), -j * y.x());
+      clip(-x.y(), j * x.x());
+      columns_.push_back({static_cast<int>(std::ceil(low)), static_cast<int>(std::floor(high))});
+    }
+  }
+
+  bool empty() const { return columns_.empty(); }
+  int reach() const { return reach_; }
+  int across() const { return across_; }
+  std::pair<int, int> Columns(int row) const { return columns_[row + reach_]; }
+
+ private:
+  int reach_ = 0, across_ = 0;
+  std::vector<std::pair<int, int>> columns_;
+};
+
+/// One corner, or nothing where the window leaves the image or shows no corner.
+std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Window& window) {
+  Vec2 at = start;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const int u0 = static_cast<int>(std::lround(at.x())),
+              v0 = static_cast<int>(std::lround(at.y()));
+    if (u0 <= window.across() || v0 <= window.reach() || u0 + window.across() + 1 >= smooth.cols ||
+        v0 + window.reach() + 1 >= smooth.rows)
+      return std::nullopt;
+    // Sums over the window, with places measured from its centre.
+    double xx = 0, xy = 0, yy = 0, bx = 0, by = 0;
+    for (int j = -window.reach(); j <= window.reach(); ++j) {
+      const float* above = smooth.ptr<float>(v0 + j - 1) + u0;
+      const float* here = smooth.ptr<float>(v0 + j) + u0;
+      const float* below = smooth.ptr<float>(v0 + j + 1) + u0;
+      const auto [first, last] = window.Columns(j);
+      const float cx = static_cast<float>(at.x() - u0);
+      const float dy = static_cast<float>(at.y() - v0) - static_cast<float>(j);
+      const float dy2 = dy * dy + kNear_px * kNear_px;
+      float rxx = 0, rxy = 0, ryy = 0, rxxi = 0, rxyi = 0;
+      for (int i = first; i <= last; ++i) {
+        const float gx = here[i + 1] - here[i - 1];
+        const float gy = below[i] - above[i];
+        const float x = static_cast<float>(i);
+        const float dx = x - cx;
+        const float w = 1 / (dx * dx + dy2);
+        rxx += w * gx * gx;
+        rxy += w * gx * gy;
+        ryy += w * gy * gy;
+        rxxi += w * gx * gx * x;
+        rxyi += w * gx * gy * x;
+      }
+      xx += rxx;
+      xy += rxy;
+      yy += ryy;
+      bx += rxxi + static_cast<double>(rxy) * j;
+      by += rxyi + static_cast<double>(ryy) * j;
+    }
+    const double det = xx * yy - xy * xy;
+    if (!(det > 1e-6 * (xx + yy) * (xx + yy))) return std::nullopt;
+    const Vec2 next(u0 + (yy * bx - xy * by) / det, v0 + (xx * by - xy * bx) / det);
+    if ((next - start).norm() > 0.5 * window.across()) return std::nullopt;
+    const double moved = (next - at).norm();
+    at = next;
+    if (moved < kStands_px) break;
+  }
+  return at;
+}
+
+/// Half of the distance over which a smoothed edge rises, from its steepest slope: an edge of
+/// height h and Gaussian width s has the slope h / (s sqrt(2 pi)).
+double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Window& window) {
+  const int reach = std::min(window.reach(), window.across());
+  const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
+  if (u0 < reach + 1 || v0 < reach + 1 || u0 + reach + 1 >= smooth.cols ||
+      v0 + reach + 1 >= smooth.rows)
+    return 0;
+  float darkest = 1e9F, brightest = -1e9F, steepest = 0;
+  for (int j = -reach; j <= reach; ++j) {
+    for (int i = -reach; i <= reach; ++i) {
+      const float grey = smooth.at<float>(v0 + j, u0 + i);
+      darkest = std::min(darkest, grey);
+      brightest = std::max(brightest, grey);
+      const float gx = smooth.at<float>(v0 + j, u0 + i + 1) - smooth.at<float>(v0 + j, u0 + i - 1);
+      const float gy = smooth.at<float>(v0 + j + 1, u0 + i) - smooth.at<float>(v0 + j - 1, u0 + i);
+      steepest = std::max(steepest, 0.5F * std::hypot(gx, gy));
+    }
+  }
+  const double width = (brightest - darkest) / std::max(steepest * 2.5066, 1e-6);
+  return std::sqrt(std::max(0.0, width * width - kSmooth_px * kSmooth_px));
+}
+
+}  // namespace
+
+void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view) {
+  // Only the board's part of the image is smoothed.
+  Vec2 least = Vec2::Constant(1e9), most = Vec2::Constant(-1e9);
+  for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
+    if (!view.seen[k]) continue;
+    least = least.cwiseMin(view.corners_px[k]);
+    most = most.cwiseMax(view.corners_px[k]);
+  }
+  const auto inside = [](double at, int size) { return std::clamp(static_cast<int>(at), 0, size); };
+  const int margin = kMostReach_px + kMargin_px;
+  const int u0 = inside(least.x() - margin, image.width);
+  const int v0 = inside(least.y() - margin, image.height);
+  const int u1 = inside(most.x() + margin, image.width);
+  const int v1 = inside(most.y() + margin, image.height);
+  if (u1 <= u0 || v1 <= v0) return;
+  const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
+                      static_cast<std::size_t>(image.stride));
+  cv::Mat part, smooth;
+  whole(cv::Rect(u0, v0, u1 - u0, v1 - v0)).convertTo(part, CV_32F);
+  cv::GaussianBlur(part, smooth, {kKernel, kKernel}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
+  const Vec2 origin(u0, v0);
+  std::vector<double> widths;
+  for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
+    if (!view.seen[k]) continue;
+    const Vec2 start = view.corners_px[k] - origin;
+    const Window window(steps[k]);
+    const std::optional<Vec2> refined =
+        window.empty() ? std::nullopt : Refined(smooth, start, window);
+    view.seen[k] = refined.has_value();
+    if (!refined) continue;
+    view.corners_px[k] = *refined + origin;
+    if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, *refined, window));
+  }
+  if (widths.empty()) return;
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  view.blur_px = *middle;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,27 @@
+// Frames from image files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// A grey image in memory.
+struct GreyImage {
+  std::vector<std::uint8_t> grey;  ///< row by row, no padding
+  int width = 0, height = 0;
+
+  LumaView View() const { return {grey.data(), width, height, width}; }
+};
+
+/// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and what else OpenCV reads; colour is
+/// turned to grey, 16 bits to 8. Refused are files beyond 256 MB and what is no image.
+Result<GreyImage> ReadImage(const std::string& path);
+
+/// Names of the image files of a folder by their endings, frame2 before frame10.
+Result<std::vector<std::string>> ImageNames(const std::string& folder);
+
+}  // namespace plumbline

@@ -1,0 +1,408 @@
+#include "app/lens/lens_fit.h"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/lens/lens_start.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kOutlier = 4.5;  // robust standard deviations
+constexpr double kLeastSigma_px = 1e-3;
+constexpr double kStartSigma_px = 0.1;
+constexpr double kNotHeld = 0.8;     // posterior over prior deviation at which a term is dropped
+constexpr double kGoodStart_px = 5;  // RMS above which another focal length is tried
+constexpr int kRounds = 4;
+constexpr double kRobustOfMad = 1.4826;
+
+/// One view's place in the fit.
+struct Placed {
+  const BoardView* view = nullptr;
+  double when = 0;  ///< -1/2 .. 1/2
+  Mat3 R_start = Mat3::Identity();
+  Vec6 pose = Vec6::Zero();  ///< rotation vector after R_start, then p_CK
+  std::vector<bool> used;
+
+  Pose X_CK() const {
+    const Vec3 w = pose.head<3>();
+    const double angle = w.norm();
+    const Mat3 turn =
+        angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Mat3(Mat3::Identity());
+    return {R_start * turn, pose.tail<3>()};
+  }
+  void Place(const Pose& X_CK) {
+    R_start = X_CK.R;
+    pose << Vec3::Zero(), X_CK.p;
+  }
+};
+
+int Count(const std::vector<bool>& flags) {
+  return static_cast<int>(std::count(flags.begin(), flags.end(), true));
+}
+
+/// Residuals of one view, corners not used left out.
+class ViewCost : public ceres::CostFunction {
+ public:
+  ViewCost(const Board& board, const Placed& placed, double sigma_px)
+      : board_(board), placed_(placed), sigma_px_(sigma_px) {
+    set_num_residuals(2 * Count(placed.used));
+    mutable_parameter_block_sizes()->push_back(kSharedCount);
+    mutable_parameter_block_sizes()->push_back(6);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const SharedVector> shared(parameters[0]);
+    const Eigen::Map<const Vec6> pose(parameters[1]);
+    const bool derive =
+        jacobians != nullptr && (jacobians[0] != nullptr || jacobians[1] != nullptr);
+    const std::size_t corners = static_cast<std::size_t>(board_.corners());
+    std::vector<Vec2> pixels;
+    std::vector<double> by_shared(derive ? corners * 2 * kSharedCount : 0);
+    std::vector<double> by_pose(derive ? corners * 12 : 0);
+    if (!BoardPixels(board_, shared, placed_.R_start, pose.head<3>(), pose.tail<3>(), placed_.when,
+                     pixels, derive ? by_shared.data() : nullptr, by_pose.data()))
+      return false;
+    std::size_t row = 0;
+    const double scale = 1 / sigma_px_;
+    const auto copy = [scale](const double* from, std::size_t count, double* to) {
+      for (std::size_t i = 0; i < count; ++i) to[i] = scale * from[i];
+    };
+    for (std::size_t k = 0; k < corners; ++k) {
+      if (!placed_.used[k]) continue;
+      const Vec2 error = scale * (pixels[k] - placed_.view->corners_px[k]);
+      residuals[2 * row] = error.x();
+      residuals[2 * row + 1] = error.y();
+      if (derive && jacobians[0] != nullptr)
+        copy(&by_shared[k * 2 * kSharedCount], 2 * kSharedCount,
+             jacobians[0] + row * 2 * kSharedCount);
+      if (derive && jacobians[1] != nullptr) copy(&by_pose[k * 12], 12, jacobians[1] + row * 12);
+      ++row;
+    }
+    return true;
+  }
+
+ private:
+  const Board& board_;
+  const Placed& placed_;
+  double sigma_px_;
+};
+
+/// Standard deviations of the prior in the parameters' own units, for a lens of focal length f.
+SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSize size, double f) {
+  const double r = 0.5 * std::hypot(size.width, size.height) / f;
+  const double half_m = board.Centre().norm();
+  SharedVector sd;
+  sd[kFx] = f * prior.aspect;  // of fx - fy
+  sd[kFy] = 0;                 // free
+  sd[kCx] = sd[kCy] = prior.centre * size.width;
+  sd[kK1] = prior.radial[0] / (r * r);
+  sd[kK2] = prior.radial[1] / std::pow(r, 4);
+  sd[kK3] = prior.radial[2] / std::pow(r, 6);
+  sd[kP1] = sd[kP2] = prior.tangential / (3 * r);
+  sd[kBowX] = sd[kBowY] = sd[kBowXY] = 2 * half_m * prior.bow / (half_m * half_m);
+  sd[kCreep] = prior.creep;
+  return sd;
+}
+
+/// The prior as rows of least squares: what is added to J^T J, and a cost for Ceres.
+class PriorCost : public ceres::SizedCostFunction<kSharedCount, kSharedCount> {
+ public:
+  PriorCost(const SharedVector& sd, ImageSize size) {
+    rows_.setZero();
+    for (int k = 0; k < kSharedCount; ++k) {
+      if (sd[k] > 0) rows_(k, k) = 1 / sd[k];
+    }
+    rows_(kFx, kFy) = -rows_(kFx, kFx);
+    mean_.setZero();
+    mean_[kCx] = 0.5 * (size.width - 1);
+    mean_[kCy] = 0.5 * (size.height - 1);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const SharedVector> shared(parameters[0]);
+    Eigen::Map<SharedVector> out(residuals);
+    out = rows_ * (shared - mean_);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, kSharedCount, kSharedCount, Eigen::RowMajor>> by(
+          jacobians[0]);
+      by = rows_;
+    }
+    return true;
+  }
+  SharedMatrix Information() const { return rows_.transpose() * rows_; }
+
+ private:
+  SharedMatrix rows_;
+  SharedVector mean_;
+};
+
+/// One least-squares problem: everything placed, and what is dropped.
+class Adjustment {
+ public:
+  Adjustment(const Board& board, std::span<const BoardView> views, ImageSize size,
+             const LensPrior& prior)
+      : board_(board), size_(size), prior_(prior), placed_(views.size()) {
+    const double first = views.front().time_s, span = views.back().time_s - first;
+    for (std::size_t j = 0; j < views.size(); ++j) {
+      placed_[j].view = &views[j];
+      placed_[j].when = span > 0 ? (views[j].time_s - first) / span - 0.5 : 0;
+      placed_[j].used = views[j].seen;
+    }
+  }
+
+  /// Poses from the homographies for a lens of focal length f without distortion.
+  bool Start(double f) {
+    Lens lens;
+    lens.fx = lens.fy = f;
+    lens.cx = 0.5 * (size_.width - 1);
+    lens.cy = 0.5 * (size_.height - 1);
+    shared_ = SharedOfLens(lens);
+    sigma_px_ = kStartSigma_px;
+    for (Placed& placed : placed_) {
+      placed.used = placed.view->seen;
+      const std::vector<Pose> poses = BoardPoses(board_, *placed.view, lens);
+      if (poses.empty()) return false;
+      placed.Place(poses[0]);
+    }
+    return true;
+  }
+
+  bool Solve(int most_iterations) {
+    ceres::Problem problem;
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    for (Placed& placed : placed_) {
+      if (Count(placed.used) == 0) continue;
+      problem.AddResidualBlock(new ViewCost(board_, placed, sigma_px_), nullptr, shared_.data(),
+                               placed.pose.data());
+      ordering->AddElementToGroup(placed.pose.data(), 0);
+    }
+    problem.AddResidualBlock(new PriorCost(Deviations(), size_), nullptr, shared_.data());
+    ordering->AddElementToGroup(shared_.data(), 1);
+    std::vector<int> held;
+    for (int k = 0; k < kSharedCount; ++k) {
+      if (dropped_[k]) held.push_back(k);
+    }
+    if (!held.empty()) {
+      problem.SetManifold(shared_.data(), new ceres::SubsetManifold(kSharedCount, held));
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.linear_solver_ordering.reset(ordering);
+    options.max_num_iterations = most_iterations;
+    options.function_tolerance = 1e-9;
+    options.logging_type = ceres::SILENT;
+    options.num_threads = 1;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    iterations_ += static_cast<int>(summary.iterations.size());
+    return summary.IsSolutionUsable() && shared_.allFinite() && shared_[kFx] > 0 &&
+           shared_[kFy] > 0;
+  }
+
+  /// Residuals of all corners seen.
+  std::vector<std::vector<Vec2>> Residuals() const {
+    std::vector<std::vector<Vec2>> all;
+    for (const Placed& placed : placed_) {
+      std::vector<Vec2> pixels;
+      const bool in_front =
+          BoardPixels(board_, shared_, placed.R_start, placed.pose.head<3>(), placed.pose.tail<3>(),
+                      placed.when, pixels, nullptr, nullptr);
+      std::vector<Vec2> residuals(placed.view->seen.size(), Vec2::Zero());
+      for (std::size_t k = 0; k < residuals.size(); ++k) {
+        if (!placed.view->seen[k]) continue;
+        residuals[k] = in_front ? Vec2(placed.view->corners_px[k] - pixels[k]) : Vec2(1e3, 1e3);
+      }
+      all.push_back(std::move(residuals));
+    }
+    return all;
+  }
+
+  /// Sets sigma from the middle of the residuals and leaves the wild corners out.
+  void Weigh() {
+    const auto residuals = Residuals();
+    std::vector<double> sizes;
+    for (std::size_t j = 0; j < placed_.size(); ++j) {
+      for (std::size_t k = 0; k < residuals[j].size(); ++k) {
+        if (!placed_[j].view->seen[k]) continue;
+        sizes.push_back(std::abs(residuals[j][k].x()));
+        sizes.push_back(std::abs(residuals[j][k].y()));
+      }
+    }
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    const double robust = std::max(kLeastSigma_px, kRobustOfMad * *middle);
+    double sum = 0;
+    int used = 0;
+    for (std::size_t j = 0; j < placed_.size(); ++j) {
+      for (std::size_t k = 0; k < residuals[j].size(); ++k) {
+        placed_[j].used[k] =
+            placed_[j].view->seen[k] && residuals[j][k].cwiseAbs().maxCoeff() < kOutlier * robust;
+        if (!placed_[j].used[k]) continue;
+        sum += residuals[j][k].squaredNorm();
+        ++used;
+      }
+    }
+    const int freedom = 2 * used - kSharedCount - 6 * static_cast<int>(placed_.size());
+    sigma_px_ = std::max(kLeastSigma_px, freedom > 0 ? std::sqrt(sum / freedom) : robust);
+  }
+
+  /// Tries the other pose that each nearly flat view allows. @return whether any was better
+  bool SetFlippedRight() {
+    bool any = false;
+    const Lens lens = LensOfShared(shared_);
+    for (Placed& placed : placed_) {
+      for (const Pose& X_CK : BoardPoses(board_, *placed.view, lens)) {
+        Placed other = placed;
+        other.Place(X_CK);
+        if (RefinedCost(other) < 0.9 * RefinedCost(placed)) {
+          placed = other;
+          any = true;
+        }
+      }
+    }
+    return any;
+  }
+
+  /// J^T J / sigma^2 of the shared parameters after the poses are eliminated, with the prior.
+  SharedMatrix Information() const {
+    SharedMatrix information = PriorCost(Deviations(), size_).Information();
+    for (const Placed& placed : placed_) {
+      if (Count(placed.used) < 6) continue;
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const ViewCost cost(board_, placed, sigma_px_);
+      const int rows = cost.num_residuals();
+      Eigen::VectorXd residuals(rows);
+      RowMajor by_shared(rows, static_cast<int>(kSharedCount)), by_pose(rows, 6);
+      const double* parameters[] = {shared_.data(), placed.pose.data()};
+      double* jacobians[] = {by_shared.data(), by_pose.data()};
+      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) continue;
+      const Eigen::Matrix<double, 6, 6> C = by_pose.transpose() * by_pose;
+      const Eigen::Matrix<double, 6, kSharedCount> B = by_pose.transpose() * by_shared;
+      information +=
+          SharedMatrix(by_shared.transpose() * by_shared) - B.transpose() * C.ldlt().solve(B);
+    }
+    return information;
+  }
+
+  /// Drops the terms whose deviation the views have hardly made smaller. @return whether any
+  bool DropWhatIsNotHeld() {
+    const SharedMatrix covariance = Information().inverse();
+    const SharedVector sd = Deviations();
+    bool any = false;
+    for (const int k : {int{kK3}, int{kK2}, int{kP1}, int{kP2}}) {
+      if (dropped_[k] || std::sqrt(covariance(k, k)) < kNotHeld * sd[k]) continue;
+      dropped_[k] = true;
+      shared_[k] = 0;
+      any = true;
+    }
+    return any;
+  }
+
+  double Rms() const {
+    double sum = 0;
+    int used = 0;
+    const auto residuals = Residuals();
+    for (std::size_t j = 0; j < placed_.size(); ++j) {
+      for (std::size_t k = 0; k < residuals[j].size(); ++k) {
+        if (!placed_[j].used[k]) continue;
+        sum += residuals[j][k].squaredNorm();
+        ++used;
+      }
+    }
+    return used > 0 ? std::sqrt(sum / used) : 1e9;
+  }
+
+  LensFit Finished() const {
+    LensFit fit;
+    fit.shared = shared_;
+    fit.covariance = Information().inverse();
+    fit.dropped = dropped_;
+    fit.sigma_px = sigma_px_;
+    fit.residuals_px = Residuals();
+    fit.rms_px = Rms();
+    fit.iterations = iterations_;
+    for (std::size_t j = 0; j < placed_.size(); ++j) {
+      fit.X_CK.push_back(placed_[j].X_CK());
+      fit.used.push_back(placed_[j].used);
+      double sum = 0;
+      for (std::size_t k = 0; k < fit.residuals_px[j].size(); ++k) {
+        if (placed_[j].used[k]) sum += fit.residuals_px[j][k].squaredNorm();
+      }
+      fit.view_rms_px.push_back(std::sqrt(sum / std::max(1, 2 * Count(placed_[j].used))));
+    }
+    return fit;
+  }
+
+ private:
+  SharedVector Deviations() const { return PriorDeviations(prior_, board_, size_, shared_[kFy]); }
+
+  /// Cost of one view after a few steps of its pose alone.
+  double RefinedCost(Placed& placed) const {
+    const ViewCost cost(board_, placed, sigma_px_);
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::VectorXd residuals(cost.num_residuals());
+    RowMajor by_pose(cost.num_residuals(), 6);
+    double least = 1e300;
+    for (int step = 0; step < 6; ++step) {
+      const double* parameters[] = {shared_.data(), placed.pose.data()};
+      double* jacobians[] = {nullptr, by_pose.data()};
+      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) return 1e300;
+      least = std::min(least, residuals.squaredNorm());
+      placed.pose -= (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * residuals);
+    }
+    return least;
+  }
+
+  const Board& board_;
+  ImageSize size_;
+  LensPrior prior_;
+  std::vector<Placed> placed_;
+  SharedVector shared_ = SharedVector::Zero();
+  std::array<bool, kSharedCount> dropped_{};
+  double sigma_px_ = kStartSigma_px;
+  int iterations_ = 0;
+};
+
+constexpr int kTrialIterations = 25;
+constexpr int kMostIterations = 100;
+
+}  // namespace
+
+Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
+                        const LensPrior& prior) {
+  if (views.size() < 3)
+    return Error{fmt::format("{} views of the board; at least 3 are needed", views.size())};
+  Adjustment adjustment(board, views, size, prior);
+  bool started = false;
+  double best_rms = 0, best_guess = 0;
+  for (const double guess : FocalGuesses(board, views, size)) {
+    if (!adjustment.Start(guess) || !adjustment.Solve(kTrialIterations)) continue;
+    const double rms = adjustment.Rms();
+    if (!started || rms < best_rms) {
+      best_rms = rms;
+      best_guess = guess;
+    }
+    started = true;
+    if (rms < kGoodStart_px) break;
+  }
+  if (!started) return Error{"the views fit no lens; take views from several directions"};
+  if (best_rms >= kGoodStart_px) {
+    if (!adjustment.Start(best_guess) || !adjustment.Solve(kMostIterations))
+      return Error{"the views fit no lens; take views from several directions"};
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    adjustment.Weigh();
+    const bool flipped = round == 0 && adjustment.SetFlippedRight();
+    const bool dropped = round == 1 && adjustment.DropWhatIsNotHeld();
+    if (!adjustment.Solve(kMostIterations)) return Error{"the fit of the lens does not converge"};
+    if (round >= 2 && !flipped && !dropped) break;
+  }
+  return adjustment.Finished();
+}
+
+}  // namespace plumbline

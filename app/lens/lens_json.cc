@@ -1,0 +1,163 @@
+#include "app/lens/lens_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMmPerMetre = 1e3;
+
+Json Number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json UncertaintyJson(const ProjectionUncertainty& uncertainty) {
+  Json grid = Json::array();
+  for (int row = 0; row < uncertainty.rows; ++row) {
+    Json line = Json::array();
+    for (int column = 0; column < uncertainty.columns; ++column)
+      line.push_back(Number(uncertainty.sd_px[row * uncertainty.columns + column]));
+    grid.push_back(std::move(line));
+  }
+  Json basis = "infinity";
+  if (uncertainty.distance_m) basis = {{"distance_mm", *uncertainty.distance_m * kMmPerMetre}};
+  return {{"basis", basis}, {"max", Number(uncertainty.max_px)}, {"grid", grid}};
+}
+
+/// A number of the object, or an error that names it.
+class Numbers {
+ public:
+  explicit Numbers(const nlohmann::json& object) : object_(object) {}
+
+  double Of(const char* key) {
+    const auto found = object_.find(key);
+    if (found == object_.end() || !found->is_number()) {
+      if (fault.empty()) fault = fmt::format("\"{}\" is missing or no number", key);
+      return 0;
+    }
+    return found->get<double>();
+  }
+
+  std::string fault;
+
+ private:
+  const nlohmann::json& object_;
+};
+
+bool FillCovariance(const nlohmann::json& root, LensMatrix& covariance) {
+  const auto given = root.find("covariance");
+  if (given == root.end()) return true;  // a lens from elsewhere need not tell it
+  const auto matrix = given->is_object() ? given->find("matrix") : given->end();
+  if (!given->is_object() || matrix == given->end() || !matrix->is_array() ||
+      matrix->size() != kLensCount)
+    return false;
+  for (int i = 0; i < kLensCount; ++i) {
+    const nlohmann::json& row = (*matrix)[i];
+    if (!row.is_array() || row.size() != kLensCount) return false;
+    for (int j = 0; j < kLensCount; ++j) {
+      if (!row[j].is_number()) return false;
+      covariance(i, j) = row[j].get<double>();
+    }
+  }
+  return covariance.allFinite() && (covariance.diagonal().array() >= 0).all() &&
+         covariance.isApprox(covariance.transpose(), 1e-6);
+}
+
+}  // namespace
+
+std::string LensJson(const LensCalibration& c) {
+  const bool any = c.lens.fx > 0;
+  const auto value = [any](double number) { return any ? Number(number) : Json(nullptr); };
+  Json order = Json::array(), matrix = Json::array(), refused = Json::array();
+  for (int i = 0; i < kLensCount; ++i) {
+    order.push_back(kLensNames[i]);
+    Json row = Json::array();
+    for (int j = 0; j < kLensCount; ++j) row.push_back(value(c.covariance(i, j)));
+    matrix.push_back(std::move(row));
+  }
+  for (const RefusedFrame& frame : c.frames_refused)
+    refused.push_back({{"name", frame.name}, {"reason", frame.reason}});
+  const Json root = {
+      {"schema", 1},
+      {"accepted", c.accepted},
+      {"reasons", c.reasons},
+      {"image_size", {c.size.width, c.size.height}},
+      {"fx", value(c.lens.fx)},
+      {"fy", value(c.lens.fy)},
+      {"cx", value(c.lens.cx)},
+      {"cy", value(c.lens.cy)},
+      {"distortion",
+       {value(c.lens.k1), value(c.lens.k2), value(c.lens.p1), value(c.lens.p2), value(c.lens.k3)}},
+      {"covariance", {{"order", order}, {"matrix", matrix}}},
+      {"rms_px", value(c.rms_px)},
+      {"board_bow_mm", value(c.board_bow_m * kMmPerMetre)},
+      {"projection_uncertainty_px", any ? UncertaintyJson(c.uncertainty) : Json(nullptr)},
+      {"coverage", c.coverage},
+      {"board",
+       {{"columns", c.board.columns},
+        {"rows", c.board.rows},
+        {"square_mm", c.board.square_m * kMmPerMetre}}},
+      {"frames_used", c.frames_used},
+      {"frames_refused", refused},
+  };
+  return root.dump(2) + "\n";
+}
+
+Result<LensFile> LensFromJson(std::string_view text) {
+  const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
+  if (!root.is_object())
+    return Error{"is no JSON object; it is what plumbline calibrate-lens writes"};
+  LensFile file;
+  file.accepted = root.value("accepted", nlohmann::json(false)) == nlohmann::json(true);
+  const auto size = root.find("image_size");
+  if (size == root.end() || !size->is_array() || size->size() != 2 ||
+      !(*size)[0].is_number_integer() || !(*size)[1].is_number_integer() ||
+      (*size)[0].get<long>() < 1 || (*size)[1].get<long>() < 1 || (*size)[0].get<long>() > 65536 ||
+      (*size)[1].get<long>() > 65536)
+    return Error{"\"image_size\" is not [width, height] in pixels"};
+  file.size = {(*size)[0].get<int>(), (*size)[1].get<int>()};
+  Numbers numbers(root);
+  file.lens.fx = numbers.Of("fx");
+  file.lens.fy = numbers.Of("fy");
+  file.lens.cx = numbers.Of("cx");
+  file.lens.cy = numbers.Of("cy");
+  if (!numbers.fault.empty()) return Error{numbers.fault};
+  if (!(file.lens.fx > 0) || !(file.lens.fy > 0))
+    return Error{"\"fx\" and \"fy\" are not positive"};
+  const auto distortion = root.find("distortion");
+  if (distortion == root.end() || !distortion->is_array() || distortion->size() != 5)
+    return Error{"\"distortion\" is not [k1, k2, p1, p2, k3]"};
+  double terms[5];
+  for (int k = 0; k < 5; ++k) {
+    if (!(*distortion)[k].is_number()) return Error{"\"distortion\" is not [k1, k2, p1, p2, k3]"};
+    terms[k] = (*distortion)[k].get<double>();
+  }
+  file.lens.k1 = terms[0];
+  file.lens.k2 = terms[1];
+  file.lens.p1 = terms[2];
+  file.lens.p2 = terms[3];
+  file.lens.k3 = terms[4];
+  if (!FillCovariance(root, file.covariance))
+    return Error{"\"covariance\".\"matrix\" is not a symmetric matrix of 9 x 9 numbers"};
+  return file;
+}
+
+std::string LensYaml(const LensCalibration& c) {
+  return fmt::format(
+      "%YAML:1.0\n---\n"
+      "image_width: {}\nimage_height: {}\n"
+      "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+      "   data: [ {:.17g}, 0., {:.17g}, 0., {:.17g}, {:.17g}, 0., 0., 1. ]\n"
+      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n"
+      "   data: [ {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g} ]\n"
+      "avg_reprojection_error: {:.17g}\n",
+      c.size.width, c.size.height, c.lens.fx, c.lens.cx, c.lens.fy, c.lens.cy, c.lens.k1, c.lens.k2,
+      c.lens.p1, c.lens.p2, c.lens.k3, c.rms_px);
+}
+
+}  // namespace plumbline

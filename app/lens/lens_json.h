@@ -1,0 +1,29 @@
+// A calibrated lens as a file: LENS.json of the public formats, and OpenCV's own YAML.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "app/lens/calibration.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+std::string LensJson(const LensCalibration& calibration);
+
+/// What a tracker needs of such a file.
+struct LensFile {
+  bool accepted = false;
+  ImageSize size;
+  Lens lens;
+  LensMatrix covariance = LensMatrix::Zero();  ///< in the order of kLensNames
+};
+
+/// Reads LENS.json. Refused are missing or non-finite numbers, focal lengths that are not positive,
+/// and a covariance that is none; the error names the key.
+Result<LensFile> LensFromJson(std::string_view text);
+
+/// camera_matrix and distortion_coefficients as cv::FileStorage reads them.
+std::string LensYaml(const LensCalibration& calibration);
+
+}  // namespace plumbline
