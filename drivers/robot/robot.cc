@@ -1,7 +1,5 @@
 #include "drivers/robot/robot.h"
 
-#include <ctime>
-
 namespace plumbline {
 
 std::string_view LinkResultText(LinkResult result) {
@@ -24,12 +22,6 @@ std::string_view LinkResultText(LinkResult result) {
       return "written point reads back differently";
   }
   return "unknown";
-}
-
-double MonotonicSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace plumbline

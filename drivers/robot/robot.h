@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "drivers/clock.h"
 #include "drivers/robot/push_codec.h"
 #include "firmware-like/model/robot_state.h"
 
@@ -23,12 +24,6 @@ enum class LinkResult : std::uint8_t {
 
 /// Words for a log line: "no answer in time".
 std::string_view LinkResultText(LinkResult result);
-
-/// Monotonic time in seconds; injected so that tests own the time.
-using Clock = double (*)();
-
-/// CLOCK_MONOTONIC [s].
-double MonotonicSeconds();
 
 /// A robot controller. Used by one thread. Every call is bounded in time, connects by itself
 /// where it must, and allocates nothing as long as all is well.

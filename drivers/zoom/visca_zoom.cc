@@ -1,0 +1,255 @@
+#include "drivers/zoom/visca_zoom.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+using visca::Reply;
+
+struct BaudRate {
+  int baud;
+  speed_t code;
+};
+constexpr BaudRate kBaudRates[] = {
+    {9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}};
+
+const BaudRate* FindBaudRate(int baud) {
+  for (const BaudRate& rate : kBaudRates) {
+    if (rate.baud == baud) return &rate;
+  }
+  return nullptr;
+}
+
+const char* Remedy(int error) {
+  return error == ENOENT   ? "; is the adapter plugged in, and is this its name?"
+         : error == EACCES ? "; may its user open it (usually by the group dialout)?"
+         : error == ENOTTY ? "; it is no serial line"
+                           : "";
+}
+
+/// Raw, 8N1, no flow control, modem lines ignored.
+bool ConfigureLine(int fd, int baud) {
+  termios line{};
+  if (tcgetattr(fd, &line) != 0) return false;
+  cfmakeraw(&line);
+  line.c_cflag |= CLOCAL | CREAD;
+  line.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB);
+  cfsetspeed(&line, FindBaudRate(baud)->code);
+  return tcsetattr(fd, TCSANOW, &line) == 0 && tcflush(fd, TCIOFLUSH) == 0;
+}
+
+/// Waits until the descriptor is ready or the deadline. @return poll's answer
+int WaitFor(int fd, short events, double left_s) {
+  pollfd wait{.fd = fd, .events = events, .revents = 0};
+  const int ready = poll(&wait, 1, std::max(0, static_cast<int>(std::ceil(1e3 * left_s))));
+  if (ready <= 0 || (wait.revents & events) != 0) return ready;
+  errno = EIO;  // hung up, and nothing to read
+  return -1;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& options, Clock clock) {
+  if (FindBaudRate(options.baud) == nullptr) {
+    return Error{fmt::format("visca: baud {} is not one of 9600, 19200, 38400, 57600, 115200",
+                             options.baud)};
+  }
+  if (options.address < 1 || options.address > visca::kMostCameras) {
+    return Error{fmt::format("visca: address {} is outside 1..7", options.address)};
+  }
+  if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
+    return Error{fmt::format("visca: time-out {} s is outside 0.01..10", options.timeout_s)};
+  }
+  return std::unique_ptr<ZoomSensor>(new ViscaZoom(options, clock));
+}
+
+ViscaZoom::ViscaZoom(ViscaOptions options, Clock clock)
+    : options_(std::move(options)), clock_(clock) {}
+
+ViscaZoom::~ViscaZoom() {
+  if (fd_ >= 0) close(fd_);
+}
+
+ZoomResult ViscaZoom::Fail(ZoomResult result, const std::string& why) {
+  problem_ = fmt::format("{}: camera {}: {}", options_.device, options_.address, why);
+  return result;
+}
+
+ZoomResult ViscaZoom::Lost(const std::string& why) {
+  if (fd_ >= 0) close(fd_);
+  fd_ = -1;
+  back_off_.Failed(clock_());
+  return Fail(ZoomResult::kLost, why);
+}
+
+bool ViscaZoom::Open() {
+  fd_ = open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0 || !ConfigureLine(fd_, options_.baud)) {
+    const int error = errno;
+    Lost(fmt::format("cannot be opened: {}{}", std::strerror(error), Remedy(error)));
+    return false;
+  }
+  receiver_.Clear();
+  addressed_ = false;
+  return true;
+}
+
+ZoomResult ViscaZoom::Read(ZoomReading& reading) {
+  const double deadline_s = clock_() + options_.timeout_s;
+  if (fd_ < 0) {
+    if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
+    if (!Open()) return ZoomResult::kLost;
+  }
+  ZoomResult result = Drain();
+  if (result == ZoomResult::kOk && !addressed_) result = Address(deadline_s);
+  ZoomReading found;
+  if (result == ZoomResult::kOk) result = ReadLens(found, deadline_s);
+  if (result != ZoomResult::kOk) {
+    if (result != ZoomResult::kRefused) addressed_ = false;
+    return result;
+  }
+  back_off_.Well();
+  if (*found.zoom_counts > options_.optical_max_counts) found.digital_zoom = true;
+  found.time_s = clock_();
+  reading = found;
+  return ZoomResult::kOk;
+}
+
+/// Reads away what came unasked; only a network change is of interest.
+ZoomResult ViscaZoom::Drain() {
+  std::array<std::uint8_t, 256> bytes;
+  for (;;) {
+    const ssize_t size = read(fd_, bytes.data(), bytes.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno == EAGAIN) break;
+    if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
+    for (ssize_t i = 0; i < size; ++i) {
+      const auto reply = receiver_.Push(bytes[static_cast<std::size_t>(i)]);
+      if (reply && reply->kind == Reply::Kind::kNetworkChange) addressed_ = false;
+    }
+    if (size < static_cast<ssize_t>(bytes.size())) break;
+  }
+  receiver_.Clear();
+  return ZoomResult::kOk;
+}
+
+ZoomResult ViscaZoom::Address(double deadline_s) {
+  Reply answer;
+  const ZoomResult result = Ask(visca::AddressSet(), 0, deadline_s, answer);
+  if (result != ZoomResult::kOk) return result;
+  if (answer.address < options_.address) {
+    return Fail(ZoomResult::kRefused,
+                fmt::format("there are only {} cameras on the line", answer.address));
+  }
+  addressed_ = has_block_ = has_focus_ = true;
+  return ZoomResult::kOk;
+}
+
+ZoomResult ViscaZoom::ReadLens(ZoomReading& reading, double deadline_s) {
+  if (has_block_) {
+    Reply answer;
+    const ZoomResult result =
+        Ask(visca::LensBlock(options_.address), visca::kLensBlockBytes, deadline_s, answer);
+    if (result == ZoomResult::kOk) {
+      return visca::LensBlockFrom(answer, reading)
+                 ? ZoomResult::kOk
+                 : Fail(ZoomResult::kProtocol, "its lens block makes no sense");
+    }
+    if (result != ZoomResult::kRefused || answer.error != 0x02) return result;
+    has_block_ = false;
+  }
+  ZoomResult result =
+      AskPosition(visca::ZoomPosition(options_.address), deadline_s, reading.zoom_counts);
+  if (result != ZoomResult::kOk) return result;
+  reading.digital_zoom = *reading.zoom_counts > options_.optical_max_counts;
+  if (!has_focus_) return ZoomResult::kOk;
+  result = AskPosition(visca::FocusPosition(options_.address), deadline_s, reading.focus_counts);
+  if (result != ZoomResult::kRefused) return result;
+  has_focus_ = false;
+  return ZoomResult::kOk;
+}
+
+ZoomResult ViscaZoom::AskPosition(const visca::Request& request, double deadline_s,
+                                  std::optional<std::int32_t>& counts) {
+  Reply answer;
+  const ZoomResult result = Ask(request, visca::kPositionBytes, deadline_s, answer);
+  if (result != ZoomResult::kOk) return result;
+  counts = visca::PositionFrom(answer);
+  return counts ? ZoomResult::kOk : Fail(ZoomResult::kProtocol, "its position makes no sense");
+}
+
+bool ViscaZoom::Send(const visca::Request& request, double deadline_s) {
+  std::span<const std::uint8_t> rest = request.span();
+  while (!rest.empty()) {
+    const ssize_t written = write(fd_, rest.data(), rest.size());
+    if (written > 0) {
+      rest = rest.subspan(static_cast<std::size_t>(written));
+      continue;
+    }
+    if (written < 0 && errno != EAGAIN && errno != EINTR) return false;
+    if (WaitFor(fd_, POLLOUT, deadline_s - clock_()) <= 0) return false;
+  }
+  return true;
+}
+
+ZoomResult ViscaZoom::Ask(const visca::Request& request, std::size_t length, double deadline_s,
+                          Reply& answer) {
+  if (!Send(request, deadline_s)) return Lost("cannot be written to");
+  return Wait(length, deadline_s, answer);
+}
+
+ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer) {
+  int malformed = 0;
+  for (;;) {
+    const double left_s = deadline_s - clock_();
+    const int ready = left_s > 0 ? WaitFor(fd_, POLLIN, left_s) : 0;
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready < 0) return Lost("hung up");
+    if (ready == 0) break;
+    // One byte at a time: what follows the answer stays for the next question's Drain().
+    std::uint8_t byte = 0;
+    const ssize_t size = read(fd_, &byte, 1);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+    if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
+    const std::optional<Reply> reply = receiver_.Push(byte);
+    if (!reply) continue;
+    const bool mine = reply->address == options_.address;
+    if (reply->kind == Reply::Kind::kMalformed) ++malformed;
+    if (reply->kind == Reply::Kind::kNetworkChange) addressed_ = false;
+    if (length == 0 && reply->kind == Reply::Kind::kAddressed) {
+      answer = *reply;
+      return ZoomResult::kOk;
+    }
+    if (length == 0 || !mine) continue;
+    if (reply->kind == Reply::Kind::kAnswer && reply->size == length) {
+      answer = *reply;
+      return ZoomResult::kOk;
+    }
+    if (reply->kind == Reply::Kind::kError) {
+      answer = *reply;
+      return Fail(ZoomResult::kRefused, fmt::format("answers: {} ({:02X})",
+                                                    visca::ErrorText(reply->error), reply->error));
+    }
+  }
+  if (malformed > 0) {
+    return Fail(
+        ZoomResult::kProtocol,
+        fmt::format("{} packets that are none; is {} baud its speed?", malformed, options_.baud));
+  }
+  return Fail(ZoomResult::kTimeout,
+              fmt::format("no answer in {:.0f} ms; is it on, and set to {} baud?",
+                          1e3 * options_.timeout_s, options_.baud));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,23 @@
+#include "drivers/zoom/zoom.h"
+
+namespace plumbline {
+
+std::string_view ZoomResultText(ZoomResult result) {
+  switch (result) {
+    case ZoomResult::kOk:
+      return "ok";
+    case ZoomResult::kWaiting:
+      return "not connected";
+    case ZoomResult::kTimeout:
+      return "no answer in time";
+    case ZoomResult::kLost:
+      return "connection lost";
+    case ZoomResult::kProtocol:
+      return "answers that make no sense";
+    case ZoomResult::kRefused:
+      return "refused by the device";
+  }
+  return "unknown";
+}
+
+}  // namespace plumbline
