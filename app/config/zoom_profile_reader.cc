@@ -1,0 +1,100 @@
+#include "app/config/zoom_profile_reader.h"
+
+#include <limits>
+
+#include "app/config/text_file.h"
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kLastId = 0xFFFF;
+
+HidField ReadField(const TomlTable& table) {
+  using Meaning = HidField::Meaning;
+  HidField field;
+  field.meaning = table
+                      .RequiredOneOf<Meaning>("value", {{"zoom_counts", Meaning::kZoomCounts},
+                                                        {"focus_counts", Meaning::kFocusCounts},
+                                                        {"moving", Meaning::kMoving},
+                                                        {"digital_zoom", Meaning::kDigitalZoom},
+                                                        {"moved", Meaning::kMoved}})
+                      .value_or(field.meaning);
+  field.at = table.RequiredInteger("at", 0, kMostReportBytes - 1).value_or(0);
+  field.bytes = table.RequiredInteger("bytes", 1, 4).value_or(1);
+  const auto order = table.OneOf<bool>("byte_order", {{"big", true}, {"little", false}});
+  if (field.bytes > 1 && !table.Has("byte_order")) {
+    table.AddMissing("byte_order", "\"big\" or \"little\"");
+  }
+  field.big_endian = order.value_or(true);
+  field.is_signed = table.Bool("signed").value_or(false);
+  if (const auto mask = table.Integer("mask", 1, std::numeric_limits<int>::max())) {
+    field.mask = static_cast<std::uint32_t>(*mask);
+  }
+  return field;
+}
+
+HidExchange ReadExchange(const TomlTable& table) {
+  HidExchange exchange;
+  for (const TomlTable& send : table.Tables("send")) {
+    if (!send.Has("bytes")) send.AddMissing("bytes", "a list of bytes");
+    std::vector<std::uint8_t> report;
+    for (const int byte : send.Integers("bytes", 0, 0xFF).value_or(std::vector<int>{})) {
+      report.push_back(static_cast<std::uint8_t>(byte));
+    }
+    exchange.send.push_back(report);
+  }
+  if (const auto id = table.Integer("answer_id", 0, 0xFF)) {
+    exchange.answer_id = static_cast<std::uint8_t>(*id);
+  }
+  exchange.answer_bytes = table.RequiredInteger("answer_bytes", 1, kMostReportBytes).value_or(1);
+  exchange.count_at = table.Integer("count_at", 0, kMostReportBytes - 1);
+  if (exchange.count_at) exchange.count = table.RequiredInteger("count", 1, 0xFF).value_or(1);
+  for (const TomlTable& field : table.Tables("field")) exchange.fields.push_back(ReadField(field));
+  return exchange;
+}
+
+}  // namespace
+
+std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
+                                             FaultList& faults) {
+  FaultList found;
+  std::optional<HidProfile> profile;
+  {
+    TomlDocument document(text, file, found);
+    if (document.parsed()) {
+      const TomlTable root = document.Root();
+      profile.emplace();
+      root.RequiredInteger("schema", 1, 1);
+      profile->name = root.RequiredString("name").value_or("");
+      profile->source = root.RequiredString("source").value_or("");
+      profile->unconfirmed = root.String("unconfirmed").value_or("");
+      profile->vendor_id = root.RequiredInteger("vendor_id", 0, kLastId).value_or(0);
+      profile->product_id = root.RequiredInteger("product_id", 0, kLastId).value_or(0);
+      profile->silence_is_unchanged =
+          root.OneOf<bool>("silence", {{"lost", false}, {"unchanged", true}}).value_or(false);
+      if (!root.Has("exchange")) root.AddMissing("exchange", "[[exchange]] with its answer");
+      for (const TomlTable& table : root.Tables("exchange")) {
+        profile->exchanges.push_back(ReadExchange(table));
+      }
+      document.ReportUnknownKeys();
+      if (!found.HasFaults()) {
+        if (const auto fault = FaultOf(*profile)) root.AddFault("", *fault);
+      }
+    }
+  }
+  faults.Append(found);
+  if (found.HasFaults()) return std::nullopt;
+  return profile;
+}
+
+std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
+  const Result<std::string> text = ReadTextFile(path);
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, path, 0, "", text.error()});
+    return std::nullopt;
+  }
+  return HidProfileFromText(*text, path, faults);
+}
+
+}  // namespace plumbline

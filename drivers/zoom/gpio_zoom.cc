@@ -1,0 +1,91 @@
+#include "drivers/zoom/gpio_zoom.h"
+
+#include <fmt/format.h>
+#include <gpiod.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+constexpr int kMostEdgesOfOneReading = 1000;  // a line that chatters without end ends the reading
+
+}  // namespace
+
+Result<std::unique_ptr<ZoomSensor>> GpioZoom::Create(const GpioOptions& options, Clock clock) {
+  if (options.line < 0) return Error{fmt::format("gpio: line {} is negative", options.line)};
+  if (!(options.debounce_s >= 0 && options.debounce_s <= 1)) {
+    return Error{fmt::format("gpio: debounce time {} s is outside 0..1", options.debounce_s)};
+  }
+  return std::unique_ptr<ZoomSensor>(new GpioZoom(options, clock));
+}
+
+GpioZoom::GpioZoom(GpioOptions options, Clock clock)
+    : options_(std::move(options)), clock_(clock), debounce_(options_.debounce_s) {}
+
+GpioZoom::~GpioZoom() {
+  if (chip_ != nullptr) gpiod_chip_close(chip_);
+}
+
+ZoomResult GpioZoom::Lost(const std::string& why) {
+  if (chip_ != nullptr) gpiod_chip_close(chip_);
+  chip_ = nullptr;
+  line_ = nullptr;
+  back_off_.Failed(clock_());
+  problem_ = fmt::format("{} line {}: {}", options_.chip, options_.line, why);
+  return ZoomResult::kLost;
+}
+
+bool GpioZoom::Open() {
+  chip_ = gpiod_chip_open_lookup(options_.chip.c_str());
+  if (chip_ == nullptr) {
+    Lost(fmt::format("the chip cannot be opened: {}; see gpiodetect", std::strerror(errno)));
+    return false;
+  }
+  line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(options_.line));
+  const int flags = options_.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
+  if (line_ == nullptr ||
+      gpiod_line_request_both_edges_events_flags(line_, "plumbline", flags) != 0) {
+    Lost(fmt::format("cannot be watched: {}; see gpioinfo", std::strerror(errno)));
+    return false;
+  }
+  debounce_ = LineDebounce(options_.debounce_s);
+  const int level = gpiod_line_get_value(line_);
+  if (level < 0) {
+    Lost(fmt::format("cannot be read: {}", std::strerror(errno)));
+    return false;
+  }
+  debounce_.Edge(level > 0, clock_());
+  unwatched_ = true;
+  return true;
+}
+
+ZoomResult GpioZoom::Read(ZoomReading& reading) {
+  if (line_ == nullptr) {
+    if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
+    if (!Open()) return ZoomResult::kLost;
+  }
+  for (int edges = 0; edges < kMostEdgesOfOneReading; ++edges) {
+    const timespec at_once{};
+    const int waits = gpiod_line_event_wait(line_, &at_once);
+    if (waits == 0) break;
+    gpiod_line_event event{};
+    if (waits < 0 || gpiod_line_event_read(line_, &event) != 0) {
+      return Lost(fmt::format("went away: {}", std::strerror(errno)));
+    }
+    debounce_.Edge(
+        event.event_type == GPIOD_LINE_EVENT_RISING_EDGE,
+        static_cast<double>(event.ts.tv_sec) + 1e-9 * static_cast<double>(event.ts.tv_nsec));
+  }
+  back_off_.Well();
+  const double now_s = clock_();
+  reading = ZoomReading{};
+  reading.moved = debounce_.TakeMoved(now_s) || std::exchange(unwatched_, false);
+  reading.motion = debounce_.Moving(now_s) ? LensMotion::kMoving : LensMotion::kSettled;
+  reading.time_s = now_s;
+  return ZoomResult::kOk;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,143 @@
+#include "drivers/zoom/hid_zoom.h"
+
+#include <fmt/format.h>
+#include <hidapi/hidapi.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+using Report = std::array<std::uint8_t, kMostReportBytes + 1>;
+
+int Milliseconds(double left_s) {
+  return std::max(1, static_cast<int>(std::ceil(1e3 * left_s)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ZoomSensor>> HidZoom::Create(HidOptions options, Clock clock) {
+  if (const auto fault = FaultOf(options.profile)) {
+    return Error{fmt::format("HID profile \"{}\": {}", options.profile.name, *fault)};
+  }
+  if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
+    return Error{fmt::format("HID: time-out {} s is outside 0.01..10", options.timeout_s)};
+  }
+  return std::unique_ptr<ZoomSensor>(new HidZoom(std::move(options), clock));
+}
+
+HidZoom::HidZoom(HidOptions options, Clock clock) : options_(std::move(options)), clock_(clock) {}
+
+HidZoom::~HidZoom() {
+  if (device_ != nullptr) hid_close(device_);
+}
+
+ZoomResult HidZoom::Fail(ZoomResult result, const std::string& why) {
+  if (device_ != nullptr) hid_close(device_);
+  device_ = nullptr;
+  back_off_.Failed(clock_());
+  problem_ = fmt::format("{} (HID {:04X}:{:04X}{}{}): {}", options_.profile.name,
+                         options_.profile.vendor_id, options_.profile.product_id,
+                         options_.serial.empty() ? "" : ", serial ", options_.serial, why);
+  return result;
+}
+
+bool HidZoom::Open() {
+  const std::wstring serial(options_.serial.begin(), options_.serial.end());
+  device_ = hid_open(static_cast<unsigned short>(options_.profile.vendor_id),
+                     static_cast<unsigned short>(options_.profile.product_id),
+                     serial.empty() ? nullptr : serial.c_str());
+  heard_any_ = false;
+  if (device_ != nullptr) return true;
+  Fail(ZoomResult::kLost,
+       "cannot be opened; is it plugged in, and may its user open /dev/hidraw* (udev rule)?");
+  return false;
+}
+
+ZoomResult HidZoom::Read(ZoomReading& reading) {
+  const double deadline_s = clock_() + options_.timeout_s;
+  if (device_ == nullptr) {
+    if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
+    if (!Open()) return ZoomResult::kLost;
+  }
+  ZoomReading found;
+  for (const HidExchange& exchange : options_.profile.exchanges) {
+    const ZoomResult result = exchange.send.empty() ? Listen(exchange, deadline_s, found)
+                                                    : Ask(exchange, deadline_s, found);
+    if (result != ZoomResult::kOk) return result;
+  }
+  back_off_.Well();
+  found.time_s = clock_();
+  reading = found;
+  return ZoomResult::kOk;
+}
+
+ZoomResult HidZoom::Ask(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+  Report report;
+  int size = 0;
+  while ((size = hid_read_timeout(device_, report.data(), report.size(), 0)) > 0) {
+    if (clock_() > deadline_s) return Fail(ZoomResult::kProtocol, "speaks without end");
+  }
+  if (size < 0) return Fail(ZoomResult::kLost, "went away");
+  for (const auto& send : exchange.send) {
+    if (hid_write(device_, send.data(), send.size()) < 0) {
+      return Fail(ZoomResult::kLost, "cannot be written to");
+    }
+  }
+  for (;;) {
+    const double left_s = deadline_s - clock_();
+    if (left_s <= 0) return Fail(ZoomResult::kTimeout, "no answer in time");
+    size = hid_read_timeout(device_, report.data(), report.size(), Milliseconds(left_s));
+    if (size < 0) return Fail(ZoomResult::kLost, "went away");
+    if (size == 0) continue;
+    switch (ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, reading)) {
+      case HidAnswer::kRead:
+        return ZoomResult::kOk;
+      case HidAnswer::kOther:
+        break;
+      case HidAnswer::kShort:
+        return Fail(ZoomResult::kProtocol, fmt::format("an answer of {} bytes is too short", size));
+      case HidAnswer::kNotReady:  // the last report is the one that asks for the data
+        if (hid_write(device_, exchange.send.back().data(), exchange.send.back().size()) < 0) {
+          return Fail(ZoomResult::kLost, "cannot be written to");
+        }
+        break;
+    }
+  }
+}
+
+/// Takes all reports that wait, the first of them with patience.
+ZoomResult HidZoom::Listen(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+  bool heard_now = false, moved = false;
+  for (;;) {
+    const double left_s = deadline_s - clock_();
+    const bool wait = !heard_now && left_s > 0;
+    Report report;
+    const int size =
+        hid_read_timeout(device_, report.data(), report.size(), wait ? Milliseconds(left_s) : 0);
+    if (size < 0) return Fail(ZoomResult::kLost, "went away");
+    if (size == 0 && (!wait || clock_() >= deadline_s)) break;
+    if (size == 0) continue;
+    const HidAnswer answer =
+        ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, heard_);
+    if (answer == HidAnswer::kShort) {
+      return Fail(ZoomResult::kProtocol, fmt::format("a report of {} bytes is too short", size));
+    }
+    if (answer == HidAnswer::kRead) {
+      heard_now = heard_any_ = true;
+      moved = moved || heard_.moved;
+    }
+    if (clock_() > deadline_s) break;
+  }
+  if (!heard_now && !(heard_any_ && options_.profile.silence_is_unchanged)) {
+    return Fail(ZoomResult::kTimeout, "says nothing");
+  }
+  reading = heard_;
+  reading.moved = moved;
+  return ZoomResult::kOk;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,132 @@
+#include "drivers/zoom/v4l2_zoom.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+int Call(int fd, unsigned long request, void* argument) {
+  int result = 0;
+  do {
+    result = ioctl(fd, request, argument);
+  } while (result < 0 && errno == EINTR);
+  return result;
+}
+
+bool HasControl(int fd, std::uint32_t id) {
+  v4l2_queryctrl query{};
+  query.id = id;
+  return Call(fd, VIDIOC_QUERYCTRL, &query) == 0 && (query.flags & V4L2_CTRL_FLAG_DISABLED) == 0;
+}
+
+}  // namespace
+
+bool ReadingFromEvent(const v4l2_event& event, ZoomReading& reading) {
+  if (event.type != V4L2_EVENT_CTRL || (event.u.ctrl.changes & V4L2_EVENT_CTRL_CH_VALUE) == 0) {
+    return false;
+  }
+  if (event.id == V4L2_CID_ZOOM_ABSOLUTE) {
+    reading.zoom_counts = event.u.ctrl.value;
+  } else if (event.id == V4L2_CID_FOCUS_ABSOLUTE) {
+    reading.focus_counts = event.u.ctrl.value;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+Result<std::unique_ptr<ZoomSensor>> V4l2Zoom::Create(const V4l2ZoomOptions& options, Clock clock) {
+  if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
+    return Error{fmt::format("v4l2 zoom: time-out {} s is outside 0.01..10", options.timeout_s)};
+  }
+  return std::unique_ptr<ZoomSensor>(new V4l2Zoom(options, clock));
+}
+
+V4l2Zoom::V4l2Zoom(V4l2ZoomOptions options, Clock clock)
+    : options_(std::move(options)), clock_(clock) {}
+
+V4l2Zoom::~V4l2Zoom() {
+  if (fd_ >= 0) close(fd_);
+}
+
+ZoomResult V4l2Zoom::Lost(const std::string& why) {
+  if (fd_ >= 0) close(fd_);
+  fd_ = -1;
+  back_off_.Failed(clock_());
+  problem_ = fmt::format("{}: {}", options_.device, why);
+  return ZoomResult::kLost;
+}
+
+bool V4l2Zoom::Subscribe(std::uint32_t control) const {
+  v4l2_event_subscription subscription{};
+  subscription.type = V4L2_EVENT_CTRL;
+  subscription.id = control;
+  subscription.flags = V4L2_EVENT_SUB_FL_SEND_INITIAL;
+  return Call(fd_, VIDIOC_SUBSCRIBE_EVENT, &subscription) == 0;
+}
+
+bool V4l2Zoom::Open() {
+  fd_ = open(options_.device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0) {
+    Lost(fmt::format("cannot be opened: {}; is the camera plugged in?", std::strerror(errno)));
+    return false;
+  }
+  if (!HasControl(fd_, V4L2_CID_ZOOM_ABSOLUTE)) {
+    Lost("has no zoom control; see v4l2-ctl --list-ctrls");
+    return false;
+  }
+  last_ = ZoomReading{};
+  has_focus_ = HasControl(fd_, V4L2_CID_FOCUS_ABSOLUTE);
+  // A camera without events is read all the same.
+  Subscribe(V4L2_CID_ZOOM_ABSOLUTE);
+  if (has_focus_) Subscribe(V4L2_CID_FOCUS_ABSOLUTE);
+  return true;
+}
+
+bool V4l2Zoom::ReadControls() {
+  v4l2_control control{};
+  control.id = V4L2_CID_ZOOM_ABSOLUTE;
+  if (Call(fd_, VIDIOC_G_CTRL, &control) != 0) return false;
+  last_.zoom_counts = control.value;
+  if (!has_focus_) return true;
+  control.id = V4L2_CID_FOCUS_ABSOLUTE;
+  if (Call(fd_, VIDIOC_G_CTRL, &control) == 0) last_.focus_counts = control.value;
+  return true;
+}
+
+ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
+  if (fd_ < 0) {
+    if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
+    if (!Open()) return ZoomResult::kLost;
+  }
+  const bool first = !last_.zoom_counts;
+  pollfd wait{.fd = fd_, .events = POLLPRI, .revents = 0};
+  const int wait_ms = first ? 0 : static_cast<int>(std::ceil(1e3 * options_.timeout_s));
+  bool told = false;
+  if (poll(&wait, 1, wait_ms) > 0 && (wait.revents & POLLPRI) != 0) {
+    v4l2_event event{};
+    do {
+      if (Call(fd_, VIDIOC_DQEVENT, &event) != 0) break;
+      if (ReadingFromEvent(event, last_)) told = told || event.id == V4L2_CID_ZOOM_ABSOLUTE;
+    } while (event.pending > 0);
+  }
+  if (!told && !ReadControls()) {
+    return Lost(fmt::format("went away: {}", std::strerror(errno)));
+  }
+  back_off_.Well();
+  last_.time_s = clock_();
+  reading = last_;
+  return ZoomResult::kOk;
+}
+
+}  // namespace plumbline
