@@ -19,6 +19,12 @@ void Statement::Bind(int index, const std::string& text) {
   sqlite3_bind_text(get(), index, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
 }
 
+void Statement::BindBlob(int index, const std::vector<std::uint8_t>& bytes) {
+  // A blob without bytes is no NULL.
+  const void* data = bytes.empty() ? "" : static_cast<const void*>(bytes.data());
+  sqlite3_bind_blob64(get(), index, data, bytes.size(), SQLITE_TRANSIENT);
+}
+
 bool Statement::Run() {
   if (!statement_) return false;
   const bool done = Step() == SQLITE_DONE;

@@ -1,4 +1,5 @@
-// SQLite, as far as the journal needs it: a connection and prepared statements that end themselves.
+// SQLite, as far as the journal and the lens store need it: a connection and prepared statements
+// that end themselves.
 #pragma once
 
 #include <sqlite3.h>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware-like/result.h"
 
@@ -21,6 +23,7 @@ class Statement {
   void Bind(int index, std::int64_t value) { sqlite3_bind_int64(get(), index, value); }
   void Bind(int index, double value) { sqlite3_bind_double(get(), index, value); }
   void Bind(int index, const std::string& text);
+  void BindBlob(int index, const std::vector<std::uint8_t>& bytes);
   template <typename T>
   void Bind(int index, const std::optional<T>& value) {
     if (value) {

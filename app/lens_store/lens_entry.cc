@@ -1,0 +1,75 @@
+#include "app/lens_store/lens_entry.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace plumbline {
+namespace {
+
+class Hash {
+ public:
+  void Add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) {
+      value_ ^= bytes[i];
+      value_ *= 0x100000001b3;
+    }
+  }
+  void Add(std::int64_t value) { Add(&value, sizeof value); }
+  void Add(double value) {
+    if (value == 0) value = 0;  // one zero of both signs, as a text keeps it
+    Add(&value, sizeof value);
+  }
+  void Add(const std::string& text) {
+    Add(static_cast<std::int64_t>(text.size()));
+    Add(text.data(), text.size());
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+}  // namespace
+
+std::uint64_t ChecksumOf(const LensEntry& entry) {
+  Hash hash;
+  hash.Add(entry.key.camera_serial);
+  hash.Add(entry.key.mode);
+  hash.Add(std::int64_t{entry.key.zoom_counts});
+  hash.Add(std::int64_t{entry.key.focus_counts.has_value()});
+  hash.Add(std::int64_t{entry.key.focus_counts.value_or(0)});
+  for (const double value : VectorOfLens(entry.lens)) hash.Add(value);
+  for (const double value : entry.covariance.reshaped()) hash.Add(value);
+  hash.Add(std::int64_t{entry.image.width});
+  hash.Add(std::int64_t{entry.image.height});
+  hash.Add(entry.rms_px);
+  hash.Add(entry.board);
+  hash.Add(entry.pupil_shift_m);
+  hash.Add(std::int64_t{entry.temp_C.has_value()});
+  hash.Add(entry.temp_C.value_or(0));
+  hash.Add(entry.utc);
+  hash.Add(std::string(entry.corners.begin(), entry.corners.end()));
+  return hash.value();
+}
+
+std::optional<std::string> FaultOf(const LensEntry& entry) {
+  if (entry.key.camera_serial.empty()) return "no camera serial";
+  if (entry.key.mode.empty()) return "no mode of the camera";
+  if (!VectorOfLens(entry.lens).allFinite()) return "a lens parameter is not finite";
+  if (!(entry.lens.fx > 0 && entry.lens.fy > 0)) return "a focal length is not positive";
+  if (!entry.covariance.allFinite()) return "the covariance is not finite";
+  if (entry.covariance.diagonal().minCoeff() < 0) return "a variance is negative";
+  const double scale = entry.covariance.cwiseAbs().maxCoeff();
+  if (!((entry.covariance - entry.covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * scale)) {
+    return "the covariance is not symmetric";
+  }
+  if (entry.image.width <= 0 || entry.image.height <= 0) return "the image size is not positive";
+  const bool finite = std::isfinite(entry.rms_px) && std::isfinite(entry.pupil_shift_m) &&
+                      std::isfinite(entry.temp_C.value_or(0));
+  if (!finite || entry.rms_px < 0) return "RMS, pupil shift or temperature is not a number";
+  if (entry.utc.empty()) return "no date";
+  return std::nullopt;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,43 @@
+// A calibrated lens as it is kept.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware-like/lens/lens_curve.h"
+
+namespace plumbline {
+
+/// What a lens belongs to. Digital zoom is always off: it is never calibrated.
+struct LensKey {
+  std::string camera_serial;  ///< of two cameras with one serial number: with the port added
+  std::string mode;           ///< format, size and rate that the camera was in
+  std::int32_t zoom_counts = 0;
+  std::optional<std::int32_t> focus_counts;  ///< absent where the device does not tell it
+};
+
+struct LensEntry {
+  std::int64_t id = 0;  ///< of the store; ascending
+  LensKey key;
+  Lens lens;
+  LensCovariance covariance = LensCovariance::Zero();  ///< order of LensVector; units of Lens
+  ImageSize image;
+  double rms_px = 0;         ///< of the corners, root mean square of their distances
+  std::string board;         ///< which board, in words and numbers
+  double pupil_shift_m = 0;  ///< of the entrance pupil along the axis, against the first entry
+  std::optional<double> temp_C;
+  std::string utc;                    ///< as 2026-11-21T07:30:00Z
+  std::vector<std::uint8_t> corners;  ///< whatever the calibration needs to do it again
+};
+
+/// FNV-1a over everything but the id.
+std::uint64_t ChecksumOf(const LensEntry& entry);
+
+/// Why an entry must not be kept, in words: values that are not finite, focal lengths that are not
+/// positive, a covariance that is not symmetric or has a negative variance, an empty image, no
+/// serial, no mode. Nothing where it may.
+std::optional<std::string> FaultOf(const LensEntry& entry);
+
+}  // namespace plumbline

@@ -1,0 +1,112 @@
+#include "app/lens_store/opencv_file.h"
+
+#include <fmt/format.h>
+
+namespace plumbline {
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// What is written, in this order; a form is how.
+template <typename Form>
+std::string Written(const LensEntry& entry, Form form) {
+  Matrix camera = Matrix::Identity(3, 3), distortion(5, 1);
+  camera(0, 0) = entry.lens.fx;
+  camera(1, 1) = entry.lens.fy;
+  camera(0, 2) = entry.lens.cx;
+  camera(1, 2) = entry.lens.cy;
+  distortion << entry.lens.k1, entry.lens.k2, entry.lens.p1, entry.lens.p2, entry.lens.k3;
+  form.Text("calibration_time", entry.utc);
+  form.Number("image_width", entry.image.width);
+  form.Number("image_height", entry.image.height);
+  form.Put("camera_matrix", camera);
+  form.Put("distortion_coefficients", distortion);
+  form.Real("avg_reprojection_error", entry.rms_px);
+  form.Text("camera_serial", entry.key.camera_serial);
+  form.Number("zoom_counts", entry.key.zoom_counts);
+  if (entry.key.focus_counts) form.Number("focus_counts", *entry.key.focus_counts);
+  form.Put("parameter_covariance", entry.covariance);
+  return form.Done();
+}
+
+/// All digits, and always recognised as a real number.
+std::string Digits(double value) {
+  std::string text = fmt::format("{:.17g}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".";
+  return text;
+}
+
+std::string Numbers(const Matrix& matrix, const char* separator) {
+  std::string text;
+  for (Eigen::Index i = 0; i < matrix.size(); ++i) {
+    if (i > 0)
+      text += i % 4 == 0 ? fmt::format("{}\n    ", separator) : fmt::format("{} ", separator);
+    text += Digits(matrix.data()[i]);
+  }
+  return text;
+}
+
+class Yaml {
+ public:
+  void Text(const char* key, const std::string& text) {
+    std::string quoted;
+    for (const char c : text) {
+      if (static_cast<unsigned char>(c) < 0x20) continue;
+      if (c == '"' || c == '\\') quoted += '\\';
+      quoted += c;
+    }
+    text_ += fmt::format("{}: \"{}\"\n", key, quoted);
+  }
+  void Number(const char* key, int value) { text_ += fmt::format("{}: {}\n", key, value); }
+  void Real(const char* key, double value) { text_ += fmt::format("{}: {}\n", key, Digits(value)); }
+  void Put(const char* key, const Matrix& matrix) {
+    text_ += fmt::format("{}: !!opencv-matrix\n  rows: {}\n  cols: {}\n  dt: d\n  data: [ {} ]\n",
+                         key, matrix.rows(), matrix.cols(), Numbers(matrix, ","));
+  }
+  std::string Done() const { return text_; }
+
+ private:
+  std::string text_ = "%YAML:1.0\n---\n";
+};
+
+class Xml {
+ public:
+  void Text(const char* key, const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+      if (static_cast<unsigned char>(c) < 0x20) continue;
+      escaped += c == '&'   ? "&amp;"
+                 : c == '<' ? "&lt;"
+                 : c == '>' ? "&gt;"
+                 : c == '"' ? "&quot;"
+                            : std::string(1, c);
+    }
+    text_ += fmt::format("<{0}>\"{1}\"</{0}>\n", key, escaped);
+  }
+  void Number(const char* key, int value) { text_ += fmt::format("<{0}>{1}</{0}>\n", key, value); }
+  void Real(const char* key, double value) {
+    text_ += fmt::format("<{0}>{1}</{0}>\n", key, Digits(value));
+  }
+  void Put(const char* key, const Matrix& matrix) {
+    text_ += fmt::format(
+        "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n  <dt>d</dt>\n"
+        "  <data>\n    {3}</data></{0}>\n",
+        key, matrix.rows(), matrix.cols(), Numbers(matrix, ""));
+  }
+  std::string Done() const { return text_ + "</opencv_storage>\n"; }
+
+ private:
+  std::string text_ = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
+};
+
+}  // namespace
+
+std::string OpenCvYaml(const LensEntry& entry) {
+  return Written(entry, Yaml());
+}
+
+std::string OpenCvXml(const LensEntry& entry) {
+  return Written(entry, Xml());
+}
+
+}  // namespace plumbline
