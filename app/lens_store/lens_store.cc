@@ -15,7 +15,8 @@
 namespace plumbline {
 namespace {
 
-constexpr int kApplicationId = 0x504C4C31;  // "PLL1", told by file(1)
+constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
+constexpr int kApplicationId = 0x504C4C31;      // "PLL1", told by file(1)
 
 constexpr const char* kSchema = R"(
 CREATE TABLE lens (
@@ -85,8 +86,7 @@ std::optional<LensEntry> EntryFrom(const Statement& row) {
   for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
   entry.lens = LensOfVector(values);
   const nlohmann::json covariance = nlohmann::json::parse(row.Text(16), nullptr, false);
-  if (!covariance.is_array() || covariance.size() != std::size_t{kLensParameters} * kLensParameters)
-    return std::nullopt;
+  if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
   for (int i = 0; i < kLensParameters; ++i) {
     for (int k = 0; k < kLensParameters; ++k) {
       const auto& number = covariance[static_cast<std::size_t>(i * kLensParameters + k)];
@@ -315,6 +315,7 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
   const std::vector<LensEntry> nodes = Nodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
   std::vector<LensNode> curve_nodes;
+  curve_nodes.reserve(nodes.size());
   for (const LensEntry& node : nodes) {
     curve_nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
   }
