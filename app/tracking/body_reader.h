@@ -1,0 +1,32 @@
+// The file that lists tags and bodies.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "app/config/fault.h"
+#include "app/tracking/bodies.h"
+
+namespace plumbline {
+
+/// Reads a tag database:
+///
+///   schema = 1
+///   [[tag]]                      # a tag on its own
+///   id = 17
+///   size_mm = 80.0               # side of the black square
+///   [[body]]
+///   name = "gripper"
+///   size_mm = 80.0               # of its tags that do not say
+///   [[body.tag]]
+///   id = 3
+///   xyz_mm = [0.0, 100.0, 0.0]   # the tag's centre in the body's frame
+///   rpy_deg = [0.0, 0.0, 0.0]    # its axes (x right, y down, z into it): Rz(y) Ry(p) Rx(r)
+///
+/// All faults at once; an id that stands twice and two bodies of one name are faults.
+/// @return  nothing where there is a fault
+std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std::string& file,
+                                               FaultList& faults);
+
+}  // namespace plumbline

@@ -1,0 +1,185 @@
+#include "app/tracking/edge_profile.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace plumbline {
+namespace {
+
+constexpr int kParameters = 7;  // d0, d1, log sigma, B, b, A, a
+constexpr int kMostSteps = 6;
+constexpr double kConverged_px = 2e-3;
+constexpr double kUsualBlur_px = 0.9;
+constexpr double kReach = 3.9, kFromCorner = 2.9;  // in the blur's deviations
+constexpr double kOtherEdges = 1.7;                // likewise: from the cells' other side
+constexpr double kNearest_px = 1.6;                // reach where the cells are narrow
+constexpr double kWider = 1.15;                    // than thought: the pixels are chosen again
+constexpr double kMostShift_px = 2;
+constexpr double kBlackest = 1, kBrightest = 254;  // [grey levels] at the ends of the scale
+
+using Normal = Eigen::Matrix<double, kParameters, kParameters>;
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+
+/// The normal distribution Phi and its density phi, from a table: 2e-6 right.
+class Gauss {
+ public:
+  Gauss() {
+    for (int i = 0; i <= kCount; ++i) {
+      const double x = (i - kCount / 2) / kPerUnit;
+      phi_[i] = std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi);
+      Phi_[i] = 0.5 * std::erfc(-x / std::numbers::sqrt2);
+    }
+  }
+  void At(double x, double& Phi, double& phi) const {
+    const double at = std::clamp(x * kPerUnit + kCount / 2, 0.0, kCount - 1e-6);
+    const int i = static_cast<int>(at);
+    const double a = at - i;
+    Phi = Phi_[i] + a * (Phi_[i + 1] - Phi_[i]);
+    phi = phi_[i] + a * (phi_[i + 1] - phi_[i]);
+  }
+
+ private:
+  static constexpr int kCount = 1280;
+  static constexpr double kPerUnit = 128;
+  std::array<double, kCount + 1> Phi_, phi_;
+};
+
+struct Sample {
+  double d, s, grey;  ///< outwards of the chord and its bow [px]; along it (1); grey level
+};
+
+void CollectSamples(const LumaView& image, const EdgeRegion& region, double reach,
+                    double from_corner, std::vector<Sample>& samples) {
+  const Vec2 side = region.end - region.start;
+  const double length = side.norm();
+  const Vec2 t = side / length, n(t.y(), -t.x());
+  samples.clear();
+  // Row by row or column by column, whichever crosses the edge more steeply.
+  const bool by_columns = std::abs(t.x()) > std::abs(t.y());
+  const int main = by_columns ? 0 : 1, other = 1 - main;
+  const int most[2] = {image.width - 1, image.height - 1};
+  const double low = std::min(region.start[main], region.end[main]);
+  const double high = std::max(region.start[main], region.end[main]);
+  const double across = reach / std::abs(n[other]);
+  const int first = std::max(0, static_cast<int>(std::ceil(low - reach)));
+  const int last = std::min(most[main], static_cast<int>(std::floor(high + reach)));
+  for (int i = first; i <= last; ++i) {
+    const double at = region.start[other] + (i - region.start[main]) * t[other] / t[main];
+    const int from =
+        std::max(0, static_cast<int>(std::ceil(at - across - std::abs(region.bow_px))));
+    const int to =
+        std::min(most[other], static_cast<int>(std::floor(at + across + std::abs(region.bow_px))));
+    for (int j = from; j <= to; ++j) {
+      Vec2 p;
+      p[main] = i, p[other] = j;
+      const Vec2 x = p - region.start;
+      const double along = t.dot(x), s = along / length;
+      if (-region.before.dot(x) < from_corner || -region.after.dot(p - region.end) < from_corner)
+        continue;
+      const double d = n.dot(x) - 4 * region.bow_px * s * (1 - s);
+      if (std::abs(d) > reach) continue;
+      const int u = by_columns ? i : j, v = by_columns ? j : i;
+      samples.push_back({d, s, static_cast<double>(image.row(v)[u])});
+    }
+  }
+}
+
+/// The grey levels far inside and far outside, to begin with.
+void StartLevels(const std::vector<Sample>& samples, double reach, Parameters& x) {
+  double dark = 0, bright = 0;
+  int darks = 0, brights = 0;
+  for (const Sample& sample : samples) {
+    if (sample.d < -0.5 * reach) dark += sample.grey, ++darks;
+    if (sample.d > 0.5 * reach) bright += sample.grey, ++brights;
+  }
+  x[3] = darks > 0 ? dark / darks : 0;
+  x[5] = (brights > 0 ? bright / brights : 255) - x[3];
+}
+
+struct Sum {
+  double squares = 0;
+  int count = 0;
+};
+
+Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& JtJ,
+               Parameters& Jtr) {
+  static const Gauss gauss;
+  const double inverse = std::exp(-x[2]);
+  JtJ.setZero();
+  Jtr.setZero();
+  Sum sum;
+  for (const Sample& sample : samples) {
+    const double s = sample.s;
+    const double scaled = (sample.d - x[0] * (1 - s) - x[1] * s) * inverse;
+    double Phi = 0, phi = 0;
+    gauss.At(scaled, Phi, phi);
+    const double height = x[5] + x[6] * s;
+    const double model = x[3] + x[4] * s + height * Phi;
+    // Where the camera has reached the end of its scale, the light beyond it is not known.
+    if ((sample.grey <= kBlackest && model <= kBlackest) ||
+        (sample.grey >= kBrightest && model >= kBrightest)) {
+      continue;
+    }
+    const double residual = sample.grey - model;
+    const double slope = -height * phi * inverse;  // of the grey level by d0 + d1
+    const double row[kParameters] = {slope * (1 - s), slope * s, -height * phi * scaled, 1, s, Phi,
+                                     Phi * s};
+    for (int i = 0; i < kParameters; ++i) {
+      for (int j = 0; j <= i; ++j) JtJ(i, j) += row[i] * row[j];
+      Jtr[i] += row[i] * residual;
+    }
+    sum.squares += residual * residual;
+    ++sum.count;
+  }
+  return sum;
+}
+
+/// The fit over one choice of pixels; x holds where it starts, and what it found.
+std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters& x) {
+  if (samples.size() < 3 * kParameters) return std::nullopt;
+  Normal JtJ;
+  Parameters Jtr;
+  Sum sum;
+  for (int step = 0; step < kMostSteps; ++step) {
+    sum = Accumulate(samples, x, JtJ, Jtr);
+    // A weak spring holds the blur and the slopes where the pixels do not tell them.
+    const double held = 1e-6 * JtJ.diagonal().maxCoeff();
+    for (int i = 0; i < kParameters; ++i) JtJ(i, i) += held;
+    const Parameters change = JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Jtr);
+    if (!change.allFinite()) return std::nullopt;
+    x += change;
+    x[2] = std::clamp(x[2], std::log(0.25), std::log(4.0));
+    if (!(std::abs(x[0]) < kMostShift_px && std::abs(x[1]) < kMostShift_px)) return std::nullopt;
+    if (std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px) break;
+  }
+  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < 3 * kParameters) return std::nullopt;
+  const double variance = sum.squares / (sum.count - kParameters);
+  const Normal covariance =
+      variance * JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Normal::Identity());
+  return EdgeFit{x[0], x[1], covariance.topLeftCorner<2, 2>(), std::exp(x[2]), std::sqrt(variance)};
+}
+
+}  // namespace
+
+std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region) {
+  const double length = (region.end - region.start).norm();
+  static thread_local std::vector<Sample> samples;
+  Parameters x = Parameters::Zero();
+  x[2] = std::log(kUsualBlur_px);
+  double blur = kUsualBlur_px;
+  for (;;) {
+    const double reach =
+        std::max(kNearest_px, std::min(kReach * blur, region.cell_px - kOtherEdges * blur));
+    CollectSamples(image, region, reach, std::min(kFromCorner * blur, 0.2 * length), samples);
+    if (blur == kUsualBlur_px) StartLevels(samples, reach, x);
+    const auto fit = FitSamples(samples, x);
+    if (!fit || blur > kUsualBlur_px || fit->blur_px < kWider * blur) return fit;
+    blur = fit->blur_px;
+  }
+}
+
+}  // namespace plumbline

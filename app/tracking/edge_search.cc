@@ -1,0 +1,137 @@
+#include "app/tracking/edge_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "app/tracking/luma_sampling.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kMostProfiles = 24, kLeastProfiles = 8;
+constexpr double kFromEnd = 0.1;  // share of a side at its ends that is left out
+constexpr int kTrims = 3;         // times that far places are left out
+constexpr double kLeastTrim_px = 0.8;
+constexpr int kMostReach = 8;
+
+/// A straight line n . p = offset, n pointing outwards.
+struct Line {
+  Vec2 normal;
+  double offset;
+};
+
+struct Place {
+  double along, across;  ///< [px] from the middle of the side; outwards
+  bool used;
+};
+
+/// The steepest rise outwards within the reach, with its height over three pixels.
+struct Step {
+  double across, height;
+};
+
+Step SteepestStep(const LumaView& image, const Vec2& at, const Vec2& normal, int reach) {
+  std::array<double, 2 * kMostReach + 4> grey{};
+  const int half = reach + 1;
+  for (int k = -half; k <= half + 1; ++k) {
+    const Vec2 p = at + (k - 0.5) * normal;
+    grey[k + half] = GreyAt(image, p.x(), p.y());
+  }
+  // rise(k) is centred at offset k: the two pixels beyond against the two before.
+  const auto rise = [&](int k) {
+    const int i = k + half;
+    return 0.5 *
+           (grey[i + 1] + grey[std::min(i + 2, 2 * half + 1)] - grey[i] - grey[std::max(i - 1, 0)]);
+  };
+  int best = -reach;
+  for (int k = -reach + 1; k <= reach; ++k) {
+    if (rise(k) > rise(best)) best = k;
+  }
+  const double before = rise(best - 1), here = rise(best), after = rise(best + 1);
+  const double bend = before - 2 * here + after;
+  const double shift = bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+  return {best + shift, here};
+}
+
+/// Least squares across = a + b along over the places in use.
+std::optional<std::pair<double, double>> Fit(const std::array<Place, kMostProfiles>& places,
+                                             int count) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (int i = 0; i < count; ++i) {
+    if (!places[i].used) continue;
+    n += 1, x += places[i].along, y += places[i].across;
+    xx += places[i].along * places[i].along, xy += places[i].along * places[i].across;
+  }
+  const double det = n * xx - x * x;
+  if (n < 3 || !(det > 1e-9)) return std::nullopt;
+  const double b = (n * xy - x * y) / det;
+  return std::pair{(y - b * x) / n, b};
+}
+
+std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, const Vec2& from,
+                             const Vec2& to) {
+  const Vec2 direction = (to - from).normalized();
+  const Vec2 normal(direction.y(), -direction.x());
+  const double length = (to - from).norm();
+  const Vec2 middle = 0.5 * (from + to);
+  const int count = std::clamp(static_cast<int>(0.5 * length), kLeastProfiles, kMostProfiles);
+  const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMostReach);
+  std::array<Place, kMostProfiles> places{};
+  int used = 0;
+  for (int i = 0; i < count; ++i) {
+    const double share = kFromEnd + (1 - 2 * kFromEnd) * (i + 0.5) / count - 0.5;
+    const double along = share * length;
+    const Step step = SteepestStep(image, middle + along * direction, normal, reach);
+    places[i] = {along, step.across, step.height >= search.least_step};
+    used += places[i].used ? 1 : 0;
+  }
+  if (used < search.least_share * count) return std::nullopt;
+  auto fit = Fit(places, count);
+  for (int trim = 0; fit && trim < kTrims; ++trim) {
+    std::array<double, kMostProfiles> off{};
+    int n = 0;
+    for (int i = 0; i < count; ++i) {
+      const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
+      if (places[i].used) off[n++] = miss;
+    }
+    if (n < 3) return std::nullopt;
+    std::nth_element(off.begin(), off.begin() + n / 2, off.begin() + n);
+    const double most = std::max(kLeastTrim_px, 2.5 * off[n / 2]);
+    for (int i = 0; i < count; ++i) {
+      const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
+      places[i].used &= miss <= most;
+    }
+    fit = Fit(places, count);
+  }
+  const auto kept = std::count_if(places.begin(), places.begin() + count,
+                                  [](const Place& place) { return place.used; });
+  if (!fit || static_cast<double>(kept) < search.least_share * count) return std::nullopt;
+  const Vec2 turned = (normal - fit->second * direction).normalized();
+  return Line{turned, turned.dot(middle + fit->first * normal)};
+}
+
+}  // namespace
+
+bool SnapToEdges(const LumaView& image, const EdgeSearch& search, Corners& corners) {
+  std::array<Line, 4> lines;
+  for (int k = 0; k < 4; ++k) {
+    const auto line = LineNear(image, search, corners[k], corners[(k + 1) % 4]);
+    if (!line) return false;
+    lines[k] = *line;
+  }
+  Corners snapped;
+  for (int k = 0; k < 4; ++k) {
+    const Line &before = lines[(k + 3) % 4], &after = lines[k];
+    Eigen::Matrix2d N;
+    N << before.normal.transpose(), after.normal.transpose();
+    if (std::abs(N.determinant()) < 0.15) return false;
+    snapped[k] = N.inverse() * Vec2(before.offset, after.offset);
+    if ((snapped[k] - corners[k]).norm() > 3 * search.reach_px) return false;
+  }
+  corners = snapped;
+  return true;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,180 @@
+#include "app/tracking/quads.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr double kLeastShareOfHull = 0.82;  // of the hull's area in the quadrilateral
+constexpr double kLeastSide_px = 4;         // of the search image
+constexpr std::size_t kMostHullPoints = 400;
+
+double Cross(const Vec2& a, const Vec2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Twice the area of a triangle, positive if a, b, c run clockwise as seen (v downwards).
+double Area2(const Vec2& a, const Vec2& b, const Vec2& c) {
+  return Cross(b - a, c - a);
+}
+
+/// Adds a point to a chain that must turn clockwise (sign 1) or the other way (-1).
+void AddToChain(std::vector<Vec2>& chain, const Vec2& point, double sign) {
+  while (chain.size() >= 2 && sign * Area2(chain[chain.size() - 2], chain.back(), point) <= 0) {
+    chain.pop_back();
+  }
+  chain.push_back(point);
+}
+
+}  // namespace
+
+int QuadFinder::RootOf(int run) {
+  while (runs_[run].parent != run) {
+    runs_[run].parent = runs_[runs_[run].parent].parent;
+    run = runs_[run].parent;
+  }
+  return run;
+}
+
+void QuadFinder::FindRuns(const SearchImage& search) {
+  runs_.clear();
+  std::size_t above = 0, above_end = 0;  // the runs of the row above
+  for (int y = 0; y < search.height; ++y) {
+    const std::uint8_t* row = &search.dark[static_cast<std::size_t>(y) * search.width];
+    const std::uint8_t* const end = row + search.width;
+    const std::size_t first = runs_.size();
+    for (const std::uint8_t* p = row; (p = std::find(p, end, 1)) != end;) {
+      const std::uint8_t* const stop = std::find(p, end, 0);
+      const int index = static_cast<int>(runs_.size());
+      const int x0 = static_cast<int>(p - row), x1 = static_cast<int>(stop - row);
+      runs_.push_back({y, x0, x1, index, -1});
+      while (above < above_end && runs_[above].x1 <= x0) ++above;
+      for (std::size_t other = above; other < above_end && runs_[other].x0 < x1; ++other) {
+        const int a = RootOf(static_cast<int>(other)), b = RootOf(index);
+        // The older run is the root, so that parents always come first.
+        if (a != b) runs_[std::max(a, b)].parent = std::min(a, b);
+      }
+      p = stop;
+    }
+    above = first;
+    above_end = runs_.size();
+  }
+}
+
+void QuadFinder::SelectRegions() {
+  regions_.clear();
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    const Run run = runs_[i];
+    const int root = RootOf(static_cast<int>(i));
+    if (root == static_cast<int>(i)) {
+      runs_[i].region = static_cast<int>(regions_.size());
+      regions_.push_back({run.x0, run.y, run.x1, run.y + 1, root, 0});
+      continue;
+    }
+    Region& region = regions_[runs_[root].region];
+    region.x0 = std::min(region.x0, run.x0);
+    region.x1 = std::max(region.x1, run.x1);
+    region.y1 = run.y + 1;
+  }
+  for (const Region& region : regions_) runs_[region.root].region = -1;
+  std::erase_if(regions_, [&](const Region& r) {
+    return std::min(r.x1 - r.x0, r.y1 - r.y0) < limits_.least_side;
+  });
+  limited_ = static_cast<int>(regions_.size()) > limits_.most_regions;
+  if (limited_) {
+    const auto size = [](const Region& r) { return (r.x1 - r.x0) + (r.y1 - r.y0); };
+    std::nth_element(regions_.begin(), regions_.begin() + limits_.most_regions, regions_.end(),
+                     [&](const Region& a, const Region& b) {
+                       return size(a) != size(b) ? size(a) > size(b) : a.root < b.root;
+                     });
+    regions_.resize(limits_.most_regions);
+  }
+}
+
+void QuadFinder::CollectRows() {
+  int rows = 0;
+  for (std::size_t i = 0; i < regions_.size(); ++i) {
+    runs_[regions_[i].root].region = static_cast<int>(i);
+    regions_[i].first_row = rows;
+    rows += regions_[i].y1 - regions_[i].y0;
+  }
+  rows_.assign(rows, {1 << 30, -1});
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    const int region = runs_[RootOf(static_cast<int>(i))].region;
+    if (region < 0) continue;
+    Extent& extent = rows_[regions_[region].first_row + runs_[i].y - regions_[region].y0];
+    extent.x0 = std::min(extent.x0, runs_[i].x0);
+    extent.x1 = std::max(extent.x1, runs_[i].x1);
+  }
+}
+
+/// The hull of the middles of the cracks between the region and its surroundings, clockwise.
+void QuadFinder::HullOf(const Region& region) {
+  right_.clear();
+  left_.clear();
+  const int last = region.y1 - region.y0 - 1;
+  const auto add = [&](double x0, double x1, double y) {
+    AddToChain(left_, {x0, y}, -1);
+    AddToChain(right_, {x1, y}, 1);
+  };
+  const Extent top = rows_[region.first_row], bottom = rows_[region.first_row + last];
+  add(top.x0, top.x1 - 1, region.y0 - 0.5);
+  for (int k = 0; k <= last; ++k) {
+    const Extent extent = rows_[region.first_row + k];
+    add(extent.x0 - 0.5, extent.x1 - 0.5, region.y0 + k);
+  }
+  add(bottom.x0, bottom.x1 - 1, region.y1 - 0.5);
+  hull_.assign(right_.begin(), right_.end());
+  hull_.insert(hull_.end(), left_.rbegin(), left_.rend());
+  hull_.erase(std::unique(hull_.begin(), hull_.end()), hull_.end());
+  if (hull_.size() > 1 && hull_.front() == hull_.back()) hull_.pop_back();
+}
+
+/// The largest quadrilateral with corners on the hull: for each diagonal the farthest point on
+/// either side, which moves on as the diagonal turns. Quadratic in the hull's points.
+bool QuadFinder::LargestQuad(Corners& quad) const {
+  const int n = static_cast<int>(hull_.size());
+  if (n < 4 || hull_.size() > kMostHullPoints) return false;
+  const auto at = [&](int i) -> const Vec2& { return hull_[i < n ? i : i - n]; };
+  double hull_area = 0, best = 0;
+  for (int i = 1; i + 1 < n; ++i) hull_area += Area2(hull_[0], hull_[i], hull_[i + 1]);
+  int corner[4] = {};
+  for (int i = 0; i + 2 < n; ++i) {
+    int a = i + 1, b = i + 3;
+    for (int j = i + 2; j < std::min(n, i + n - 1); ++j) {
+      while (a + 1 < j && Area2(at(i), at(a + 1), at(j)) >= Area2(at(i), at(a), at(j))) ++a;
+      b = std::max(b, j + 1);
+      while (b + 1 < i + n && Area2(at(j), at(b + 1), at(i)) >= Area2(at(j), at(b), at(i))) ++b;
+      const double area = Area2(at(i), at(a), at(j)) + Area2(at(j), at(b), at(i));
+      if (area <= best) continue;
+      best = area;
+      corner[0] = i, corner[1] = a, corner[2] = j, corner[3] = b;
+    }
+  }
+  if (!(best >= kLeastShareOfHull * hull_area)) return false;
+  for (int k = 0; k < 4; ++k) quad[k] = at(corner[k]);
+  for (int k = 0; k < 4; ++k) {
+    const double side = (quad[(k + 1) % 4] - quad[k]).norm();
+    // Half of what the triangle would have at a right angle: about 15 degrees at the corner.
+    const double turn = Area2(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]);
+    const double next = (quad[(k + 2) % 4] - quad[(k + 1) % 4]).norm();
+    if (side < kLeastSide_px || turn < 0.26 * side * next) return false;
+  }
+  return true;
+}
+
+void QuadFinder::Find(const SearchImage& search, std::vector<Corners>& quads) {
+  FindRuns(search);
+  SelectRegions();
+  CollectRows();
+  for (const Region& region : regions_) {
+    HullOf(region);
+    Corners quad;
+    if (!LargestQuad(quad)) continue;
+    for (Vec2& corner : quad) corner = search.ImagePixel(corner.x(), corner.y());
+    quads.push_back(quad);
+  }
+}
+
+}  // namespace plumbline

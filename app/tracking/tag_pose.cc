@@ -1,0 +1,180 @@
+#include "app/tracking/tag_pose.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kMostSteps = 30;
+constexpr double kConverged = 1e-10;      // of chi2, and of the step in its own deviation
+constexpr double kCornerFloor_px = 3e-3;  // no corner is better: grey levels are whole numbers
+constexpr double kTellsApart = 16;        // of chi2
+constexpr double kOneMinimum_sd = 3;
+
+using Columns = Eigen::Matrix<double, 8, 6>;
+using Residual = Eigen::Matrix<double, 8, 1>;
+
+Mat3 CrossMatrix(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+/// chi2 about a pose: its normal equations, and by the lens.
+struct Linearised {
+  Mat6 JtJ = Mat6::Zero();
+  Vec6 Jtr = Vec6::Zero();
+  Eigen::Matrix<double, 6, 9> JtL = Eigen::Matrix<double, 6, 9>::Zero();
+  double chi2 = 0;
+};
+
+/// One factor a set: covariance + floor = L L^T.
+using Whitening = std::vector<Eigen::LLT<CornersCovariance>>;
+
+std::optional<Linearised> Linearise(const Lens& lens, const std::vector<CornerSet>& sets,
+                                    const Whitening& whitening, const Pose& X) {
+  Linearised sum;
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    Columns J;
+    Residual r;
+    Eigen::Matrix<double, 8, 9> by_lens;
+    for (int k = 0; k < 4; ++k) {
+      const Vec3 turned = X.R * sets[i].p_K[k];
+      const Vec3 p = turned + X.p;
+      if (!(p.z() > 1e-6)) return std::nullopt;
+      const Vec2 n = p.head<2>() / p.z();
+      Eigen::Matrix<double, 2, 3> by_point;
+      by_point << 1 / p.z(), 0, -n.x() / p.z(), 0, 1 / p.z(), -n.y() / p.z();
+      by_point = (PixelJacobian(lens, n) * by_point).eval();
+      J.block<2, 3>(2 * k, 0) = by_point;
+      J.block<2, 3>(2 * k, 3) = -by_point * CrossMatrix(turned);
+      by_lens.block<2, 9>(2 * k, 0) = PixelByLens(lens, n);
+      r.segment<2>(2 * k) = sets[i].pixels[k] - PixelOfNormalised<double>(lens, n);
+    }
+    const auto L = whitening[i].matrixL();
+    L.solveInPlace(J);
+    L.solveInPlace(r);
+    L.solveInPlace(by_lens);
+    sum.JtJ += J.transpose() * J;
+    sum.Jtr += J.transpose() * r;
+    sum.JtL += J.transpose() * by_lens;
+    sum.chi2 += r.squaredNorm();
+  }
+  if (!std::isfinite(sum.chi2)) return std::nullopt;
+  return sum;
+}
+
+Pose Moved(const Pose& X, const Vec6& by) {
+  return {RotationFromVector(by.tail<3>()) * X.R, X.p + by.head<3>()};
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 2, 9> PixelByLens(const Lens& lens, const Vec2& n) {
+  const double x = n.x(), y = n.y(), r2 = x * x + y * y;
+  const Vec2 undistorted = PixelOfNormalised<double>(lens, n);
+  Eigen::Matrix<double, 2, 9> J = Eigen::Matrix<double, 2, 9>::Zero();
+  J(0, 0) = (undistorted.x() - lens.cx) / lens.fx;
+  J(1, 1) = (undistorted.y() - lens.cy) / lens.fy;
+  J(0, 2) = J(1, 3) = 1;
+  const Vec2 scale(lens.fx, lens.fy);
+  J.col(4) = scale.cwiseProduct(r2 * n);
+  J.col(5) = scale.cwiseProduct(r2 * r2 * n);
+  J.col(6) = scale.cwiseProduct(Vec2(2 * x * y, r2 + 2 * y * y));
+  J.col(7) = scale.cwiseProduct(Vec2(r2 + 2 * x * x, 2 * x * y));
+  J.col(8) = scale.cwiseProduct(r2 * r2 * r2 * n);
+  return J;
+}
+
+Mat3 PointCovariance(const PoseEstimate& estimate, const Vec3& p_KQ) {
+  Eigen::Matrix<double, 3, 6> J;
+  J << Mat3::Identity(), -CrossMatrix(estimate.X_CK.R * p_KQ);
+  return J * estimate.covariance * J.transpose();
+}
+
+double AngleBetween(const Pose& a, const Pose& b) {
+  return VectorFromRotation(a.R.transpose() * b.R).norm();
+}
+
+std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector<CornerSet>& sets,
+                                       const Pose& start) {
+  Whitening whitening;
+  for (const CornerSet& set : sets) {
+    whitening.emplace_back(set.covariance +
+                           kCornerFloor_px * kCornerFloor_px * CornersCovariance::Identity());
+    if (whitening.back().info() != Eigen::Success) return std::nullopt;
+  }
+  Pose X = start;
+  auto here = Linearise(known.lens, sets, whitening, X);
+  if (!here) return std::nullopt;
+  double damping = 1e-6;
+  for (int step = 0; step < kMostSteps; ++step) {
+    Mat6 damped = here->JtJ;
+    damped.diagonal() *= 1 + damping;
+    const Vec6 change = damped.ldlt().solve(here->Jtr);
+    const Pose next_pose = Moved(X, change);
+    auto next = Linearise(known.lens, sets, whitening, next_pose);
+    if (!next || !(next->chi2 <= here->chi2)) {
+      damping *= 10;
+      if (damping > 1e8) break;
+      continue;
+    }
+    const bool done = here->chi2 - next->chi2 <= kConverged * (1 + here->chi2) &&
+                      change.dot(here->JtJ * change) < 1e-4;
+    X = next_pose;
+    here = next;
+    damping = std::max(0.1 * damping, 1e-12);
+    if (done) break;
+  }
+  const Eigen::LDLT<Mat6> solved(here->JtJ);
+  PoseEstimate estimate{X, solved.solve(Mat6::Identity()), here->chi2,
+                        8 * static_cast<int>(sets.size()) - 6};
+  const Eigen::Matrix<double, 6, 9> by_lens = solved.solve(here->JtL);
+  estimate.covariance += by_lens * known.covariance * by_lens.transpose();
+  if (!estimate.covariance.allFinite()) return std::nullopt;
+  return estimate;
+}
+
+bool PosePair::ambiguous() const {
+  if (!other) return false;
+  const double misfit = std::max(1.0, best.chi2 / std::max(1, best.freedom));
+  return other->chi2 - best.chi2 < kTellsApart * misfit;
+}
+
+std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
+                                  const std::vector<Pose>& starts) {
+  std::vector<PoseEstimate> minima;
+  for (const Pose& start : starts) {
+    const auto found = RefinePose(lens, sets, start);
+    if (!found) continue;
+    const double sd = std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace());
+    const bool known = std::any_of(minima.begin(), minima.end(), [&](const PoseEstimate& other) {
+      return AngleBetween(found->X_CK, other.X_CK) < kOneMinimum_sd * sd;
+    });
+    if (!known) minima.push_back(*found);
+  }
+  if (minima.empty()) return std::nullopt;
+  std::sort(minima.begin(), minima.end(),
+            [](const PoseEstimate& a, const PoseEstimate& b) { return a.chi2 < b.chi2; });
+  PosePair pair{minima[0], std::nullopt};
+  if (minima.size() > 1) pair.other = minima[1];
+  return pair;
+}
+
+std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
+                                   const CornersCovariance& covariance, double side_m) {
+  std::array<Vec2, 4> normalised;
+  for (int k = 0; k < 4; ++k) {
+    const auto n = NormalisedOfPixel(lens.lens, pixels[k]);
+    if (!n) return std::nullopt;
+    normalised[k] = *n;
+  }
+  return BestPoses(lens, {{CornersInTag(side_m), pixels, covariance}},
+                   PosesOfSquare(normalised, side_m));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,157 @@
+#include "app/tracking/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+constexpr double kSmallTag_px = 60;  // below it the search runs at full size
+constexpr double kLeastMargin_px = 12;
+
+double LongestSide(const Corners& corners) {
+  double longest = 0;
+  for (int k = 0; k < 4; ++k) {
+    longest = std::max(longest, (corners[(k + 1) % 4] - corners[k]).norm());
+  }
+  return longest;
+}
+
+ImageBox BoxAround(const Corners& corners, double margin) {
+  Vec2 low = corners[0], high = corners[0];
+  for (const Vec2& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  // Far outside of any image the numbers are held, so that they fit.
+  const auto whole = [](double value) {
+    return static_cast<int>(std::clamp(std::floor(value), -1e6, 1e6));
+  };
+  return {whole(low.x() - margin), whole(low.y() - margin), whole(high.x() + margin) + 1,
+          whole(high.y() + margin) + 1};
+}
+
+Vec2 CentreOf(const Corners& corners) {
+  return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+}
+
+}  // namespace
+
+Tracker::Tracker(TagFamily family, TagDatabase database, const TrackerSettings& settings)
+    : database_(std::move(database)),
+      settings_(settings),
+      detector_(std::move(family), settings.detector) {}
+
+void Tracker::Forget() {
+  tracks_.clear();
+  last_tag_.clear();
+  last_body_.clear();
+}
+
+Corners Tracker::Predicted(const Track& track, double time_s) const {
+  Corners corners = track.corners;
+  for (int k = 0; k < 4; ++k) corners[k] += (time_s - track.time_s) * track.velocity[k];
+  return corners;
+}
+
+bool Tracker::SearchPredicted(const LumaView& image, double time_s, const Lens* lens) {
+  parts_.clear();
+  for (const Track& track : tracks_) {
+    const Corners corners = Predicted(track, time_s);
+    const double side = LongestSide(corners);
+    const double moved = (CentreOf(corners) - CentreOf(track.corners)).norm();
+    const double margin = std::max(kLeastMargin_px, 0.5 * side) + 0.5 * moved;
+    parts_.push_back({BoxAround(corners, margin), side < kSmallTag_px ? 1 : 2});
+  }
+  detector_.DetectIn(image, parts_, lens, seen_);
+  return std::all_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    return std::any_of(seen_.tags.begin(), seen_.tags.end(),
+                       [&](const SeenTag& tag) { return tag.id == track.id; });
+  });
+}
+
+void Tracker::UpdateTracks(double time_s) {
+  std::vector<Track> tracks;
+  for (const SeenTag& tag : seen_.tags) {
+    Track track{tag.id, tag.corners_px, {}, time_s};
+    track.velocity.fill(Vec2::Zero());
+    // Of two tags with one id each follows the nearer.
+    const Track* before = nullptr;
+    double nearest = 2 * LongestSide(tag.corners_px);
+    for (const Track& old : tracks_) {
+      const double far = (CentreOf(Predicted(old, time_s)) - CentreOf(tag.corners_px)).norm();
+      if (old.id == tag.id && far < nearest) nearest = far, before = &old;
+    }
+    if (before != nullptr && time_s > before->time_s) {
+      for (int k = 0; k < 4; ++k) {
+        track.velocity[k] = (tag.corners_px[k] - before->corners[k]) / (time_s - before->time_s);
+      }
+    }
+    tracks.push_back(track);
+  }
+  tracks_ = std::move(tracks);
+}
+
+void Tracker::LocateTag(TrackedTag& tag, double time_s, const KnownLens& lens) {
+  const auto poses = PosesOfTag(lens, tag.seen.corners_px, tag.seen.covariance, tag.side_m);
+  if (!poses) return;
+  tag.estimate = poses->best;
+  tag.ambiguous = poses->ambiguous();
+  const int id = tag.seen.id;
+  std::optional<Remembered> guide;
+  const Body* body = database_.BodyOf(id);
+  for (const SeenBody& seen : frame_.bodies) {
+    if (seen.body != body || !std::binary_search(seen.used.begin(), seen.used.end(), id)) continue;
+    for (const BodyTag& on_body : body->tags) {
+      if (on_body.id != id) continue;
+      guide = Remembered{seen.estimate.X_CK * on_body.X_KM, seen.ambiguous, time_s};
+    }
+  }
+  const auto last = last_tag_.find(id);
+  if (!guide && last != last_tag_.end() && time_s - last->second.time_s <= settings_.remember_s) {
+    guide = last->second;
+  }
+  if (tag.ambiguous && guide) {
+    const bool flipped =
+        AngleBetween(poses->other->X_CK, guide->X) < AngleBetween(poses->best.X_CK, guide->X);
+    if (flipped) tag.estimate = poses->other;
+    tag.ambiguous = guide->ambiguous;
+  }
+  last_tag_[id] = {tag.estimate->X_CK, tag.ambiguous, time_s};
+}
+
+void Tracker::Locate(double time_s, const KnownLens& lens) {
+  for (const Body& body : database_.bodies) {
+    std::optional<Pose> previous;
+    const auto last = last_body_.find(body.name);
+    const bool recent =
+        last != last_body_.end() && time_s - last->second.time_s <= settings_.remember_s;
+    if (recent) previous = last->second.X;
+    auto seen = LocateBody(lens, body, seen_.tags, previous);
+    if (!seen) continue;
+    if (seen->ambiguous && recent) seen->ambiguous = last->second.ambiguous;
+    last_body_[body.name] = {seen->estimate.X_CK, seen->ambiguous, time_s};
+    frame_.bodies.push_back(std::move(*seen));
+  }
+  for (TrackedTag& tag : frame_.tags) {
+    if (tag.side_m > 0) LocateTag(tag, time_s, lens);
+  }
+}
+
+const TrackedFrame& Tracker::Update(const LumaView& image, double time_s, const KnownLens* lens) {
+  const Lens* const known = lens != nullptr ? &lens->lens : nullptr;
+  const bool due = tracks_.empty() || ++frames_since_whole_ >= settings_.whole_every;
+  frame_ = {};
+  frame_.whole_frame = due || !SearchPredicted(image, time_s, known);
+  if (frame_.whole_frame) {
+    detector_.Detect(image, known, seen_);
+    frames_since_whole_ = 0;
+  }
+  frame_.limited = seen_.limited;
+  UpdateTracks(time_s);
+  for (const SeenTag& tag : seen_.tags) {
+    frame_.tags.push_back({tag, database_.SideOf(tag.id).value_or(0), std::nullopt, false});
+  }
+  if (lens != nullptr) Locate(time_s, *lens);
+  return frame_;
+}
+
+}  // namespace plumbline
