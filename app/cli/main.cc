@@ -13,6 +13,7 @@
 #include "app/cli/registers_command.h"
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
+#include "app/cli/track_command.h"
 #include "app/version.h"
 
 namespace {
@@ -63,6 +64,7 @@ int main(int argc, char** argv) {
   AddCalibrateLensCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
+  AddTrackCommand(app, exit_code);
   const int code = RunCommand(app, argc, argv, exit_code);
   return StandardOutputArrived() ? code : kExitUsage;
 }

@@ -9,7 +9,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLeastImage_px = 16;
+constexpr int kLeastImage_px = 12;
 
 double LeastSide(const Corners& corners) {
   double least = (corners[1] - corners[0]).norm();
@@ -81,7 +81,9 @@ void TagDetector::Search(const LumaView& image, const Part& part, bool whole, co
 void TagDetector::Detect(const LumaView& image, const Lens* lens, SeenTags& seen) {
   seen.tags.clear();
   seen.limited = false;
-  Search(image, {{0, 0, image.width, image.height}, settings_.shrink}, true, lens, seen);
+  const ImageBox whole{0, 0, image.width, image.height};
+  Search(image, {whole, 2}, true, lens, seen);
+  if (settings_.small_tags) Search(image, {whole, 1}, true, lens, seen);
   std::stable_sort(seen.tags.begin(), seen.tags.end(),
                    [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }

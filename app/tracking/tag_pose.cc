@@ -11,9 +11,10 @@ namespace {
 
 constexpr int kMostSteps = 30;
 constexpr double kConverged = 1e-10;      // of chi2, and of the step in its own deviation
-constexpr double kCornerFloor_px = 3e-3;  // no corner is better: grey levels are whole numbers
+constexpr double kCornerFloor_px = 2e-3;  // no corner is better: grey levels are whole numbers
 constexpr double kTellsApart = 16;        // of chi2
 constexpr double kOneMinimum_sd = 3;
+constexpr double kLeastTurn = 0.02;  // sine of the turn at a corner, clockwise
 
 using Columns = Eigen::Matrix<double, 8, 6>;
 using Residual = Eigen::Matrix<double, 8, 1>;
@@ -167,6 +168,12 @@ std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<Corne
 
 std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
                                    const CornersCovariance& covariance, double side_m) {
+  for (int k = 0; k < 4; ++k) {
+    const Vec2 side = pixels[(k + 1) % 4] - pixels[k];
+    const Vec2 next = pixels[(k + 2) % 4] - pixels[(k + 1) % 4];
+    const double turn = side.x() * next.y() - side.y() * next.x();
+    if (!(turn > kLeastTurn * side.norm() * next.norm())) return std::nullopt;
+  }
   std::array<Vec2, 4> normalised;
   for (int k = 0; k < 4; ++k) {
     const auto n = NormalisedOfPixel(lens.lens, pixels[k]);

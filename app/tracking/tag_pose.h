@@ -71,7 +71,7 @@ struct PosePair {
 std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
                                   const std::vector<Pose>& starts);
 
-/// Both poses of a single tag.
+/// Both poses of a single tag. Nothing where its corners do not run clockwise round a square.
 std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
                                    const CornersCovariance& covariance, double side_m);
 

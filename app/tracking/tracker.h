@@ -27,7 +27,7 @@ struct TrackedFrame {
 };
 
 struct TrackerSettings {
-  DetectorSettings detector;
+  DetectorSettings detector = {};
   int whole_every = 15;     ///< frames from one search of the whole image to the next
   double remember_s = 0.5;  ///< for so long a pose decides between two
 };

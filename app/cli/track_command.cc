@@ -1,0 +1,158 @@
+#include "app/cli/track_command.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
+#include "app/config/text_file.h"
+#include "app/lens/image_folder.h"
+#include "app/lens/lens_json.h"
+#include "app/tracking/body_reader.h"
+#include "app/tracking/track_json.h"
+
+namespace plumbline {
+namespace {
+
+struct Options {
+  std::string image, intrinsics, bodies, family = "36h11";
+  double tag_size_mm = 0;
+  int threshold = -1;
+  bool force = false, json = false;
+};
+
+constexpr double kMetrePerMm = 1e-3;
+
+int Refused(const std::string& what) {
+  std::cerr << what << '\n';
+  return kExitFault;
+}
+
+/// The lens, or nothing after the reason was told.
+std::optional<LensFile> ReadLens(const Options& options) {
+  const auto text = ReadTextFile(options.intrinsics);
+  if (!text) {
+    Refused(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    return std::nullopt;
+  }
+  const auto lens = LensFromJson(*text);
+  if (!lens) {
+    Refused(fmt::format("{}: {}", options.intrinsics, lens.error()));
+    return std::nullopt;
+  }
+  if (!lens->accepted && !options.force) {
+    Refused(
+        fmt::format("{}: this calibration was refused (accepted is not true): its reasons "
+                    "stand there; calibrate again, or use it all the same with --force",
+                    options.intrinsics));
+    return std::nullopt;
+  }
+  return *lens;
+}
+
+std::optional<TagDatabase> ReadDatabase(const Options& options) {
+  TagDatabase database;
+  if (!options.bodies.empty()) {
+    const auto text = ReadTextFile(options.bodies);
+    if (!text) {
+      Refused(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+      return std::nullopt;
+    }
+    FaultList faults;
+    auto read = TagDatabaseFromText(*text, options.bodies, faults);
+    std::cerr << FaultsText(faults);
+    if (!read) return std::nullopt;
+    database = std::move(*read);
+  }
+  if (options.tag_size_mm > 0) database.other_side_m = kMetrePerMm * options.tag_size_mm;
+  return database;
+}
+
+int Run(const Options& options) {
+  if (options.tag_size_mm <= 0 && options.bodies.empty()) {
+    std::cerr << "plumbline track: how large are the tags? give --tag-size-mm, or --bodies\n";
+    return kExitUsage;
+  }
+  auto family = TagFamilyOfName(options.family);
+  if (!family) {
+    std::cerr << "plumbline track: --family: " << family.error() << '\n';
+    return kExitUsage;
+  }
+  const auto lens = ReadLens(options);
+  const auto database = ReadDatabase(options);
+  if (!lens || !database) return kExitFault;
+  const auto image = ReadImage(options.image);
+  if (!image) return Refused(fmt::format("{}: {}", options.image, image.error()));
+  if (image->View().size() != lens->size) {
+    return Refused(fmt::format(
+        "{}: the image has {} x {} pixels, the lens of {} was calibrated at {} x {}; use images of "
+        "the same mode of the camera, neither cut nor scaled",
+        options.image, image->width, image->height, options.intrinsics, lens->size.width,
+        lens->size.height));
+  }
+  TrackerSettings settings;
+  settings.detector.small_tags = true;
+  if (options.threshold >= 0) settings.detector.threshold = options.threshold;
+  Tracker tracker(std::move(family).value(), *database, settings);
+  const KnownLens known{lens->lens, lens->covariance};
+  const TrackedFrame& frame = tracker.Update(image->View(), 0, &known);
+  if (!lens->accepted) {
+    std::cerr << options.intrinsics << ": used by --force though it was refused\n";
+  }
+  if (frame.limited) {
+    std::cerr << options.image << ": more dark regions than are looked at; the smaller ones were "
+              << "left out, tags may be missing; try --threshold\n";
+  }
+  for (const SeenBody& body : frame.bodies) {
+    for (const int id : body.left_out) {
+      std::cerr << fmt::format(
+          "{}: tag {} of \"{}\" contradicts its other tags and was left out: moved, or wrong in "
+          "{}\n",
+          options.image, id, body.body->name, options.bodies);
+    }
+  }
+  std::cout << (options.json ? TrackJson(frame) : TrackText(frame));
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddTrackCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("track", "Tags and bodies in an image, and where they are");
+  command->add_option("--image", options->image, "Image file; colour is turned to grey")
+      ->required();
+  command
+      ->add_option("--intrinsics", options->intrinsics,
+                   "The lens, LENS.json of plumbline calibrate-lens")
+      ->required();
+  command
+      ->add_option("--tag-size-mm", options->tag_size_mm,
+                   "Side of the black square of every tag that --bodies does not list")
+      ->check(NumberWithin(1, 2000));
+  command->add_option("--bodies", options->bodies, "Tags and bodies, a TOML file");
+  command->add_option("--family", options->family, "One of " + TagFamilyNames())
+      ->capture_default_str();
+  command
+      ->add_option("--threshold", options->threshold,
+                   "Pixels below this grey level are dark; without it the light around each place "
+                   "decides")
+      ->check(CLI::Range(0, 255));
+  command->add_flag("--force", options->force, "Use a lens whose calibration was refused");
+  command->add_flag("--json", options->json, "Answer as JSON on standard output");
+  command->footer(
+      "Positions in the camera frame: x right, y down, z forward. A tag's frame: x to its right, "
+      "y\n"
+      "down, z into it, the origin at its centre.\n\n"
+      "Examples:\n  plumbline track --image frame.png --intrinsics lens.json --tag-size-mm 80\n"
+      "  plumbline track --image frame.png --intrinsics lens.json --bodies bodies.toml --json\n\n"
+      "Exit codes: 0 done, also where there is no tag; 1 faults in the input; 2 wrong arguments.");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace plumbline

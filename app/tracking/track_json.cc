@@ -1,0 +1,79 @@
+#include "app/tracking/track_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMmPerMetre = 1e3;
+
+Json ListOf(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Vec3 SdOf(const Mat6& covariance, int first) {
+  return covariance.diagonal().segment<3>(first).cwiseSqrt();
+}
+
+Json PoseJson(const PoseEstimate& estimate) {
+  Eigen::Quaterniond q(estimate.X_CK.R);
+  q.normalize();
+  if (q.w() < 0) q.coeffs() *= -1;
+  return {{"t_mm", ListOf(kMmPerMetre * estimate.X_CK.p)},
+          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+          {"sd",
+           {{"t_mm", ListOf(kMmPerMetre * SdOf(estimate.covariance, 0))},
+            {"rotation_deg", ListOf(SdOf(estimate.covariance, 3) / kRadPerDeg)}}}};
+}
+
+std::string PoseText(const PoseEstimate& estimate, bool ambiguous) {
+  const Vec3 t = kMmPerMetre * estimate.X_CK.p, sd = kMmPerMetre * SdOf(estimate.covariance, 0);
+  return fmt::format("{:10.2f} {:10.2f} {:10.2f}   {:.2f} {:.2f} {:.2f}{}", t.x(), t.y(), t.z(),
+                     sd.x(), sd.y(), sd.z(), ambiguous ? "   ambiguous" : "");
+}
+
+}  // namespace
+
+std::string TrackJson(const TrackedFrame& frame) {
+  Json tags = Json::array(), bodies = Json::array();
+  for (const TrackedTag& tag : frame.tags) {
+    Json corners = Json::array();
+    for (const Vec2& corner : tag.seen.corners_px) corners.push_back({corner.x(), corner.y()});
+    tags.push_back({{"id", tag.seen.id},
+                    {"corners_px", corners},
+                    {"pose", tag.estimate ? PoseJson(*tag.estimate) : Json(nullptr)},
+                    {"ambiguous", tag.ambiguous}});
+  }
+  for (const SeenBody& body : frame.bodies) {
+    bodies.push_back({{"name", body.body->name},
+                      {"pose", PoseJson(body.estimate)},
+                      {"ambiguous", body.ambiguous},
+                      {"tags", body.used},
+                      {"left_out", body.left_out}});
+  }
+  return Json{{"tags", tags}, {"bodies", bodies}}.dump(2) + "\n";
+}
+
+std::string TrackText(const TrackedFrame& frame) {
+  if (frame.tags.empty()) return "no tags\n";
+  std::string text =
+      fmt::format("{:16s} {:>10s} {:>10s} {:>10s}   sd\n", "", "x mm", "y mm", "z mm");
+  for (const TrackedTag& tag : frame.tags) {
+    text += fmt::format("tag {:<12d} {}\n", tag.seen.id,
+                        tag.estimate ? PoseText(*tag.estimate, tag.ambiguous)
+                                     : std::string("no pose: size not known, or none fits"));
+  }
+  for (const SeenBody& body : frame.bodies) {
+    text += fmt::format("{:16s} {}\n", body.body->name, PoseText(body.estimate, body.ambiguous));
+  }
+  return text;
+}
+
+}  // namespace plumbline
