@@ -1,0 +1,172 @@
+// plumbline track on rendered images, and on what is none.
+#include "app/cli/track_command.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/cli/run_command.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/app/tracking/tag_scene.h"
+
+using namespace plumbline;
+using test::Answer;
+using test::RunCommand;
+
+namespace {
+
+renderer::Camera Camera() {
+  renderer::Camera camera;
+  camera.width = 480;
+  camera.height = 360;
+  camera.fx = camera.fy = 800;
+  camera.cx = 240;
+  camera.cy = 180;
+  return camera;
+}
+
+struct Files {
+  test::TemporaryFolder folder;
+  std::string image, lens, bodies;
+
+  Files() {
+    image = Path("frame.pgm");
+    lens = Path("lens.json");
+    bodies = Path("bodies.toml");
+    const TagFamily family = *TagFamilyOfName("36h11");
+    test::TagScene scene;
+    scene.camera = Camera();
+    scene.Add(family, 5, test::FacingPose({-0.09, 0, 0.8}, 0.4, 1, 0));
+    scene.Add(family, 6, test::FacingPose({0.09, 0.01, 0.8}, 0.4, 2, 0));
+    const auto shot = renderer::Render(scene.camera, scene.sheets, {}, 1);
+    Write(image, "P5\n480 360\n255\n" + std::string(shot.grey.begin(), shot.grey.end()));
+    WriteLens(true, 480);
+  }
+  std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
+  static void Write(const std::string& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+  }
+  void WriteLens(bool accepted, int width) const {
+    Write(lens, nlohmann::json{{"schema", 1},
+                               {"accepted", accepted},
+                               {"image_size", {width, 360}},
+                               {"fx", 800.0},
+                               {"fy", 800.0},
+                               {"cx", 240.0},
+                               {"cy", 180.0},
+                               {"distortion", {0.0, 0.0, 0.0, 0.0, 0.0}}}
+                    .dump());
+  }
+  Answer Track(const std::string& more) const {
+    return RunCommand(AddTrackCommand,
+                      "track --image " + image + " --intrinsics " + lens + " " + more);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Tags as JSON: ids, corners from the top left clockwise, poses with deviations") {
+  const Files files;
+  const Answer answer = files.Track("--tag-size-mm 80 --json");
+  INFO(answer.err);
+  REQUIRE(answer.exit_code == 0);
+  CHECK(answer.err.empty());
+  const auto json = nlohmann::json::parse(answer.out);
+  REQUIRE(json["tags"].size() == 2);
+  CHECK(json["bodies"].empty());
+  const auto& tag = json["tags"][0];
+  CHECK(tag["id"] == 5);
+  CHECK(tag["ambiguous"] == false);
+  const auto& corners = tag["corners_px"];
+  REQUIRE(corners.size() == 4);
+  CHECK(corners[0][0] < corners[1][0]);
+  CHECK(corners[1][1] < corners[2][1]);
+  CHECK(corners[3][0] < corners[2][0]);
+  const auto& pose = tag["pose"];
+  CHECK(pose["t_mm"][0].get<double>() == Approx(-90).margin(0.2));
+  CHECK(pose["t_mm"][2].get<double>() == Approx(800).margin(1));
+  CHECK(pose["quaternion_wxyz"].size() == 4);
+  CHECK(pose["quaternion_wxyz"][0].get<double>() == Approx(std::cos(0.2)).margin(0.01));
+  CHECK(pose["sd"]["t_mm"][2].get<double>() > 0);
+  CHECK(pose["sd"]["rotation_deg"].size() == 3);
+  const Answer text = files.Track("--tag-size-mm 80");
+  CHECK(text.out.find("tag 5") != std::string::npos);
+}
+
+TEST_CASE("Bodies from a file; faults of the file are told with their lines") {
+  const Files files;
+  Files::Write(files.bodies, R"(schema = 1
+[[body]]
+name = "part"
+size_mm = 80
+[[body.tag]]
+id = 5
+xyz_mm = [0, 0, 0]
+)");
+  const Answer answer = files.Track("--bodies " + files.bodies + " --json");
+  REQUIRE(answer.exit_code == 0);
+  const auto json = nlohmann::json::parse(answer.out);
+  REQUIRE(json["bodies"].size() == 1);
+  CHECK(json["bodies"][0]["name"] == "part");
+  CHECK(json["tags"][0]["pose"].is_object());
+  CHECK(json["tags"][1]["pose"].is_null());  // its size is not known
+  Files::Write(files.bodies, "schema = 1\n[[body]]\nname = \"part\"\n");
+  const Answer faulty = files.Track("--bodies " + files.bodies);
+  CHECK(faulty.exit_code == 1);
+  CHECK(faulty.err.find("bodies.toml:2") != std::string::npos);
+}
+
+TEST_CASE("No tag is an answer") {
+  const Files files;
+  Files::Write(files.image, "P5\n480 360\n255\n" + std::string(480 * 360, 'x'));
+  const Answer answer = files.Track("--tag-size-mm 80 --json");
+  CHECK(answer.exit_code == 0);
+  CHECK(nlohmann::json::parse(answer.out)["tags"].empty());
+}
+
+TEST_CASE("Colour and 16-bit images are read") {
+  const Files files;
+  std::ifstream file(files.image, std::ios::binary);
+  std::string grey((std::istreambuf_iterator<char>(file)), {});
+  grey.erase(0, grey.size() - 480 * 360);
+  std::string colour = "P6\n480 360\n255\n", deep = "P5\n480 360\n65535\n";
+  for (const char level : grey) {
+    colour += std::string(3, level);
+    deep += std::string{level, 0};
+  }
+  for (const std::string& kind : {colour, deep}) {
+    Files::Write(files.image, kind);
+    const Answer answer = files.Track("--tag-size-mm 80 --json");
+    REQUIRE(answer.exit_code == 0);
+    CHECK(nlohmann::json::parse(answer.out)["tags"].size() == 2);
+  }
+}
+
+TEST_CASE("What cannot be used is refused with what to do") {
+  const Files files;
+  const auto refused = [&](const std::string& more, int code, const std::string& word) {
+    const Answer answer = files.Track(more);
+    INFO(answer.err);
+    CHECK(answer.exit_code == code);
+    CHECK(answer.out.empty());
+    CHECK(answer.err.find(word) != std::string::npos);
+  };
+  refused("", 2, "--tag-size-mm");
+  refused("--tag-size-mm 80 --family 12h3", 2, "36h11");
+  CHECK(files.Track("--tag-size-mm 80 --threshold 256").exit_code == 2);
+  CHECK(files.Track("--tag-size-mm 80 --threshold -1").exit_code == 2);
+  CHECK(files.Track("--tag-size-mm nan").exit_code == 2);
+  refused("--tag-size-mm 80 --bodies " + files.Path("none.toml"), 1, "none.toml");
+  files.WriteLens(true, 640);
+  refused("--tag-size-mm 80", 1, "480 x 360 pixels");
+  files.WriteLens(false, 480);
+  refused("--tag-size-mm 80", 1, "--force");
+  CHECK(files.Track("--tag-size-mm 80 --force").exit_code == 0);
+  Files::Write(files.lens, "{}");
+  refused("--tag-size-mm 80", 1, "lens.json");
+  files.WriteLens(true, 480);
+  Files::Write(files.image, "no image");
+  refused("--tag-size-mm 80", 1, "frame.pgm");
+  std::remove(files.image.c_str());
+  refused("--tag-size-mm 80", 1, "No such file");
+}

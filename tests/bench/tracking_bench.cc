@@ -1,0 +1,292 @@
+// Tags: time, corners and poses in rendered scenes, with AprilTag (decimate 2) and OpenCV's ArUco
+// on the same images in the same run. One core.
+extern "C" {
+#include <apriltag/apriltag.h>
+#include <apriltag/tag36h11.h>
+}
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <functional>
+#include <opencv2/aruco.hpp>
+
+#include "app/tracking/bodies.h"
+#include "app/tracking/tracker.h"
+#include "tests/app/tracking/tag_scene.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// Time that this thread computed, whatever else the machine was doing.
+double Computed_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+double Median_ms(int times, const std::function<void()>& work) {
+  std::vector<double> ms;
+  for (int k = 0; k < times; ++k) {
+    const double start = Computed_ms();
+    work();
+    ms.push_back(Computed_ms() - start);
+  }
+  std::nth_element(ms.begin(), ms.begin() + times / 2, ms.end());
+  return ms[times / 2];
+}
+
+using Seen = std::vector<std::pair<int, Corners>>;
+
+struct Score {
+  int found = 0, tags = 0;
+  double squares = 0, ms = 0;
+  int scenes = 0;
+
+  void Add(const test::TagScene& scene, const Seen& seen) {
+    tags += static_cast<int>(scene.ids.size());
+    for (std::size_t k = 0; k < scene.ids.size(); ++k) {
+      for (const auto& [id, corners] : seen) {
+        if (id != scene.ids[k] || (corners[0] - scene.corners[k][0]).norm() > 6) continue;
+        ++found;
+        for (int c = 0; c < 4; ++c) squares += (corners[c] - scene.corners[k][c]).squaredNorm();
+        break;
+      }
+    }
+  }
+  double rmse() const { return std::sqrt(squares / std::max(1, 8 * found)); }
+  double mean_ms() const { return ms / scenes; }
+};
+
+struct Peers {
+  apriltag_family_t* tags = tag36h11_create();
+  apriltag_detector_t* detector = apriltag_detector_create();
+  cv::Ptr<cv::aruco::Dictionary> dictionary =
+      cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
+  cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
+
+  Peers() {
+    apriltag_detector_add_family(detector, tags);
+    detector->quad_decimate = 2;
+    detector->nthreads = 1;
+    parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
+    cv::setNumThreads(1);
+  }
+
+  Seen April(renderer::Image& image) const {
+    image_u8_t view{image.width, image.height, image.width, image.grey.data()};
+    zarray_t* const found = apriltag_detector_detect(detector, &view);
+    Seen seen;
+    for (int i = 0; i < zarray_size(found); ++i) {
+      apriltag_detection_t* tag = nullptr;
+      zarray_get(found, i, &tag);
+      Corners corners;  // anticlockwise from the bottom left there, half a pixel further
+      for (int c = 0; c < 4; ++c) corners[c] = Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
+      seen.emplace_back(tag->id, corners);
+    }
+    apriltag_detections_destroy(found);
+    return seen;
+  }
+
+  Seen Aruco(renderer::Image& image) const {
+    const cv::Mat view(image.height, image.width, CV_8U, image.grey.data());
+    std::vector<int> ids;
+    std::vector<std::vector<cv::Point2f>> found;
+    cv::aruco::detectMarkers(view, dictionary, found, ids, parameters);
+    Seen seen;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      Corners corners;  // turned by half a turn there
+      for (int c = 0; c < 4; ++c)
+        corners[c] = Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
+      seen.emplace_back(ids[i], corners);
+    }
+    return seen;
+  }
+};
+
+Seen SeenBy(const SeenTags& tags) {
+  Seen seen;
+  for (const SeenTag& tag : tags.tags) seen.emplace_back(tag.id, tag.corners_px);
+  return seen;
+}
+
+void SixTagScenes(const char* name, const renderer::Conditions& light, double side_px, int scenes,
+                  int times) {
+  static const Peers peers;
+  const TagFamily family = *TagFamilyOfName("36h11");
+  Score ours, tracked, april, aruco;
+  for (int s = 0; s < scenes; ++s) {
+    const test::TagScene scene =
+        test::SixTags(family, renderer::ZoomLens(1500 + 400 * (s % 10)), side_px, 0.8, 1000 + s);
+    renderer::Image image = renderer::Render(scene.camera, scene.sheets, light, s);
+    const LumaView view = test::ViewOf(image);
+    const Lens lens = test::LensOfCamera(scene.camera);
+    TagDetector detector(family, {});
+    SeenTags seen;
+    ours.ms += Median_ms(times, [&] { detector.Detect(view, &lens, seen); });
+    ours.Add(scene, SeenBy(seen));
+    TagDatabase database;
+    database.other_side_m = scene.side_m;
+    Tracker tracker(family, database, {.whole_every = 1 << 30});
+    const KnownLens known{lens};
+    double t = 0;
+    tracker.Update(view, t, &known);
+    bool whole = false;
+    tracked.ms +=
+        Median_ms(times, [&] { whole |= tracker.Update(view, t += 0.04, &known).whole_frame; });
+    if (whole) fmt::print("(a tag was lost while tracking)\n");
+    Seen by;
+    april.ms += Median_ms(times, [&] { by = peers.April(image); });
+    april.Add(scene, by);
+    aruco.ms += Median_ms(times, [&] { by = peers.Aruco(image); });
+    aruco.Add(scene, by);
+    for (Score* score : {&ours, &tracked, &april, &aruco}) ++score->scenes;
+  }
+  const auto row = [&](const char* who, const Score& score) {
+    fmt::print("| {} | {} | {:.2f} | {:.2f} | {} of {} | {:.4f} |\n", name, who, score.mean_ms(),
+               score.mean_ms() / april.mean_ms(), score.found, score.tags, score.rmse());
+  };
+  row("Plumbline, whole frame", ours);
+  fmt::print("| {} | Plumbline, tracked, with poses | {:.2f} | {:.2f} | | |\n", name,
+             tracked.mean_ms(), tracked.mean_ms() / april.mean_ms());
+  row("AprilTag, decimate 2", april);
+  row("OpenCV ArUco, sub-pixel", aruco);
+}
+
+/// A tip 300 mm from a body of six tags (400 x 200 mm) at 1.5 m, f 5000.
+void TipOfBody(int scenes) {
+  const TagFamily family = *TagFamilyOfName("36h11");
+  Body body{"gripper", {}};
+  for (int k = 0; k < 6; ++k) {
+    body.tags.push_back(
+        {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k / 3 - 0.5) * 0.12, 0)}});
+  }
+  double squares = 0, turns = 0, whitened = 0;
+  int seen_count = 0;
+  for (int s = 0; s < scenes; ++s) {
+    std::mt19937_64 random(s);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    test::TagScene scene;
+    scene.camera = renderer::ZoomLens(5000);
+    const Eigen::Isometry3d X = test::FacingPose(
+        {0.02 * uniform(random), 0.01 * uniform(random), 1.5 + 0.05 * uniform(random)},
+        0.35 * uniform(random), 3 * uniform(random), 0.15 * uniform(random));
+    for (const BodyTag& tag : body.tags) {
+      Eigen::Isometry3d X_KM = Eigen::Isometry3d::Identity();
+      X_KM.translation() = tag.X_KM.p;
+      scene.Add(family, tag.id, X * X_KM);
+    }
+    const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
+    const KnownLens lens{test::LensOfCamera(scene.camera)};
+    TagDetector detector(family, {});
+    SeenTags seen;
+    detector.Detect(test::ViewOf(image), &lens.lens, seen);
+    const auto located = LocateBody(lens, body, seen.tags, std::nullopt);
+    if (!located) continue;
+    const Vec3 tip(0, 0, 0.3);
+    const Vec3 error = located->estimate.X_CK * tip - X * tip;
+    const double turn =
+        Eigen::AngleAxisd(located->estimate.X_CK.R.transpose() * X.linear()).angle();
+    squares += error.squaredNorm();
+    turns += turn * turn;
+    whitened += error.dot(PointCovariance(located->estimate, tip).ldlt().solve(error)) / 3;
+    ++seen_count;
+  }
+  fmt::print(
+      "\nTip 300 mm from a body of six tags, 1.5 m, f 5000, {} of {} scenes: {:.4f} mm RMS (0.1), "
+      "{:.4f} deg RMS (0.02), z spread {:.2f}\n",
+      seen_count, scenes, 1e3 * std::sqrt(squares / seen_count),
+      std::sqrt(turns / seen_count) * 180 / std::numbers::pi, std::sqrt(whitened / seen_count));
+}
+
+/// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where a bound means something.
+void SingleTags(int scenes) {
+  const TagFamily family = *TagFamilyOfName("36h11");
+  double squares = 0, bound = 0, whitened = 0;
+  int count = 0, ambiguous = 0, flips = 0;
+  for (int s = 0; s < scenes; ++s) {
+    const auto scene = test::SixTags(family, renderer::ZoomLens(2500), 120, 1.0, 5000 + s);
+    const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
+    const KnownLens lens{test::LensOfCamera(scene.camera)};
+    TagDetector detector(family, {});
+    SeenTags seen;
+    detector.Detect(test::ViewOf(image), &lens.lens, seen);
+    for (const SeenTag& tag : seen.tags) {
+      for (std::size_t k = 0; k < scene.ids.size(); ++k) {
+        const Eigen::Isometry3d& X = scene.sheets[k].X_CK;
+        if (tag.id != scene.ids[k] || std::abs(X.linear()(2, 2)) > 0.94) continue;
+        const auto poses = PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
+        if (!poses) continue;
+        if (poses->ambiguous()) ++ambiguous;
+        const Pose& found = poses->best.X_CK;
+        flips += Eigen::AngleAxisd(found.R.transpose() * X.linear()).angle() > 0.2 ? 1 : 0;
+        const Vec3 error = found.p - X.translation();
+        const Mat3 covariance = poses->best.covariance.topLeftCorner<3, 3>();
+        squares += error.squaredNorm();
+        bound += covariance.trace();
+        whitened += error.dot(covariance.ldlt().solve(error)) / 3;
+        ++count;
+      }
+    }
+  }
+  fmt::print(
+      "Single tags of 80 mm, {}: position error {:.3f} mm RMS, {:.2f} of the bound by their "
+      "corners (1.2), z spread {:.2f}, {} flips, {} told as ambiguous\n",
+      count, 1e3 * std::sqrt(squares / count), std::sqrt(squares / bound),
+      std::sqrt(whitened / count), flips, ambiguous);
+}
+
+/// The slowest of frames made to be slow: noise, checkers of every size, bars, random blocks.
+void SlowFrames(int frames) {
+  TagDetector detector(*TagFamilyOfName("36h11"), {});
+  std::mt19937_64 random(9);
+  std::vector<std::uint8_t> grey(1920 * 1080);
+  double worst = 0;
+  int limited = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    const int block = 1 + static_cast<int>(random() % 40), kind = frame % 4;
+    const std::uint64_t seed = random();
+    for (int v = 0; v < 1080; ++v) {
+      for (int u = 0; u < 1920; ++u) {
+        std::uint64_t h = seed ^ (static_cast<std::uint64_t>(u / block) << 32) ^
+                          static_cast<std::uint64_t>(v / block);
+        h = (h ^ (h >> 29)) * 0xbf58476d1ce4e5b9ULL;
+        grey[static_cast<std::size_t>(v) * 1920 + u] = static_cast<std::uint8_t>(
+            kind == 0   ? h >> 56
+            : kind == 1 ? 255 * ((u / block + v / block) % 2)
+            : kind == 2 ? (u % (3 * block) < 2 * block && v % (3 * block) < 2 * block ? 0 : 255)
+                        : 255 * (h >> 63));
+      }
+    }
+    SeenTags seen;
+    const double start = Computed_ms();
+    detector.Detect({grey.data(), 1920, 1080, 1920}, nullptr, seen);
+    worst = std::max(worst, Computed_ms() - start);
+    limited += seen.limited ? 1 : 0;
+  }
+  fmt::print("Frames made to be slow, {}: {:.0f} ms at worst (200), {} with regions left out\n",
+             frames, worst, limited);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
+  const int scenes = quick ? 2 : 10, times = quick ? 3 : 5;
+  fmt::print("Six 36h11 tags, 1920 x 1080, one core; ratio to AprilTag's time\n\n");
+  fmt::print("| scene | who | ms | ratio | found | corner RMSE px |\n|---|---|---|---|---|---|\n");
+  SixTagScenes("90 px", {}, 90, scenes, times);
+  renderer::Conditions dim;
+  dim.black = 100;
+  dim.white = 100 + 0.08 * 255;
+  dim.background = 108;
+  SixTagScenes("contrast 0.08, noise", dim, 90, scenes, times);
+  SixTagScenes("small, 30 px", {}, 30, scenes, times);
+  TipOfBody(quick ? 5 : 40);
+  SingleTags(quick ? 3 : 30);
+  SlowFrames(quick ? 40 : 1000);
+}
