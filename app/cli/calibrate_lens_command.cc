@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fnmatch.h>
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <filesystem>
 #include <iostream>
@@ -16,6 +17,7 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/image_folder.h"
 #include "app/lens/lens_json.h"
+#include "app/lens_store/opencv_file.h"
 
 namespace plumbline {
 namespace {
@@ -125,6 +127,15 @@ std::string Summary(const LensCalibration& c) {
   return text;
 }
 
+std::string Yaml(const LensCalibration& calibration) {
+  LensEntry entry;
+  entry.lens = calibration.lens;
+  entry.covariance = calibration.covariance;
+  entry.image = calibration.size;
+  entry.rms_px = calibration.rms_px;
+  return OpenCvYaml(entry);
+}
+
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
   if (path.empty() || path == "-") return true;
   const auto why = WriteTextFile(path, text);
@@ -172,7 +183,7 @@ int Run(const Options& options) {
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
   if (!Write("--json", options.json, LensJson(calibration)) ||
-      !Write("--yaml", options.yaml, LensYaml(calibration)))
+      !Write("--yaml", options.yaml, Yaml(calibration)))
     return kExitUsage;
   if (options.json == "-") std::cout << LensJson(calibration);
   if (!options.quiet) (options.json == "-" ? std::cerr : std::cout) << Summary(calibration);

@@ -1,7 +1,9 @@
 // plumbline calibrate-lens: a lens from images of a chessboard.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

@@ -1,7 +1,9 @@
 // plumbline track: tags and bodies in an image.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 

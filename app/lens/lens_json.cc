@@ -147,17 +147,4 @@ Result<LensFile> LensFromJson(std::string_view text) {
   return file;
 }
 
-std::string LensYaml(const LensCalibration& c) {
-  return fmt::format(
-      "%YAML:1.0\n---\n"
-      "image_width: {}\nimage_height: {}\n"
-      "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
-      "   data: [ {:.17g}, 0., {:.17g}, 0., {:.17g}, {:.17g}, 0., 0., 1. ]\n"
-      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n"
-      "   data: [ {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g} ]\n"
-      "avg_reprojection_error: {:.17g}\n",
-      c.size.width, c.size.height, c.lens.fx, c.lens.cx, c.lens.fy, c.lens.cy, c.lens.k1, c.lens.k2,
-      c.lens.p1, c.lens.p2, c.lens.k3, c.rms_px);
-}
-
 }  // namespace plumbline

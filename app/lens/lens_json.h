@@ -1,4 +1,4 @@
-// A calibrated lens as a file: LENS.json of the public formats, and OpenCV's own YAML.
+// A calibrated lens as a file: LENS.json of the public formats.
 #pragma once
 
 #include <string>
@@ -22,8 +22,5 @@ struct LensFile {
 /// Reads LENS.json. Refused are missing or non-finite numbers, focal lengths that are not positive,
 /// and a covariance that is none; the error names the key.
 Result<LensFile> LensFromJson(std::string_view text);
-
-/// camera_matrix and distortion_coefficients as cv::FileStorage reads them.
-std::string LensYaml(const LensCalibration& calibration);
 
 }  // namespace plumbline

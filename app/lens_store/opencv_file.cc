@@ -16,14 +16,16 @@ std::string Written(const LensEntry& entry, Form form) {
   camera(0, 2) = entry.lens.cx;
   camera(1, 2) = entry.lens.cy;
   distortion << entry.lens.k1, entry.lens.k2, entry.lens.p1, entry.lens.p2, entry.lens.k3;
-  form.Text("calibration_time", entry.utc);
+  if (!entry.utc.empty()) form.Text("calibration_time", entry.utc);
   form.Number("image_width", entry.image.width);
   form.Number("image_height", entry.image.height);
   form.Put("camera_matrix", camera);
   form.Put("distortion_coefficients", distortion);
   form.Real("avg_reprojection_error", entry.rms_px);
-  form.Text("camera_serial", entry.key.camera_serial);
-  form.Number("zoom_counts", entry.key.zoom_counts);
+  if (!entry.key.camera_serial.empty()) {
+    form.Text("camera_serial", entry.key.camera_serial);
+    form.Number("zoom_counts", entry.key.zoom_counts);
+  }
   if (entry.key.focus_counts) form.Number("focus_counts", *entry.key.focus_counts);
   form.Put("parameter_covariance", entry.covariance);
   return form.Done();

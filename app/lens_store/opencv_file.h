@@ -10,7 +10,8 @@ namespace plumbline {
 /// The keys of OpenCV's calibration sample: calibration_time, image_width, image_height,
 /// camera_matrix (3 x 3), distortion_coefficients (5 x 1: k1 k2 p1 p2 k3),
 /// avg_reprojection_error; and of our own zoom_counts, focus_counts, camera_serial,
-/// parameter_covariance (9 x 9, order of LensVector). Numbers keep all their digits.
+/// parameter_covariance (9 x 9, order of LensVector). Numbers keep all their digits; what the entry
+/// does not tell (time, camera) is left out.
 std::string OpenCvYaml(const LensEntry& entry);
 std::string OpenCvXml(const LensEntry& entry);
 
