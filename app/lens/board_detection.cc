@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
 
 #include "app/lens/board_lattice.h"
 #include "app/lens/corner_refinement.h"
@@ -15,7 +17,8 @@ constexpr int kSearchWidth_px = 960;
 constexpr double kSmooth_px = 1.2;
 constexpr double kRing_px = 4;  // smaller than the smallest square, at the search size
 constexpr std::size_t kMostPoints = 3000;
-constexpr double kLeastSeen = 0.85;  // share of the corners that make a whole board
+constexpr double kLeastSeen = 0.85;   // share of the corners that make a whole board
+constexpr double kMostBeside = 0.08;  // likewise, of what may hang on to its rim
 
 /// Counter-clockwise quarter turns of the lattice; the board stays unmirrored.
 Lattice Turned(const Lattice& lattice) {
@@ -50,10 +53,28 @@ Lattice Upright(Lattice lattice, const Board& board, const std::vector<SaddlePoi
   return best;
 }
 
-bool Fits(const Lattice& lattice, const Board& board) {
-  return lattice.found() >= kLeastSeen * board.corners() &&
-         ((lattice.columns == board.columns && lattice.rows == board.rows) ||
-          (lattice.columns == board.rows && lattice.rows == board.columns));
+/// The board within a lattice: textures beside it may have been linked to its rim. Nothing where no
+/// place of the board's size is nearly full, or where too much lies outside of it.
+std::optional<Lattice> BoardWithin(const Lattice& lattice, const Board& board) {
+  Lattice best;
+  int most = 0;
+  for (const auto& [columns, rows] :
+       {std::pair(board.columns, board.rows), {board.rows, board.columns}}) {
+    for (int row = 0; row + rows <= lattice.rows; ++row) {
+      for (int column = 0; column + columns <= lattice.columns; ++column) {
+        Lattice part{columns, rows, {}};
+        for (int r = row; r < row + rows; ++r) {
+          for (int c = column; c < column + columns; ++c) part.points.push_back(lattice.At(c, r));
+        }
+        if (part.found() <= most) continue;
+        most = part.found();
+        best = std::move(part);
+      }
+    }
+  }
+  if (most < kLeastSeen * board.corners() || lattice.found() - most > kMostBeside * board.corners())
+    return std::nullopt;
+  return best;
 }
 
 Error Misfit(const std::vector<Lattice>& lattices, const Board& board) {
@@ -115,9 +136,10 @@ Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
   cv::GaussianBlur(small_float, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
   const std::vector<SaddlePoint> points = FindSaddlePoints(smooth, kRing_px, kMostPoints);
   const std::vector<Lattice> lattices = FindLattices(points);
-  const auto fitting = std::find_if(lattices.begin(), lattices.end(),
-                                    [&](const Lattice& lattice) { return Fits(lattice, board); });
-  if (fitting == lattices.end()) return Misfit(lattices, board);
+  std::optional<Lattice> fitting;
+  for (std::size_t k = 0; k < lattices.size() && !fitting; ++k)
+    fitting = BoardWithin(lattices[k], board);
+  if (!fitting) return Misfit(lattices, board);
   BoardView view;
   for (const int point : Upright(*fitting, board, points).points) {
     view.seen.push_back(point >= 0);

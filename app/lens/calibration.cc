@@ -120,9 +120,11 @@ double LargestBow(const LensFit& fit, const Board& board) {
   return highest - lowest;
 }
 
-void JudgeStandstill(const LensFit& fit, std::vector<std::string>& reasons) {
+/// @param widening  of the covariance, for what all views share
+void JudgeStandstill(const LensFit& fit, double widening, std::vector<std::string>& reasons) {
   const double creep = fit.shared[kCreep];
-  if (std::abs(creep) < kCreepDeviations * std::sqrt(fit.covariance(kCreep, kCreep))) return;
+  if (std::abs(creep) < kCreepDeviations * std::sqrt(widening * fit.covariance(kCreep, kCreep)))
+    return;
   reasons.push_back(fmt::format(
       "the lens moved while the frames were taken: the focal length changed by {:.2f} % "
       "from the first to the last; let the zoom come to rest, then take them anew",
@@ -131,7 +133,7 @@ void JudgeStandstill(const LensFit& fit, std::vector<std::string>& reasons) {
 
 /// What moved in a jump between two halves need not look like a steady creep.
 void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize size,
-                 std::vector<std::string>& reasons) {
+                 double widening, std::vector<std::string>& reasons) {
   const std::size_t half = views.size() / 2;
   if (half < kLeastOfHalf) return;
   LensPrior still;
@@ -140,7 +142,8 @@ void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize
   const Result<LensFit> late = FitLens(board, views.last(views.size() - half), size, still);
   if (!early || !late) return;
   const auto change = (late->shared - early->shared).head<kLensCount>();
-  const LensMatrix covariance = (early->covariance + late->covariance).topLeftCorner<9, 9>();
+  const LensMatrix covariance =
+      widening * (early->covariance + late->covariance).topLeftCorner<9, 9>();
   const double chi2 = change.dot(covariance.ldlt().solve(change));
   if (chi2 < kHalvesDisagree) return;
   reasons.push_back(fmt::format(
@@ -199,10 +202,11 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   answer.board_bow_m = LargestBow(*fit, board);
   answer.coverage = Coverage(kept, size);
   const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
-  answer.covariance = fit->covariance.topLeftCorner<kLensCount, kLensCount>() *
-                      (1 + static_cast<double>(kept.size()) * shared);
-  JudgeStandstill(*fit, answer.reasons);
-  JudgeHalves(board, kept, size, answer.reasons);
+  const double widening =
+      std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
+  answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
+  JudgeStandstill(*fit, widening, answer.reasons);
+  JudgeHalves(board, kept, size, widening, answer.reasons);
   JudgeUncertainty(*fit, options, answer);
   if (shared > kUnevenBoard) {
     answer.reasons.push_back(fmt::format(

@@ -16,6 +16,7 @@ constexpr double kLeastSigma_px = 1e-3;
 constexpr double kStartSigma_px = 0.1;
 constexpr double kNotHeld = 0.8;     // posterior over prior deviation at which a term is dropped
 constexpr double kGoodStart_px = 5;  // RMS above which another focal length is tried
+constexpr double kSameDirection = 1e-4;  // columns of a view that agree so far are one
 constexpr int kRounds = 4;
 constexpr double kRobustOfMad = 1.4826;
 
@@ -289,6 +290,35 @@ class Adjustment {
     return information;
   }
 
+  /// Energy of each view's residuals along what its pose and the shared parameters can do, for each
+  /// degree of freedom, over sigma^2. The pose has taken its own part already.
+  double Dispersion() const {
+    double energy = 0;
+    Eigen::Index freedom = 0;
+    for (const Placed& placed : placed_) {
+      if (2 * Count(placed.used) <= 6 + kSharedCount) continue;
+      const ViewCost cost(board_, placed, sigma_px_);
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      Eigen::VectorXd residuals(cost.num_residuals());
+      RowMajor by_shared(cost.num_residuals(), static_cast<int>(kSharedCount));
+      RowMajor by_pose(cost.num_residuals(), 6);
+      const double* parameters[] = {shared_.data(), placed.pose.data()};
+      double* jacobians[] = {by_shared.data(), by_pose.data()};
+      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) continue;
+      Eigen::MatrixXd both(cost.num_residuals(), 6 + kSharedCount);
+      both << by_pose, by_shared;
+      both *= both.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
+      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(both);
+      qr.setThreshold(kSameDirection);
+      const Eigen::VectorXd along = qr.householderQ().transpose() * residuals;
+      energy += along.head(qr.rank()).squaredNorm();
+      freedom += qr.rank() - 6;
+    }
+    // What the fit itself took out of the residuals.
+    freedom -= kSharedCount;
+    return freedom > 0 ? energy / static_cast<double>(freedom) : 1;
+  }
+
   /// Drops the terms whose deviation the views have hardly made smaller. @return whether any
   bool DropWhatIsNotHeld() {
     const SharedMatrix covariance = Information().inverse();
@@ -323,6 +353,7 @@ class Adjustment {
     fit.covariance = Information().inverse();
     fit.dropped = dropped_;
     fit.sigma_px = sigma_px_;
+    fit.dispersion = Dispersion();
     fit.residuals_px = Residuals();
     fit.rms_px = Rms();
     fit.iterations = iterations_;

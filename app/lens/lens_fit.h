@@ -31,6 +31,9 @@ struct LensFit {
   std::vector<std::vector<Vec2>> residuals_px;     ///< seen minus predicted; zero where not seen
   std::vector<std::vector<bool>> used;             ///< corners of each view that took part
   double sigma_px = 0;                             ///< standard deviation of a corner's coordinate
+  /// Variance of what each view would change in `shared`, over what independent corners of sigma_px
+  /// would make it: 1 where errors are independent, more where neighbours err alike.
+  double dispersion = 1;
   double rms_px = 0;  ///< of the corners used, a point (as OpenCV reports it)
   int iterations = 0;
 };
