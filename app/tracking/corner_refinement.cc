@@ -26,14 +26,14 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
   std::array<Vec2, 4> direction, normal;
   std::array<double, 4> length{};
   RefinedCorners refined;
-  for (int k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < 4; ++k) {
     const Vec2 side = rough[(k + 1) % 4] - rough[k];
     length[k] = side.norm();
     if (!(length[k] > 4)) return std::nullopt;
     direction[k] = side / length[k];
     normal[k] = Vec2(direction[k].y(), -direction[k].x());
   }
-  for (int k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < 4; ++k) {
     // The border's width across this side, where the tag is narrower.
     const double across = std::min(-normal[k].dot(rough[(k + 2) % 4] - rough[k]),
                                    -normal[k].dot(rough[(k + 3) % 4] - rough[k]));
@@ -48,10 +48,10 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     refined.blur_px += 0.25 * fit->blur_px;
   }
   refined.covariance.setZero();
-  for (int k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < 4; ++k) {
     // n . x = d0 + (d1 - d0) s for both sides, x from the rough corner: s = 1 + t . x / length at
     // the end of the side before, s = t . x / length at the start of the side after.
-    const int before = (k + 3) % 4;
+    const Eigen::Index before = (k + 3) % 4;
     const EdgeFit &b = fits[before], &a = fits[k];
     Eigen::Matrix2d N;
     N.row(0) = normal[before] - (b.d1 - b.d0) / length[before] * direction[before];
@@ -61,7 +61,7 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     refined.corners[k] = rough[k] + inverse * Vec2(b.d1, a.d0);
     // The end of one side, and its start, move the corners k + 1 and k.
     const Vec2 by_start = inverse.col(1), by_end_of_before = inverse.col(0);
-    const int next = (k + 1) % 4;
+    const Eigen::Index next = (k + 1) % 4;
     refined.covariance.block<2, 2>(2 * k, 2 * k) +=
         by_start * a.covariance(0, 0) * by_start.transpose() +
         by_end_of_before * b.covariance(1, 1) * by_end_of_before.transpose();

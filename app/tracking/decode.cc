@@ -31,8 +31,10 @@ class Cells {
       }
     }
   }
-  double& At(int r, int c) { return grey_[(r + 1) * kMostCells + c + 1]; }
-  double At(int r, int c) const { return grey_[(r + 1) * kMostCells + c + 1]; }
+  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1]; }
+  double At(int r, int c) const {
+    return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1];
+  }
 
   /// Whether the cell lies on the ring of that index: -1 around the tag, 0 its border.
   bool OnRing(int r, int c, int ring) const {
@@ -64,7 +66,7 @@ class Cells {
 
  private:
   int cells_;
-  std::array<double, kMostCells * kMostCells> grey_{};
+  std::array<double, std::size_t{kMostCells} * kMostCells> grey_{};
 };
 
 }  // namespace

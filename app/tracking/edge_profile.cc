@@ -10,7 +10,8 @@
 namespace plumbline {
 namespace {
 
-constexpr int kParameters = 7;  // d0, d1, log sigma, B, b, A, a
+constexpr int kParameters = 7;             // d0, d1, log sigma, B, b, A, a
+constexpr std::size_t kLeastSamples = 21;  // three a parameter
 constexpr int kMostSteps = 6;
 constexpr double kConverged_px = 2e-3;
 constexpr double kUsualBlur_px = 0.9;
@@ -29,13 +30,13 @@ class Gauss {
  public:
   Gauss() {
     for (int i = 0; i <= kCount; ++i) {
-      const double x = (i - kCount / 2) / kPerUnit;
+      const double x = (i - kMiddle) / kPerUnit;
       phi_[i] = std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi);
       Phi_[i] = 0.5 * std::erfc(-x / std::numbers::sqrt2);
     }
   }
   void At(double x, double& Phi, double& phi) const {
-    const double at = std::clamp(x * kPerUnit + kCount / 2, 0.0, kCount - 1e-6);
+    const double at = std::clamp(x * kPerUnit + kMiddle, 0.0, kCount - 1e-6);
     const int i = static_cast<int>(at);
     const double a = at - i;
     Phi = Phi_[i] + a * (Phi_[i + 1] - Phi_[i]);
@@ -43,7 +44,7 @@ class Gauss {
   }
 
  private:
-  static constexpr int kCount = 1280;
+  static constexpr int kMiddle = 640, kCount = 2 * kMiddle;
   static constexpr double kPerUnit = 128;
   std::array<double, kCount + 1> Phi_, phi_;
 };
@@ -140,7 +141,7 @@ Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& 
 
 /// The fit over one choice of pixels; x holds where it starts, and what it found.
 std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters& x) {
-  if (samples.size() < 3 * kParameters) return std::nullopt;
+  if (samples.size() < kLeastSamples) return std::nullopt;
   Normal JtJ;
   Parameters Jtr;
   Sum sum;
@@ -156,7 +157,7 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
     if (!(std::abs(x[0]) < kMostShift_px && std::abs(x[1]) < kMostShift_px)) return std::nullopt;
     if (std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px) break;
   }
-  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < 3 * kParameters) return std::nullopt;
+  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kLeastSamples)) return std::nullopt;
   const double variance = sum.squares / (sum.count - kParameters);
   const Normal covariance =
       variance * JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Normal::Identity());
@@ -176,7 +177,7 @@ std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region) 
         std::max(kNearest_px, std::min(kReach * blur, region.cell_px - kOtherEdges * blur));
     CollectSamples(image, region, reach, std::min(kFromCorner * blur, 0.2 * length), samples);
     if (blur == kUsualBlur_px) StartLevels(samples, reach, x);
-    const auto fit = FitSamples(samples, x);
+    auto fit = FitSamples(samples, x);
     if (!fit || blur > kUsualBlur_px || fit->blur_px < kWider * blur) return fit;
     blur = fit->blur_px;
   }

@@ -62,8 +62,8 @@ void TagDetector::Search(const LumaView& image, const Part& part, bool whole, co
                 read->contrast};
     const int turns = read->code.turns;
     tag.corners_px = InTagsOrder(refined->corners, turns);
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      for (Eigen::Index j = 0; j < 4; ++j) {
         tag.covariance.block<2, 2>(2 * i, 2 * j) =
             refined->covariance.block<2, 2>(2 * ((i + turns) % 4), 2 * ((j + turns) % 4));
       }

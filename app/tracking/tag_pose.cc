@@ -43,7 +43,7 @@ std::optional<Linearised> Linearise(const Lens& lens, const std::vector<CornerSe
     Columns J;
     Residual r;
     Eigen::Matrix<double, 8, 9> by_lens;
-    for (int k = 0; k < 4; ++k) {
+    for (Eigen::Index k = 0; k < 4; ++k) {
       const Vec3 turned = X.R * sets[i].p_K[k];
       const Vec3 p = turned + X.p;
       if (!(p.z() > 1e-6)) return std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace plumbline {
 namespace {
@@ -16,7 +17,7 @@ void Halve(const LumaView& image, const ImageBox& box, SearchImage& search) {
     const std::uint8_t* upper = image.row(box.v0 + 2 * y) + box.u0;
     const std::uint8_t* lower = image.row(box.v0 + 2 * y + 1) + box.u0;
     std::uint8_t* out = &search.grey[static_cast<std::size_t>(y) * search.width];
-    for (int x = 0; x < search.width; ++x) {
+    for (std::ptrdiff_t x = 0; x < search.width; ++x) {
       const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
       out[x] = static_cast<std::uint8_t>((sum + 2) / 4);
     }
@@ -88,7 +89,7 @@ int Threshold::LeastRange() const {
   while (range < 255 && below + count[range] < static_cast<int>(lowest_.size() / 5)) {
     below += count[range++];
   }
-  const int least = static_cast<int>(kRangeInNoise * range / kTileRangeOfNoise + 0.5);
+  const int least = static_cast<int>(std::lround(kRangeInNoise * range / kTileRangeOfNoise));
   return std::clamp(least, kLeastRange, kMostLeastRange);
 }
 

@@ -163,7 +163,7 @@ void TipOfBody(int scenes) {
   Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
     body.tags.push_back(
-        {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k / 3 - 0.5) * 0.12, 0)}});
+        {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k < 3 ? -0.06 : 0.06), 0)}});
   }
   double squares = 0, turns = 0, whitened = 0;
   int seen_count = 0;
@@ -244,7 +244,7 @@ void SingleTags(int scenes) {
 void SlowFrames(int frames) {
   TagDetector detector(*TagFamilyOfName("36h11"), {});
   std::mt19937_64 random(9);
-  std::vector<std::uint8_t> grey(1920 * 1080);
+  std::vector<std::uint8_t> grey(std::size_t{1920} * 1080);
   double worst = 0;
   int limited = 0;
   for (int frame = 0; frame < frames; ++frame) {
@@ -257,8 +257,8 @@ void SlowFrames(int frames) {
         h = (h ^ (h >> 29)) * 0xbf58476d1ce4e5b9ULL;
         grey[static_cast<std::size_t>(v) * 1920 + u] = static_cast<std::uint8_t>(
             kind == 0   ? h >> 56
-            : kind == 1 ? 255 * ((u / block + v / block) % 2)
-            : kind == 2 ? (u % (3 * block) < 2 * block && v % (3 * block) < 2 * block ? 0 : 255)
+            : kind == 1 ? ((u / block + v / block) % 2 == 0 ? 0U : 255U)
+            : kind == 2 ? (u % (3 * block) < 2 * block && v % (3 * block) < 2 * block ? 0U : 255U)
                         : 255 * (h >> 63));
       }
     }

@@ -15,6 +15,8 @@ using test::RunCommand;
 
 namespace {
 
+constexpr std::size_t kPixels = std::size_t{480} * 360;
+
 renderer::Camera Camera() {
   renderer::Camera camera;
   camera.width = 480;
@@ -118,7 +120,7 @@ xyz_mm = [0, 0, 0]
 
 TEST_CASE("No tag is an answer") {
   const Files files;
-  Files::Write(files.image, "P5\n480 360\n255\n" + std::string(480 * 360, 'x'));
+  Files::Write(files.image, "P5\n480 360\n255\n" + std::string(kPixels, 'x'));
   const Answer answer = files.Track("--tag-size-mm 80 --json");
   CHECK(answer.exit_code == 0);
   CHECK(nlohmann::json::parse(answer.out)["tags"].empty());
@@ -128,7 +130,7 @@ TEST_CASE("Colour and 16-bit images are read") {
   const Files files;
   std::ifstream file(files.image, std::ios::binary);
   std::string grey((std::istreambuf_iterator<char>(file)), {});
-  grey.erase(0, grey.size() - 480 * 360);
+  grey.erase(0, grey.size() - kPixels);
   std::string colour = "P6\n480 360\n255\n", deep = "P5\n480 360\n65535\n";
   for (const char level : grey) {
     colour += std::string(3, level);

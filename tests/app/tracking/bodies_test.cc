@@ -15,7 +15,7 @@ Body Plate() {
   Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
     body.tags.push_back(
-        {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k / 3 - 0.5) * 0.12, 0)}});
+        {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k < 3 ? -0.06 : 0.06), 0)}});
   }
   return body;
 }
@@ -27,7 +27,8 @@ struct Shot {
 };
 
 /// The plate seen at 1.5 m, f 5000. @param shifted  its index, and where that tag really is
-Shot ShotOf(const Body& body, std::uint64_t seed, int shifted = -1, Vec3 shift = Vec3::Zero()) {
+Shot ShotOf(const Body& body, std::uint64_t seed, int shifted = -1,
+            const Vec3& shift = Vec3::Zero()) {
   const TagFamily family = *TagFamilyOfName("36h11");
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);

@@ -43,7 +43,7 @@ struct Score {
           continue;
         known = true;
         Eigen::Matrix<double, 8, 1> error;
-        for (int c = 0; c < 4; ++c) {
+        for (Eigen::Index c = 0; c < 4; ++c) {
           error.segment<2>(2 * c) = tag.corners_px[c] - scene.corners[k][c];
         }
         squares += error.squaredNorm();

@@ -102,7 +102,7 @@ inline TagScene SixTags(const TagFamily& family, const renderer::Camera& camera,
   const double depth = camera.fx * scene.side_m / side_px;
   for (int k = 0; k < 6; ++k) {
     const double u = camera.width * (0.5 + (k % 3 - 1) * 0.3 + 0.04 * uniform(random));
-    const double v = camera.height * (0.5 + (k / 3 - 0.5) * 0.45 + 0.04 * uniform(random));
+    const double v = camera.height * (0.5 + (k < 3 ? -0.225 : 0.225) + 0.04 * uniform(random));
     scene.Add(family, static_cast<int>(random() % family.codes.size()),
               FacingPose(PointAt(camera, u, v, depth * (1 + 0.1 * uniform(random))),
                          most_tilt * uniform(random), std::numbers::pi * uniform(random),
