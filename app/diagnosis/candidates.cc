@@ -442,6 +442,7 @@ std::vector<std::string> ScopeOf(const EffectTerm& term) {
     if (parameter.joint >= 0) joints.insert(parameter.joint);
   }
   std::vector<std::string> scope;
+  scope.reserve(joints.size());
   for (const int joint : joints) scope.push_back(fmt::format("q{}", joint + 1));
   return scope;
 }

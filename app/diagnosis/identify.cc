@@ -196,9 +196,9 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
 Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads) {
   Model bare = model;
   bare.effects.clear();
-  const Result<Linearisation> linear = Linearise(data, bare, true, threads);
+  Result<Linearisation> linear = Linearise(data, bare, true, threads);
   if (!linear || model.effects.empty()) return linear;
-  const Result<Linearisation> full = Linearise(data, model, false, threads);
+  Result<Linearisation> full = Linearise(data, model, false, threads);
   if (!full) return full;
   Linearisation apart = *linear;
   for (std::size_t k = 0; k < apart.rows.size(); ++k) {
@@ -210,6 +210,7 @@ Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, in
 
 std::vector<Vec3> ResidualsOf(const Linearisation& linear) {
   std::vector<Vec3> residuals;
+  residuals.reserve(linear.rows.size());
   for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
   return residuals;
 }
@@ -217,6 +218,7 @@ std::vector<Vec3> ResidualsOf(const Linearisation& linear) {
 std::vector<int> Every(int count, int most) {
   std::vector<int> rows;
   const int taken = std::min(count, most);
+  rows.reserve(static_cast<std::size_t>(taken));
   for (int k = 0; k < taken; ++k) rows.push_back(static_cast<int>(std::int64_t{k} * count / taken));
   return rows;
 }

@@ -17,6 +17,7 @@ double WholeWeightUpTo(int axes) {
 
 double RobustSigma(const std::vector<Vec3>& residuals, int axes) {
   std::vector<double> sizes;
+  sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());
   return Median(sizes) / (axes == 1 ? 0.6745 : 1.5382);  // medians of chi_1 and chi_3
 }
@@ -24,6 +25,7 @@ double RobustSigma(const std::vector<Vec3>& residuals, int axes) {
 double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
   constexpr double kMostOutliers = 0.1;
   std::vector<double> sizes;
+  sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());
   const auto place =
       static_cast<std::size_t>((1 - kMostOutliers) * static_cast<double>(sizes.size() - 1));
