@@ -52,6 +52,7 @@ std::string LastLine(const std::string& file) {
 Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>& arguments,
                                                  const std::string& output_file) {
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) {
     pointers.push_back(const_cast<char*>(argument.c_str()));  // execv writes nothing
   }

@@ -153,8 +153,10 @@ std::vector<int> SomeRows(const Dataset& data, int session, int most) {
   }
   std::vector<int> some;
   const auto count = static_cast<int>(all.size());
-  for (int j = 0; j < std::min(most, count); ++j) {
-    some.push_back(all[static_cast<std::size_t>(std::int64_t{j} * count / std::min(most, count))]);
+  const int taken = std::min(most, count);
+  some.reserve(static_cast<std::size_t>(taken));
+  for (int j = 0; j < taken; ++j) {
+    some.push_back(all[static_cast<std::size_t>(std::int64_t{j} * count / taken)]);
   }
   return some;
 }

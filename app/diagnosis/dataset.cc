@@ -121,12 +121,12 @@ void SayWhatIsMissing(Dataset& data) {
   missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be told");
   missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
   if (recorded.payload && !data.cell.payload_cog_F) {
-    data.notes.push_back(
+    data.notes.emplace_back(
         "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used as a "
         "signal only, the payload's weight is not computed");
   }
   if (!data.torques_known) {
-    data.notes.push_back(
+    data.notes.emplace_back(
         "a link has no link_mass_kg, so that joint torques are unknown: compliance and other "
         "effects of load in the joints cannot be told");
   }
@@ -136,7 +136,7 @@ void SayWhatIsMissing(Dataset& data) {
                                      data.table.unreadable_lines.front()));
   }
   if (data.cell.measurement.kind == MeasurementKind::kPose) {
-    data.notes.push_back("of the measured poses the positions are used, not the orientations");
+    data.notes.emplace_back("of the measured poses the positions are used, not the orientations");
   }
 }
 

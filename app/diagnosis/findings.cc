@@ -200,7 +200,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
         rival.evidence_gap = gap;
         for (int k = 0; own && theirs && k < context.data.rows(); ++k) {
           const auto row = static_cast<std::size_t>(k);
-          rival.shift_W.push_back(theirs->rows[row].p_W - own->rows[row].p_W);
+          rival.shift_W.emplace_back(theirs->rows[row].p_W - own->rows[row].p_W);
         }
       }
     }

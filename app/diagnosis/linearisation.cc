@@ -61,6 +61,7 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f) 
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads) {
   std::vector<LoadedArm> arms;
+  arms.reserve(static_cast<std::size_t>(data.sessions_count()));
   for (int session = 0; session < data.sessions_count(); ++session) {
     arms.emplace_back(CellOf(data, model, session));
   }

@@ -124,9 +124,10 @@ class AllRows final : public ceres::CostFunction {
         const auto row = static_cast<std::size_t>(options_.rows[static_cast<std::size_t>(j)]);
         const LinearRow& at = linear->rows[row];
         const double scale = std::sqrt(options_.weights[row]) / options_.sigma_m;
-        Eigen::Map<Eigen::VectorXd>(residuals + j * axes, axes) = scale * at.residual.head(axes);
+        Eigen::Map<Eigen::VectorXd>(residuals + Eigen::Index{j} * axes, axes) =
+            scale * at.residual.head(axes);
         if (!wanted) continue;
-        auto block = J.middleRows(j * axes, axes);
+        auto block = J.middleRows(Eigen::Index{j} * axes, axes);
         const int first_frame = layout_.per_session * data_.session_of[row];
         int column = first_frame;
         if (layout_.frames) {
@@ -203,7 +204,8 @@ Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOpt
     if (!rows->Evaluate(at, residuals.data(), jacobian))
       return Error{"the refitted posture does not settle"};
   } else {
-    const double* at[] = {nullptr};
+    const double none = 0;
+    const double* at[] = {&none};
     if (!rows->Evaluate(at, residuals.data(), nullptr))
       return Error{"the sagged posture does not settle"};
   }

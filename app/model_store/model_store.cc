@@ -125,7 +125,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   facts.origin = ModelFacts::Origin::kDeclared;
   facts.date = UtcNow();
   facts.from = file;
-  const Result<int> number = AddVersion(text, facts, "");
+  Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
   state.value().declared = *number;
   state.value().applied = *number;
@@ -144,7 +144,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   if (!state) return Error{state.error()};
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
-  const Result<int> number = AddVersion(text, facts, report);
+  Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
   state.value().proposed = *number;
   const Result<bool> kept = WriteState(*state);

@@ -99,12 +99,13 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
     gap = std::max(gap, std::abs(influence->Joint(Influence<double>::kLoadGap, i)));
   }
   JointVector theta = q;
+  constexpr int kWholePasses = kMostPasses / 2;
   double change = 0;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Equations<double>(theta, payload, influence, measured_tau, state);
     change = (q + state.sag - theta).cwiseAbs().maxCoeff();
     if (change < kSettled_rad) return true;
-    const double share = pass < kMostPasses / 2 ? 1.0 : 2.0 / (pass + 4 - kMostPasses / 2);
+    const double share = pass < kWholePasses ? 1.0 : 2.0 / (pass + 4 - kWholePasses);
     theta += share * (q + state.sag - theta);
   }
   return change < 2.5 * gap;

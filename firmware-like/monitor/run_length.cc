@@ -80,7 +80,7 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
     if (step >= design.clip) return 1.0;
     return (1 - outlier_share) * NormalCdf(step - offset) + 0.5 * outlier_share;
   };
-  std::array<double, 2 * kStates> at;  // cdf((j - 1/2) width), j = -kStates+1 .. kStates
+  std::array<double, std::size_t{2} * kStates> at;  // cdf((j - 1/2) width), j = -kStates+1..kStates
   for (int j = -kStates + 1; j <= kStates; ++j) {
     at[static_cast<std::size_t>(j + kStates - 1)] = cdf((j - 0.5) * width);
   }

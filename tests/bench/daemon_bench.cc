@@ -146,7 +146,7 @@ pid_t StartDaemon(const char* program, const std::string& folder, int& port) {
     for (std::string line; std::getline(file, line);) {
       const auto at = line.find("PLC side on 127.0.0.1:");
       if (at == std::string::npos) continue;
-      port = std::atoi(line.c_str() + at + 22);
+      port = std::stoi(line.substr(at + 22));
       return pid;
     }
   }
@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: daemon_bench PLUMBLINED CELL.toml [CHANGES]\n");
     return 2;
   }
-  const int changes = argc > 3 ? std::atoi(argv[3]) : 500;
+  const int changes = argc > 3 ? std::stoi(argv[3]) : 500;
   char pattern[] = "/tmp/plumbline-bench-XXXXXX";
   const std::string folder = mkdtemp(pattern);
   Robot robot;

@@ -1,11 +1,8 @@
 #!/usr/bin/python3
 """The judge, held against answers made by hand, and the harness against a product that knows."""
 
-import json
 import os
-import subprocess
 import sys
-import tempfile
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))

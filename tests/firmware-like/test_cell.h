@@ -11,7 +11,7 @@ namespace plumbline::test {
 inline constexpr double kDegree = std::numbers::pi / 180;
 
 inline Joint MakeJoint(double a, double alpha_deg, double d, double offset_deg, double min_deg,
-                       double max_deg, double mass_kg, Vec3 com, double compliance) {
+                       double max_deg, double mass_kg, const Vec3& com, double compliance) {
   Joint joint;
   joint.a_m = a;
   joint.alpha_rad = alpha_deg * kDegree;

@@ -86,12 +86,13 @@ TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would d
   REQUIRE(Plumbline("journal import " + csv + " --cell " + cell + where).code == 0);
 
   const std::string journal = folder.path() + "/state/journal.sqlite";
+  const std::string export_to = "journal export --cell " + cell + where + " --out ";
   for (const std::string& out : {cell, journal}) {
     CAPTURE(out);
     const auto size = std::filesystem::file_size(out);
-    answer = Plumbline("journal export --cell " + cell + " --out " + out + where);
-    CHECK(answer.code == 2);
-    CHECK_THAT(answer.text, Catch::Contains("--out is " + out));
+    const auto refused = Plumbline(export_to + out);
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.text, Catch::Contains("--out is " + out));
     CHECK(std::filesystem::file_size(out) == size);
   }
   CHECK(Plumbline("journal export --cell " + cell + " --out /no/such/out.csv" + where).code == 2);

@@ -9,7 +9,7 @@ namespace {
 
 LoopConfig Read(const std::string& lines, FaultList& faults) {
   TomlDocument document("[loop]\n" + lines, "plumbline.toml", faults);
-  const LoopConfig loop = LoopFromToml(*document.Root().Table("loop"));
+  LoopConfig loop = LoopFromToml(*document.Root().Table("loop"));
   document.ReportUnknownKeys();
   return loop;
 }

@@ -342,8 +342,9 @@ TEST_CASE("a PLC restarts the monitor; integers serve as well as floats") {
   for (int k = 0; k < 3; ++k) {
     const auto micrometres = static_cast<std::uint32_t>(
         static_cast<std::int32_t>(std::lround(1e3 * static_cast<double>(seen.Float(2 * k)))));
-    words[static_cast<std::size_t>(32 + 2 * k)] = static_cast<std::uint16_t>(micrometres >> 16);
-    words[static_cast<std::size_t>(33 + 2 * k)] = static_cast<std::uint16_t>(micrometres);
+    const std::size_t high = 32 + 2 * static_cast<std::size_t>(k);
+    words[high] = static_cast<std::uint16_t>(micrometres >> 16);
+    words[high + 1] = static_cast<std::uint16_t>(micrometres);
   }
   CHECK(station.Command(words) == 0);
   const auto answer = station.plc.Read(100, 40);

@@ -180,8 +180,9 @@ TEST_CASE("a probe is decoded from floats and from micrometres, in both word ord
     std::vector<std::uint16_t> window(plc_map::kCommandsSize);
     const auto put = [&](int address, std::uint32_t word) {
       const auto pair = modbus::RegistersFromU32(word, order);
-      window[static_cast<std::size_t>(address - plc_map::kCommands)] = pair[0];
-      window[static_cast<std::size_t>(address - plc_map::kCommands + 1)] = pair[1];
+      const auto at = static_cast<std::size_t>(address - plc_map::kCommands);
+      window[at] = pair[0];
+      window[at + 1] = pair[1];
     };
     const PlcConvention convention{little, OrientationConvention::kRotationVector};
     const auto decoded = [&] { return PlcCommandFromRegisters(window, kNoCoils, convention); };

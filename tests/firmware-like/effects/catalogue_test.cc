@@ -28,8 +28,8 @@ const std::vector<std::string> kTable = {
     "pedestal_compliance: compliance rad/(N m)",
     "backlash: q# rad, by (load,move)",
     "approach_lag: q# 1",
-    "gear_periodic: q#_amplitude rad, q#_cycles 1/turn, q#_phase rad, q#_#_amplitude rad, "
-    "q#_#_cycles 1/turn, q#_#_phase rad",
+    ("gear_periodic: q#_amplitude rad, q#_cycles 1/turn, q#_phase rad, q#_#_amplitude rad, "
+     "q#_#_cycles 1/turn, q#_#_phase rad"),
     "thermal_growth: alpha 1/K",
     "thermal_drift: x mm, y mm, z mm, time_constant s",
     "latency: time s",

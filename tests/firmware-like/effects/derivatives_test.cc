@@ -42,6 +42,7 @@ I Sum(const EffectTerm& term, const std::vector<double>& values, const Condition
 Influence<Dual> DualSum(const EffectTerm& term, const std::vector<double>& values,
                         const Conditions& moment) {
   std::vector<Dual> duals;
+  duals.reserve(values.size());
   for (const double value : values) duals.emplace_back(value, static_cast<int>(duals.size()));
   Influence<Dual> influence;
   term.effect->Add(term, std::span<const Dual>(duals), moment, influence);

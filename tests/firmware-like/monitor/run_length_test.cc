@@ -87,12 +87,10 @@ TEST_CASE("thresholds move as they must") {
 
 TEST_CASE("simulated years have at most as many false alarms as were asked for") {
   struct Case {
-    double probes_per_day;
-    int reference_probes;
-    double outlier_share;
-    int years;
+    double probes_per_day, outlier_share;
+    int reference_probes, years;
   };
-  const Case cases[] = {{24, 0, 0, 150}, {24, 20, 0, 150}, {24, 20, 0.05, 150}, {4, 10, 0, 300}};
+  const Case cases[] = {{24, 0, 0, 150}, {24, 0, 20, 150}, {24, 0.05, 20, 150}, {4, 0, 10, 300}};
   for (const Case& c : cases) {
     CAPTURE(c.probes_per_day, c.reference_probes, c.outlier_share);
     MonitorWish wish;
