@@ -114,8 +114,8 @@ void Threshold::Apply(SearchImage& search, bool whole_image) {
         }
       }
       // Nothing is below level 0: no dark pixel where the light hardly changes.
-      level_[column] =
-          high - low < least_range_ ? 0 : static_cast<std::uint8_t>((low + high + 1) / 2);
+      level_[column] = high - low < least_range_ ? std::uint8_t{0}
+                                                 : static_cast<std::uint8_t>((low + high + 1) / 2);
     }
     for (int y = tile_row * kTile; y < std::min((tile_row + 1) * kTile, search.height); ++y) {
       const std::size_t start = static_cast<std::size_t>(y) * search.width;
