@@ -16,7 +16,7 @@
 #include "app/diagnosis/realign.h"
 #include "app/table/conditions.h"
 #include "firmware-like/correction/correct.h"
-#include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/deflection/landing_uncertainty.h"
 
 namespace plumbline {
 namespace {
@@ -114,6 +114,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
   struct SessionArm {
     CellModel cell;
     LoadedArm arm;
+    LandingUncertainty uncertainty;
   };
   std::map<std::string, SessionArm> arms;
   std::vector<Prediction> predictions;
@@ -124,7 +125,10 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     if (known == arms.end()) {
       CellModel of_session = CellOfSession(cell, row.session);
       LoadedArm arm(of_session);
-      known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm)}).first;
+      LandingUncertainty uncertainty(of_session, arm);
+      known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm),
+                                                   std::move(uncertainty)})
+                  .first;
     }
     const LoadedArm& arm = known->second.arm;
     if (arm.torques_missing(poses.recorded.tau)) {
@@ -142,14 +146,15 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, row.payload_kg)};
     }
-    // What was identified carries its own deviations; the share is for what was only declared.
-    const Mat3 covariance = cell.domain ? EffectCovariance(arm, row.q, payload, conditions[k])
-                                        : DeflectionCovariance(arm, state, deflection_sd);
-    predictions.push_back(
-        {(1 + state.scale) * state.X_WT.p, RadiusHolding95Percent(covariance),
-         OutsideDomain(known->second.cell, row.q,
-                       poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
-                       poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt)});
+    const bool extrapolated =
+        OutsideDomain(known->second.cell, row.q,
+                      poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
+                      poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt);
+    const double declared_m =
+        RadiusHolding95Percent(DeflectionCovariance(arm, state, deflection_sd));
+    const double radius95_m = known->second.uncertainty.Radius95_m(
+        arm, row.q, payload, conditions[k], declared_m, extrapolated);
+    predictions.push_back({(1 + state.scale) * state.X_WT.p, radius95_m, extrapolated});
   }
   return predictions;
 }
@@ -172,8 +177,8 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(NumberWithin(0, 1));
   command->footer(
-      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 "
-      "%,\n"
+      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 %\n"
+      "of points measured there (the instrument's noise included, once the model was fitted),\n"
       "and extrapolated (1: outside [domain], or outside the joint limits where there is none).\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"

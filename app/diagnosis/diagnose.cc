@@ -243,7 +243,8 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     }
   }
   AddFramesAndDomain(data, refit.model, diagnosis);
-  diagnosis.domain.residual_sigma_m = found.sigma_m;
+  diagnosis.domain.residual_sigma_m =
+      std::max(found.sigma_m, diagnosis.held_out.after_m / std::sqrt(data.axes()));
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : options.time_zero_s;
   tell(1, "done");
   return diagnosis;

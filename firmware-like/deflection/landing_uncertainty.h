@@ -7,10 +7,11 @@ namespace plumbline {
 
 /// The 95 % radius of a model that was fitted to measured points (its cell names a [domain]):
 ///   C = sum_e J_e Sigma_e J_e^T + sigma^2 I
-/// with the covariance of the effects' parameters (EffectCovariance) and what the fit left, sigma
-/// on one axis: the domain's residual, else the instrument's repeatability. sigma holds the noise
-/// of the instrument too, so that the radius is rather too large. Outside the domain nothing was
-/// seen, and the declared share of each deflection counts again, in squares.
+/// with the covariance of the effects' parameters (EffectCovariance) and sigma, what the model left
+/// of rows that took no part in the fit, on one axis: the domain's residual, else the instrument's
+/// repeatability. It is the radius for points measured with that instrument; for the tip itself it
+/// is too large by the instrument's noise, which no measured point can be told without. Outside the
+/// domain nothing was seen, and the declared share of each deflection counts again, in squares.
 /// Holds its own scratch memory: Radius95_m() allocates nothing. Costs about 25 loaded postures.
 class LandingUncertainty {
  public:

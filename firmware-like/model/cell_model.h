@@ -127,7 +127,7 @@ struct Domain {
   std::vector<Interval> q;  ///< [rad] or [m], one a joint
   std::optional<Interval> payload_kg;
   std::optional<Interval> temp_C;
-  std::optional<double> residual_sigma_m;  ///< one axis: what the fit left, the instrument included
+  std::optional<double> residual_sigma_m;  ///< one axis, noise included: of rows held out
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;
