@@ -9,16 +9,13 @@ namespace {
 using I = Influence<double>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
-/// The entries that an arm of n joints has, in ascending order.
-int Entries(int n, std::array<int, I::kSize>& entries) {
+/// The wanted entries that an arm of n joints has, in ascending order.
+int Entries(int n, const InfluenceSet& wanted, std::array<int, I::kSize>& entries) {
   int count = 0;
-  for (int kind = 0; kind < I::kJointEntries; ++kind) {
-    for (int joint = 0; joint < n; ++joint) {
-      entries[static_cast<std::size_t>(count++)] = kind * kMaxJoints + joint;
-    }
-  }
-  for (int entry = I::kFirst; entry < I::kSize; ++entry) {
-    entries[static_cast<std::size_t>(count++)] = entry;
+  for (int entry = 0; entry < I::kSize; ++entry) {
+    const bool of_joint = entry < I::kJointEntries * kMaxJoints;
+    if (of_joint && entry % kMaxJoints >= n) continue;
+    if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
   return count;
 }
@@ -27,7 +24,7 @@ int Entries(int n, std::array<int, I::kSize>& entries) {
 
 bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                    const Influence<double>& influence, const JointVector& measured_tau,
-                   Sensitivity& sensitivity) {
+                   const InfluenceSet& wanted, Sensitivity& sensitivity) {
   if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
   const int n = arm.size();
   const JointVector theta = q + sensitivity.state.sag;
@@ -36,7 +33,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
 
   // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
   std::array<int, I::kSize> entries{};
-  const int variables = n + Entries(n, entries);
+  const int variables = n + Entries(n, wanted, entries);
   Eigen::Matrix<double, 3, kMaxJoints> p_theta;
   Square s_theta(n, n);
   Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
@@ -75,6 +72,12 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
   sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);
   return true;
+}
+
+bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                   const Influence<double>& influence, const JointVector& measured_tau,
+                   Sensitivity& sensitivity) {
+  return SensitivityAt(arm, q, payload, influence, measured_tau, InfluenceSet{}.set(), sensitivity);
 }
 
 }  // namespace plumbline

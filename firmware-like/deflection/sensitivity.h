@@ -1,9 +1,14 @@
 // How the measured tip follows every influence on the arm: one gradient for all effects.
 #pragma once
 
+#include <bitset>
+
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {
+
+/// Some of the influence's entries.
+using InfluenceSet = std::bitset<Influence<double>::kSize>;
 
 /// Predicted measurement of one moment and its derivatives.
 struct Sensitivity {
@@ -20,7 +25,14 @@ struct Sensitivity {
 ///   dp/dx = p_x + p_theta (I - s_theta)^-1 s_x.
 /// An effect's columns are dp times its own d(influence)/d(parameters), so that the cost of this
 /// does not depend on how many effects are considered.
-/// @return false where the posture does not settle
+/// @param wanted  entries whose derivative is needed; those of the others are zero
+/// @return        false where the posture does not settle
+[[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                                 const Influence<double>& influence,
+                                 const JointVector& measured_tau, const InfluenceSet& wanted,
+                                 Sensitivity& sensitivity);
+
+/// The same, of every entry.
 [[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                                  const Influence<double>& influence,
                                  const JointVector& measured_tau, Sensitivity& sensitivity);

@@ -25,10 +25,42 @@ Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double re
   return resolution * resolution / 12 * jacobian.topRows<3>() * jacobian.topRows<3>().transpose();
 }
 
+namespace {
+
+bool HasCovariance(const ActiveEffect& active) {
+  return active.covariance.rows() == static_cast<Eigen::Index>(active.values.size());
+}
+
+/// Writes d(influence)/d(parameter) of one effect into `slopes`; adds the entries that are not zero
+/// to `touched`.
+void SlopesOf(const ActiveEffect& active, const Conditions& moment, std::span<Dual> values,
+              Eigen::Ref<Eigen::MatrixXd> slopes, InfluenceSet& touched) {
+  const auto count = static_cast<int>(values.size());
+  for (int first = 0; first < count; first += kDualWidth) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = Dual(active.values[k]);
+    const int last = std::min(count, first + kDualWidth);
+    for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
+    Influence<Dual> slope;
+    active.term.effect->Add(active.term, values, moment, slope);
+    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+      for (int k = first; k < last; ++k) {
+        slopes(entry, k) = slope[entry].v[k - first];
+        if (slopes(entry, k) != 0) touched.set(static_cast<std::size_t>(entry));
+      }
+    }
+  }
+}
+
+}  // namespace
+
 EffectScratch::EffectScratch(const LoadedArm& arm) {
-  std::size_t most = 0;
-  for (const ActiveEffect& active : arm.effects()) most = std::max(most, active.values.size());
+  std::size_t most = 0, all = 0;
+  for (const ActiveEffect& active : arm.effects()) {
+    most = std::max(most, active.values.size());
+    all += active.values.size();
+  }
   values.resize(most);
+  slopes.resize(Eigen::NoChange, static_cast<Eigen::Index>(all));
   columns.resize(3, static_cast<Eigen::Index>(most));
   weighted.resize(3, static_cast<Eigen::Index>(most));
 }
@@ -46,31 +78,31 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
   Conditions moment = arm.MomentOf(q, conditions);
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
-  Sensitivity sensitivity;
-  if (!SensitivityAt(arm, q, payload, influence, moment.tau, sensitivity)) return covariance;
+  InfluenceSet touched;
+  Eigen::Index at = 0;
   for (const ActiveEffect& active : arm.effects()) {
-    const auto count = static_cast<int>(active.values.size());
-    if (active.covariance.rows() != count) continue;
+    if (!HasCovariance(active)) continue;
+    moment.t_s = TimeSeen(active, conditions.t_s);
+    const auto count = static_cast<Eigen::Index>(active.values.size());
+    SlopesOf(active, moment, std::span(scratch.values.data(), active.values.size()),
+             scratch.slopes.middleCols(at, count), touched);
+    at += count;
+  }
+  if (touched.none()) return covariance;
+  Sensitivity sensitivity;
+  if (!SensitivityAt(arm, q, payload, influence, moment.tau, touched, sensitivity)) {
+    return covariance;
+  }
+  at = 0;
+  for (const ActiveEffect& active : arm.effects()) {
+    if (!HasCovariance(active)) continue;
+    const auto count = static_cast<Eigen::Index>(active.values.size());
     auto columns = scratch.columns.leftCols(count);
     auto weighted = scratch.weighted.leftCols(count);
-    columns.setZero();
-    moment.t_s = TimeSeen(active, conditions.t_s);
-    const std::span<Dual> values(scratch.values.data(), active.values.size());
-    for (int first = 0; first < count; first += kDualWidth) {
-      for (std::size_t k = 0; k < values.size(); ++k) values[k] = Dual(active.values[k]);
-      const int last = std::min(count, first + kDualWidth);
-      for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
-      Influence<Dual> slope;
-      active.term.effect->Add(active.term, std::span<const Dual>(values), moment, slope);
-      for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
-        for (int k = first; k < last; ++k) {
-          const double of_entry = slope[entry].v[k - first];
-          if (of_entry != 0) columns.col(k) += of_entry * sensitivity.dp.col(entry);
-        }
-      }
-    }
+    columns = sensitivity.dp.lazyProduct(scratch.slopes.middleCols(at, count));
     weighted = columns.lazyProduct(active.covariance);
     covariance += weighted.lazyProduct(columns.transpose());
+    at += count;
   }
   return covariance;
 }

@@ -22,6 +22,8 @@ Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double re
 struct EffectScratch {
   explicit EffectScratch(const LoadedArm& arm);
   std::vector<Dual> values;
+  /// d(influence)/d(parameter), a column each; the effects' parameters one after the other.
+  Eigen::Matrix<double, Influence<double>::kSize, Eigen::Dynamic> slopes;
   Eigen::Matrix<double, 3, Eigen::Dynamic> columns, weighted;
 };
 

@@ -41,8 +41,8 @@ def write_rows(path, lines, chosen, poses=False):
         file.write("\n".join(picked) + "\n")
 
 
-def by_product(product, cell, train, test, align, folder):
-    """(tips, verdict and effects in words)"""
+def by_product(product, cell, train, test, align, folder, truth):
+    """(tips, verdict, effects and the share of rows within u_mm in words)"""
     place = lambda name: os.path.join(folder, name)
     subprocess.run([product, "diagnose", cell, train, "--json", place("d.json"), "--write-model",
                     place("corrected.toml")], check=True, capture_output=True, timeout=600)
@@ -55,7 +55,9 @@ def by_product(product, cell, train, test, align, folder):
     words = answer["verdict"] + ": " + ", ".join(
         e["id"] + (" " + "+".join(e.get("scope") or []) if e.get("scope") else "")
         for e in answer.get("effects", []))
-    return np.column_stack([predicted[n] for n in ("x_mm", "y_mm", "z_mm")]), words
+    tips = np.column_stack([predicted[n] for n in ("x_mm", "y_mm", "z_mm")])
+    inside = np.mean(np.linalg.norm(tips - truth, axis=1) <= predicted["u_mm"])
+    return tips, f"{words}; u_mm holds {100 * inside:.0f} %"
 
 
 def errors_of(data, truth, product, methods):
@@ -65,7 +67,7 @@ def errors_of(data, truth, product, methods):
         begin = time.monotonic()
         try:
             if name == PRODUCT:
-                tips, words = by_product(product, data.cell, data.train, data.test, data.align, data.folder)
+                tips, words = by_product(product, data.cell, data.train, data.test, data.align, data.folder, truth)
             else:
                 tips = rivals.RIVALS[name](data)
             found[name] = evaluate.rms(tips, truth)
