@@ -18,8 +18,11 @@ RobotLink::~RobotLink() {
 
 void RobotLink::Start() {
   if (thread_.joinable()) return;
-  stop_ = false;
-  status_.since_s = MonotonicSeconds();
+  {
+    const std::lock_guard lock(mutex_);  // a cycle may ask and wait already
+    stop_ = false;
+    status_.since_s = MonotonicSeconds();
+  }
   thread_ = std::thread([this] { Run(); });
 }
 
