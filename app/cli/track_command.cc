@@ -11,7 +11,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/config/text_file.h"
-#include "app/lens/image_folder.h"
+#include "drivers/camera/image_folder.h"
 #include "app/lens/lens_json.h"
 #include "app/tracking/body_reader.h"
 #include "app/tracking/track_json.h"

@@ -1,10 +1,10 @@
 // What the daemon asks of a zoom sensor, whatever it is reached through.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
+#include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "firmware-like/lens/zoom_reading.h"
 
@@ -40,23 +40,6 @@ class ZoomSensor {
   /// What the last call that was not kOk met, with its place and what to do; stays while kWaiting
   /// is answered, valid until the next call.
   virtual std::string_view problem() const = 0;
-};
-
-/// When a device that failed is tried again: after 0.1 s, 0.2 s, .. 5 s.
-class BackOff {
- public:
-  static constexpr double kFirst_s = 0.1, kLongest_s = 5;
-
-  bool Due(double now_s) const { return now_s >= next_s_; }
-  void Failed(double now_s) {
-    next_s_ = now_s + wait_s_;
-    wait_s_ = std::min(2 * wait_s_, kLongest_s);
-  }
-  void Well() { wait_s_ = kFirst_s; }
-
- private:
-  double wait_s_ = kFirst_s;
-  double next_s_ = -1e300;
 };
 
 }  // namespace plumbline

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/lens/board_detection.h"
-#include "app/lens/image_folder.h"
+#include "drivers/camera/image_folder.h"
 #include "app/lens/lens_json.h"
 #include "tests/app/lens/rendered_views.h"
 

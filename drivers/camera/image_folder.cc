@@ -1,4 +1,4 @@
-#include "app/lens/image_folder.h"
+#include "drivers/camera/image_folder.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,23 @@
+#include "drivers/camera/camera.h"
+
+namespace plumbline {
+
+std::string_view CameraResultText(CameraResult result) {
+  switch (result) {
+    case CameraResult::kFrame:
+      return "a frame";
+    case CameraResult::kNoFrame:
+      return "no frame in time";
+    case CameraResult::kWaiting:
+      return "not connected";
+    case CameraResult::kLost:
+      return "connection lost";
+    case CameraResult::kUnusable:
+      return "frames that cannot be read";
+    case CameraResult::kEnded:
+      return "the recording is over";
+  }
+  return "unknown";
+}
+
+}  // namespace plumbline

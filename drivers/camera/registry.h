@@ -1,0 +1,28 @@
+// The kinds of camera there are. A new kind is one line in the table of registry.cc.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "drivers/camera/camera.h"
+#include "drivers/camera/recorded_camera.h"
+#include "drivers/clock.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// All that any kind may need; each takes its own.
+struct CameraConnection {
+  RecordedCameraOptions recorded;
+  Clock clock = MonotonicSeconds;
+};
+
+/// "recorded".
+std::vector<std::string_view> CameraKinds();
+
+/// A camera that is not connected yet; its first Read() connects.
+Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
+                                           const CameraConnection& connection);
+
+}  // namespace plumbline
