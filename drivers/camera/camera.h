@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware-like/lens/luma_view.h"
 
@@ -51,6 +52,14 @@ class Camera {
   /// What the last call that gave no frame met, with its place and what to do; valid until the next
   /// call.
   virtual std::string_view problem() const = 0;
+
+  /// What happened since the last call that does not keep frames from coming: a setting that the
+  /// device refused or changed. One sentence each, with its place.
+  virtual std::vector<std::string> TakeRemarks() { return {}; }
+
+  /// The last frame in colour, see BgrOf(); until the next call. Converted when asked for. Null
+  /// where there is no frame, or no colour in it.
+  virtual const std::vector<std::uint8_t>* Bgr() { return nullptr; }
 };
 
 }  // namespace plumbline

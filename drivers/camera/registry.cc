@@ -15,7 +15,8 @@ struct Kind {
   Device (*make)(const CameraConnection&);
 };
 
-constexpr std::array<Kind, 1> kKinds = {{
+constexpr std::array<Kind, 2> kKinds = {{
+    {"v4l2", [](const CameraConnection& c) { return V4l2Camera::Create(c.v4l2, c.clock); }},
     {"recorded",
      [](const CameraConnection& c) { return RecordedCamera::Create(c.recorded, c.clock); }},
 }};

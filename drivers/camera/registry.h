@@ -7,6 +7,7 @@
 
 #include "drivers/camera/camera.h"
 #include "drivers/camera/recorded_camera.h"
+#include "drivers/camera/v4l2_camera.h"
 #include "drivers/clock.h"
 #include "firmware-like/result.h"
 
@@ -14,11 +15,12 @@ namespace plumbline {
 
 /// All that any kind may need; each takes its own.
 struct CameraConnection {
-  RecordedCameraOptions recorded;
+  V4l2CameraOptions v4l2 = {};
+  RecordedCameraOptions recorded = {};
   Clock clock = MonotonicSeconds;
 };
 
-/// "recorded".
+/// "v4l2", "recorded".
 std::vector<std::string_view> CameraKinds();
 
 /// A camera that is not connected yet; its first Read() connects.

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,21 +11,16 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/ioctl.h"
+
 namespace plumbline {
 namespace {
-
-int Call(int fd, unsigned long request, void* argument) {
-  int result = 0;
-  do {
-    result = ioctl(fd, request, argument);
-  } while (result < 0 && errno == EINTR);
-  return result;
-}
 
 bool HasControl(int fd, std::uint32_t id) {
   v4l2_queryctrl query{};
   query.id = id;
-  return Call(fd, VIDIOC_QUERYCTRL, &query) == 0 && (query.flags & V4L2_CTRL_FLAG_DISABLED) == 0;
+  return IoctlAgain(fd, VIDIOC_QUERYCTRL, &query) == 0 &&
+         (query.flags & V4L2_CTRL_FLAG_DISABLED) == 0;
 }
 
 }  // namespace
@@ -72,7 +66,7 @@ bool V4l2Zoom::Subscribe(std::uint32_t control) const {
   subscription.type = V4L2_EVENT_CTRL;
   subscription.id = control;
   subscription.flags = V4L2_EVENT_SUB_FL_SEND_INITIAL;
-  return Call(fd_, VIDIOC_SUBSCRIBE_EVENT, &subscription) == 0;
+  return IoctlAgain(fd_, VIDIOC_SUBSCRIBE_EVENT, &subscription) == 0;
 }
 
 bool V4l2Zoom::Open() {
@@ -96,11 +90,11 @@ bool V4l2Zoom::Open() {
 bool V4l2Zoom::ReadControls() {
   v4l2_control control{};
   control.id = V4L2_CID_ZOOM_ABSOLUTE;
-  if (Call(fd_, VIDIOC_G_CTRL, &control) != 0) return false;
+  if (IoctlAgain(fd_, VIDIOC_G_CTRL, &control) != 0) return false;
   last_.zoom_counts = control.value;
   if (!has_focus_) return true;
   control.id = V4L2_CID_FOCUS_ABSOLUTE;
-  if (Call(fd_, VIDIOC_G_CTRL, &control) == 0) last_.focus_counts = control.value;
+  if (IoctlAgain(fd_, VIDIOC_G_CTRL, &control) == 0) last_.focus_counts = control.value;
   return true;
 }
 
@@ -116,7 +110,7 @@ ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
   if (poll(&wait, 1, wait_ms) > 0 && (wait.revents & POLLPRI) != 0) {
     v4l2_event event{};
     do {
-      if (Call(fd_, VIDIOC_DQEVENT, &event) != 0) break;
+      if (IoctlAgain(fd_, VIDIOC_DQEVENT, &event) != 0) break;
       if (ReadingFromEvent(event, last_)) told = told || event.id == V4L2_CID_ZOOM_ABSOLUTE;
     } while (event.pending > 0);
   }

@@ -1,0 +1,27 @@
+// A frame that a camera sent as JPEG, by libjpeg. Pure.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "firmware-like/lens/lens.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+enum class JpegColour : std::uint8_t {
+  kLuma,  ///< one byte a pixel; the chroma is not decoded
+  kBgr,   ///< three bytes a pixel
+};
+
+/// Decodes `bytes` into `pixels`, row by row without padding. Tables that cameras leave out are the
+/// standard's (ITU-T T.81, annex K.3). Refused: an image of another size, progressive and
+/// arithmetic coding, any damage (libjpeg would go on and paint something grey); bytes too many
+/// between the parts of the file are passed over, since many cameras send some.
+/// @return why there are no pixels; `pixels` is then of no use
+std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size,
+                                JpegColour colour, std::vector<std::uint8_t>& pixels);
+
+}  // namespace plumbline

@@ -1,0 +1,233 @@
+#include "drivers/camera/v4l2_camera.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "drivers/ioctl.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kSilence_s = 5;       // a camera that streams sends something within this
+constexpr double kOldestStamp_s = 1;   // a stamp further back is of another clock
+constexpr double kLongestWait_s = 10;  // a caller's time-out beyond this is cut
+
+std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
+  if (o.device.empty()) return Error{"v4l2 camera: no device; see plumbline cameras"};
+  const auto [width, height] = o.mode.size;
+  const auto is_side = [](int side) { return side >= 1 && side <= kLargestImageSide_px; };
+  if (o.mode.size != ImageSize{} && !(is_side(width) && is_side(height))) {
+    return Error{fmt::format("v4l2 camera: {} x {} px is no size", width, height)};
+  }
+  if (!(o.mode.rate_hz >= 0.01 && o.mode.rate_hz <= 1000)) {
+    return Error{fmt::format("v4l2 camera: {} Hz is outside 0.01..1000", o.mode.rate_hz)};
+  }
+  const CameraSettings& s = o.settings;
+  if (s.exposure_s && !(*s.exposure_s >= 1e-6 && *s.exposure_s <= 60)) {
+    return Error{fmt::format("v4l2 camera: exposure {} s is outside 1e-6..60", *s.exposure_s)};
+  }
+  if (s.white_balance_K && !(*s.white_balance_K >= 1000 && *s.white_balance_K <= 40000)) {
+    return Error{
+        fmt::format("v4l2 camera: white balance {} K is outside 1000..40000", *s.white_balance_K)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::uint64_t NextSequence(std::uint64_t last, std::optional<std::uint32_t> driver_last,
+                           std::uint32_t driver_now) {
+  const std::uint32_t passed = driver_last ? driver_now - *driver_last : 1;
+  return last + (passed > 0 && passed < 1U << 31 ? passed : 1);
+}
+
+Result<std::unique_ptr<Camera>> V4l2Camera::Create(const V4l2CameraOptions& options, Clock clock) {
+  if (const auto fault = FaultOf(options)) return *fault;
+  return std::unique_ptr<Camera>(new V4l2Camera(options, clock));
+}
+
+V4l2Camera::V4l2Camera(V4l2CameraOptions options, Clock clock)
+    : options_(std::move(options)), clock_(clock), path_(options_.device) {}
+
+V4l2Camera::~V4l2Camera() {
+  Close();
+}
+
+void V4l2Camera::Close() {
+  raw_.bytes = {};
+  stream_.reset();
+  if (fd_ >= 0) close(fd_);
+  fd_ = -1;
+}
+
+CameraResult V4l2Camera::Lost(const std::string& why) {
+  Close();
+  back_off_.Failed(clock_());
+  problem_ = fmt::format("{}: {}", path_, why);
+  return CameraResult::kLost;
+}
+
+std::vector<std::string> V4l2Camera::TakeRemarks() {
+  return std::exchange(remarks_, {});
+}
+
+const std::vector<std::uint8_t>* V4l2Camera::Bgr() {
+  return raw_.bytes.empty() || BgrOf(raw_, bgr_) ? nullptr : &bgr_;
+}
+
+std::optional<Error> V4l2Camera::Open() {
+  path_ = options_.device;
+  const std::vector<V4l2Device> all = ListV4l2Devices(options_.tree);
+  const auto device = SelectV4l2Device(options_.device, all);
+  if (!device) return Error{device.error()};
+  path_ = device->path;
+  fd_ = open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0) {
+    return Error{fmt::format(
+        "cannot be opened: {}; {}", std::strerror(errno),
+        errno == EACCES ? "is the user in the group video?" : "is the camera plugged in?")};
+  }
+  if (auto why = SetMode(*device)) return why;
+  for (std::string& remark : ApplySettings(fd_, options_.settings)) {
+    remarks_.push_back(fmt::format("{}: {}", path_, remark));
+  }
+  auto stream = V4l2Stream::Start(fd_);
+  if (!stream) return Error{stream.error()};
+  stream_ = std::move(stream).value();
+  // Once a name has needed its port it keeps one, also while the other camera is away.
+  const std::string name = LastingName(*device, all), with_port = NameWithPort(*device);
+  named_with_port_ = named_with_port_ || name == with_port || options_.device == with_port;
+  identity_.serial = named_with_port_ ? with_port : name;
+  identity_.mode = ModeText(raw_.format, raw_.size, rate_hz_);
+  heard_s_ = clock_();
+  last_sequence_.reset();
+  return std::nullopt;
+}
+
+std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
+  v4l2_capability capability{};
+  if (IoctlAgain(fd_, VIDIOC_QUERYCAP, &capability) != 0) return Error{"is no camera"};
+  const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                 ? capability.device_caps
+                                 : capability.capabilities;
+  constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if ((caps & kNeeded) != kNeeded) {
+    return Error{"does not stream images through shared memory; see plumbline cameras"};
+  }
+  const auto choice = ChooseMode(ModesOf(fd_), options_.mode);
+  if (!choice) return Error{choice.error()};
+  v4l2_format format{};
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  format.fmt.pix.width = static_cast<std::uint32_t>(choice->size.width);
+  format.fmt.pix.height = static_cast<std::uint32_t>(choice->size.height);
+  format.fmt.pix.pixelformat = FourccOf(choice->format);
+  format.fmt.pix.field = V4L2_FIELD_NONE;
+  if (IoctlAgain(fd_, VIDIOC_S_FMT, &format) != 0) {
+    return Error{fmt::format("the mode is refused: {}{}", std::strerror(errno),
+                             errno == EBUSY ? "; does another program use the camera?" : "")};
+  }
+  const v4l2_pix_format& agreed = format.fmt.pix;
+  if (agreed.pixelformat != FourccOf(choice->format) ||
+      agreed.width != static_cast<std::uint32_t>(choice->size.width) ||
+      agreed.height != static_cast<std::uint32_t>(choice->size.height)) {
+    return Error{fmt::format("{} was offered, but the camera took {} {}x{}",
+                             ModeText(choice->format, choice->size, 0),
+                             FourccText(agreed.pixelformat), agreed.width, agreed.height)};
+  }
+  if (agreed.field != V4L2_FIELD_NONE && agreed.field != V4L2_FIELD_ANY) {
+    return Error{"sends half images line by line (interlaced), which cannot be measured in"};
+  }
+  raw_ = {choice->format, choice->size, static_cast<std::ptrdiff_t>(agreed.bytesperline), {}};
+  v4l2_streamparm rate{};
+  rate.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  rate_hz_ = 0;
+  if (choice->rate_hz > 0) {
+    rate.parm.capture.timeperframe.numerator = 1000;
+    rate.parm.capture.timeperframe.denominator =
+        static_cast<std::uint32_t>(std::lround(1000 * choice->rate_hz));
+    if (IoctlAgain(fd_, VIDIOC_S_PARM, &rate) == 0 &&
+        rate.parm.capture.timeperframe.numerator > 0) {
+      rate_hz_ = static_cast<double>(rate.parm.capture.timeperframe.denominator) /
+                 rate.parm.capture.timeperframe.numerator;
+    }
+  }
+  if (rate_hz_ > 0 && rate_hz_ < 0.98 * options_.mode.rate_hz) {
+    remarks_.push_back(fmt::format("{}: {} {:.4g} frames a second, {:g} were asked for",
+                                   device.path, ModeText(raw_.format, raw_.size, 0), rate_hz_,
+                                   options_.mode.rate_hz));
+  }
+  return std::nullopt;
+}
+
+bool V4l2Camera::WaitForFrame(double deadline_s) const {
+  const double left_s = std::clamp(deadline_s - clock_(), 0.0, kLongestWait_s);
+  pollfd wait{.fd = fd_, .events = POLLIN, .revents = 0};
+  // An error of poll itself, a signal among them, is no word on the device.
+  if (poll(&wait, 1, static_cast<int>(std::ceil(1e3 * left_s))) <= 0) return true;
+  return (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0;
+}
+
+void V4l2Camera::Complete(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame) {
+  const double now_s = clock_();
+  double time_s = taken.time_s.value_or(now_s);
+  if (!(time_s <= now_s && time_s >= now_s - kOldestStamp_s)) time_s = now_s;
+  if (!(time_s > last_time_s_)) time_s = now_s;
+  last_time_s_ = time_s;
+  sequence_ = NextSequence(sequence_, last_sequence_, taken.sequence);
+  last_sequence_ = taken.sequence;
+  frame = {luma, time_s, sequence_};
+}
+
+CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
+  if (fd_ < 0) {
+    if (!back_off_.Due(clock_())) return CameraResult::kWaiting;
+    if (const auto why = Open()) return Lost(why->message);
+  }
+  raw_.bytes = {};
+  problem_.clear();
+  const double deadline_s = clock_() + std::clamp(timeout_s, 0.0, kLongestWait_s);
+  for (;;) {
+    const bool alive = WaitForFrame(deadline_s);
+    V4l2Frame taken;
+    const V4l2Answer answer = stream_->TakeNewest(taken);
+    if (answer == V4l2Answer::kGone) {
+      return Lost(fmt::format("went away: {}; is it plugged in?", std::strerror(errno)));
+    }
+    if (!alive && answer == V4l2Answer::kNothing) return Lost("went away; is it plugged in?");
+    if (answer != V4l2Answer::kNothing) heard_s_ = clock_();
+    if (answer == V4l2Answer::kDamaged) {
+      problem_ =
+          fmt::format("{}: damaged frames; see its cable and the other devices of its USB", path_);
+    }
+    if (answer == V4l2Answer::kFrame) {
+      raw_.bytes = taken.bytes;
+      const auto luma = LumaOf(raw_, luma_);
+      if (luma) {
+        back_off_.Well();
+        problem_.clear();
+        Complete(taken, *luma, frame);
+        return CameraResult::kFrame;
+      }
+      raw_.bytes = {};
+      problem_ = fmt::format("{}: {}", path_, luma.error());
+    }
+    if (clock_() - heard_s_ > kSilence_s) {
+      return Lost(fmt::format("sent nothing for {:g} s; opened anew", kSilence_s));
+    }
+    if (clock_() >= deadline_s) break;
+  }
+  if (!problem_.empty()) return CameraResult::kUnusable;
+  problem_ = fmt::format("{}: no frame within {:g} s", path_, timeout_s);
+  return CameraResult::kNoFrame;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,152 @@
+#include "drivers/camera/v4l2_device.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "drivers/ioctl.h"
+
+namespace plumbline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestText = 200;
+
+/// The first line of a file of the kernel's, printable characters only.
+std::string LineOf(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  std::erase_if(line, [](char c) { return c < ' ' || c > '~'; });
+  line.resize(std::min(line.find_last_not_of(' ') + 1, kLongestText));
+  return line;
+}
+
+/// A text that the driver filled, ended by a zero or by the end of its field.
+template <std::size_t kSize>
+std::string TextOf(const unsigned char (&field)[kSize]) {
+  const auto* end = std::find(field, field + kSize, '\0');
+  return {field, end};
+}
+
+/// Asks the device itself. @return whether it captures images, or nothing where it cannot be asked
+std::optional<bool> AskDevice(V4l2Device& device) {
+  const int fd = open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  v4l2_capability capability{};
+  if (fd < 0 || IoctlAgain(fd, VIDIOC_QUERYCAP, &capability) != 0) {
+    device.problem = fmt::format("cannot be opened: {}{}", std::strerror(errno),
+                                 errno == EACCES ? "; is the user in the group video?" : "");
+    if (fd >= 0) close(fd);
+    return std::nullopt;
+  }
+  close(fd);
+  device.name = TextOf(capability.card);
+  device.driver = TextOf(capability.driver);
+  if (device.port.empty()) device.port = TextOf(capability.bus_info);
+  if (device.model.empty()) device.model = device.driver;
+  const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                 ? capability.device_caps
+                                 : capability.capabilities;
+  return (caps & V4L2_CAP_VIDEO_CAPTURE) != 0;
+}
+
+/// Serial number, model and port of the USB device that `node` of sysfs belongs to.
+void AskUsb(const fs::path& node, V4l2Device& device) {
+  std::error_code why;
+  fs::path at = fs::canonical(node / "device", why);
+  for (; !why && at.has_relative_path(); at = at.parent_path()) {
+    if (!fs::exists(at / "idVendor", why)) continue;
+    device.serial = LineOf(at / "serial");
+    device.model = LineOf(at / "idVendor") + ":" + LineOf(at / "idProduct");
+    device.port = at.filename();
+    return;
+  }
+}
+
+bool IsSameCamera(const V4l2Device& a, const V4l2Device& b) {
+  return a.port == b.port && a.model == b.model && a.serial == b.serial;
+}
+
+}  // namespace
+
+std::string NameWithPort(const V4l2Device& device) {
+  return (device.serial.empty() ? device.model : device.serial) + "@" + device.port;
+}
+
+std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
+  std::vector<std::pair<int, V4l2Device>> found;
+  std::error_code why;
+  fs::directory_iterator at(tree.sysfs, why);
+  for (; !why && at != fs::directory_iterator(); at.increment(why)) {
+    const std::string node = at->path().filename();
+    int number = 0, length = 0;
+    if (std::sscanf(node.c_str(), "video%d%n", &number, &length) != 1 ||
+        static_cast<std::size_t>(length) != node.size()) {
+      continue;
+    }
+    V4l2Device device;
+    device.path = fs::path(tree.dev) / node;
+    device.name = LineOf(at->path() / "name");
+    AskUsb(at->path(), device);
+    if (AskDevice(device).value_or(true)) found.emplace_back(number, std::move(device));
+  }
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<V4l2Device> devices;
+  devices.reserve(found.size());
+  for (auto& [number, device] : found) devices.push_back(std::move(device));
+  return devices;
+}
+
+std::string LastingName(const V4l2Device& device, const std::vector<V4l2Device>& all) {
+  const bool is_shared = std::any_of(all.begin(), all.end(), [&](const V4l2Device& other) {
+    return other.serial == device.serial && !IsSameCamera(other, device);
+  });
+  return device.serial.empty() || is_shared ? NameWithPort(device) : device.serial;
+}
+
+Result<V4l2Device> SelectV4l2Device(std::string_view selector,
+                                    const std::vector<V4l2Device>& devices) {
+  if (selector.starts_with('/')) {
+    std::error_code why;
+    const fs::path meant = fs::weakly_canonical(selector, why);
+    for (const V4l2Device& device : devices) {
+      if (!why && meant == fs::weakly_canonical(device.path, why)) return device;
+    }
+    V4l2Device unlisted;
+    unlisted.path = selector;
+    return unlisted;
+  }
+  std::vector<V4l2Device> meant;
+  for (const V4l2Device& device : devices) {
+    const bool fits = (selector == device.serial && !device.serial.empty()) ||
+                      selector == NameWithPort(device) || selector == "@" + device.port;
+    if (fits && std::none_of(meant.begin(), meant.end(),
+                             [&](const auto& one) { return IsSameCamera(one, device); })) {
+      meant.push_back(device);
+    }
+  }
+  if (meant.empty()) {
+    return Error{
+        fmt::format("no camera here is {}; is it plugged in? see plumbline cameras", selector)};
+  }
+  if (meant.size() > 1) {
+    return Error{fmt::format("{} cameras have the serial number {}; name the port too: {} or {}",
+                             meant.size(), selector, NameWithPort(meant[0]),
+                             NameWithPort(meant[1]))};
+  }
+  return meant.front();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,150 @@
+#include "drivers/camera/v4l2_modes.h"
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "drivers/ioctl.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::uint32_t kMostOfAKind = 200;  // a driver that never ends its list
+constexpr double kRateSlack = 0.98;          // 29.97 is 30
+
+double RateOf(const v4l2_fract& interval) {
+  return interval.numerator > 0 ? static_cast<double>(interval.denominator) / interval.numerator
+                                : 0;
+}
+
+ImageSize SizeOf(std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint32_t kMost = 1U << 20;
+  return {static_cast<int>(std::min(width, kMost)), static_cast<int>(std::min(height, kMost))};
+}
+
+std::vector<double> RatesOf(int fd, std::uint32_t fourcc, ImageSize size) {
+  std::vector<double> rates_hz;
+  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+    v4l2_frmivalenum interval{};
+    interval.index = i;
+    interval.pixel_format = fourcc;
+    interval.width = static_cast<std::uint32_t>(size.width);
+    interval.height = static_cast<std::uint32_t>(size.height);
+    if (IoctlAgain(fd, VIDIOC_ENUM_FRAMEINTERVALS, &interval) != 0) break;
+    if (interval.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
+      rates_hz.push_back(RateOf(interval.discrete));
+      continue;
+    }
+    rates_hz = {RateOf(interval.stepwise.min), RateOf(interval.stepwise.max)};
+    break;
+  }
+  std::sort(rates_hz.rbegin(), rates_hz.rend());
+  return rates_hz;
+}
+
+void AddSizes(int fd, std::uint32_t fourcc, std::vector<V4l2Mode>& modes) {
+  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+    v4l2_frmsizeenum size{};
+    size.index = i;
+    size.pixel_format = fourcc;
+    if (IoctlAgain(fd, VIDIOC_ENUM_FRAMESIZES, &size) != 0) return;
+    V4l2Mode mode;
+    mode.fourcc = fourcc;
+    if (size.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
+      mode.smallest = mode.largest = SizeOf(size.discrete.width, size.discrete.height);
+    } else {
+      mode.smallest = SizeOf(size.stepwise.min_width, size.stepwise.min_height);
+      mode.largest = SizeOf(size.stepwise.max_width, size.stepwise.max_height);
+      mode.step =
+          SizeOf(std::max(size.stepwise.step_width, 1U), std::max(size.stepwise.step_height, 1U));
+    }
+    mode.rates_hz = RatesOf(fd, fourcc, mode.largest);
+    modes.push_back(std::move(mode));
+    if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) return;
+  }
+}
+
+bool IsWithin(int value, int smallest, int largest, int step) {
+  return value >= smallest && value <= largest && (value - smallest) % step == 0;
+}
+
+/// The slowest rate that is fast enough, else the fastest.
+double RateToAsk(const std::vector<double>& rates_hz, double wanted_hz) {
+  if (rates_hz.empty()) return 0;
+  double best_hz = rates_hz.front();
+  for (const double rate_hz : rates_hz) {
+    if (rate_hz >= kRateSlack * wanted_hz) best_hz = rate_hz;
+  }
+  return best_hz;
+}
+
+std::string Offer(const std::vector<V4l2Mode>& modes) {
+  std::string text;
+  int told = 0;
+  for (const V4l2Mode& mode : modes) {
+    if (told++ == 12) return text + ", ...";
+    if (!text.empty()) text += ", ";
+    text +=
+        fmt::format("{} {}x{}", FourccText(mode.fourcc), mode.largest.width, mode.largest.height);
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+}  // namespace
+
+std::vector<V4l2Mode> ModesOf(int fd) {
+  std::vector<V4l2Mode> modes;
+  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+    v4l2_fmtdesc format{};
+    format.index = i;
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (IoctlAgain(fd, VIDIOC_ENUM_FMT, &format) != 0) break;
+    AddSizes(fd, format.pixelformat, modes);
+  }
+  return modes;
+}
+
+Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequest& request) {
+  std::vector<PixelFormat> wanted = request.formats;
+  if (wanted.empty()) {
+    wanted = {PixelFormat::kGrey, PixelFormat::kNv12, PixelFormat::kYuyv, PixelFormat::kUyvy,
+              PixelFormat::kMjpeg};
+  }
+  const bool any_size = request.size == ImageSize{};
+  ModeChoice best;
+  std::tuple<bool, double, std::int64_t, std::ptrdiff_t> best_merit;
+  bool found = false;
+  for (const V4l2Mode& mode : modes) {
+    const auto format = PixelFormatOfFourcc(mode.fourcc);
+    const auto place = format ? std::find(wanted.begin(), wanted.end(), *format) : wanted.end();
+    if (place == wanted.end()) continue;
+    const ImageSize size = any_size ? mode.largest : request.size;
+    if (!IsWithin(size.width, mode.smallest.width, mode.largest.width, mode.step.width) ||
+        !IsWithin(size.height, mode.smallest.height, mode.largest.height, mode.step.height)) {
+      continue;
+    }
+    const double fastest_hz = mode.rates_hz.empty() ? 0 : mode.rates_hz.front();
+    const bool fast = mode.rates_hz.empty() || fastest_hz >= kRateSlack * request.rate_hz;
+    const std::tuple merit(fast, fast ? 0 : fastest_hz,
+                           std::int64_t{size.width} * std::int64_t{size.height},
+                           wanted.begin() - place);
+    if (found && !(merit > best_merit)) continue;
+    found = true;
+    best_merit = merit;
+    best = {*format, size, RateToAsk(mode.rates_hz, request.rate_hz)};
+  }
+  if (found) return best;
+  if (any_size) return Error{fmt::format("no format that can be read; it has {}", Offer(modes))};
+  return Error{fmt::format("no {} x {} px in a format that can be read; it has {}",
+                           request.size.width, request.size.height, Offer(modes))};
+}
+
+std::string ModeText(PixelFormat format, ImageSize size, double rate_hz) {
+  std::string text = fmt::format("{} {}x{}", PixelFormatName(format), size.width, size.height);
+  if (rate_hz > 0) text += fmt::format("@{:.4g}", rate_hz);
+  return text;
+}
+
+}  // namespace plumbline

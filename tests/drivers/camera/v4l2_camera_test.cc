@@ -1,0 +1,354 @@
+#include "drivers/camera/v4l2_camera.h"
+
+#include <catch2/catch.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "drivers/camera/registry.h"
+#include "tests/drivers/camera/fake_v4l2.h"
+
+namespace plumbline {
+namespace {
+
+using test::FakeDevice;
+using test::FakeFrame;
+using test::FakeMachine;
+
+constexpr std::uint32_t kWidth = 16, kHeight = 8;
+constexpr double kTimeout_s = 0.1;
+
+/// A frame of one level; GREY unless told.
+FakeFrame Level(int level, std::size_t bytes = kWidth * kHeight) {
+  FakeFrame frame;
+  frame.bytes.assign(bytes, static_cast<std::uint8_t>(level));
+  return frame;
+}
+
+FakeFrame Jpeg(int width, int height, int level) {
+  FakeFrame frame;
+  cv::imencode(".jpg", cv::Mat(height, width, CV_8U, cv::Scalar(level)), frame.bytes);
+  return frame;
+}
+
+/// One camera at port 1-2 of a machine.
+struct Cell {
+  explicit Cell(std::uint32_t fourcc = V4L2_PIX_FMT_GREY) {
+    test::SetFakeTime(1000);
+    Plug(fourcc);
+  }
+  void Plug(std::uint32_t fourcc) {
+    device = &machine.Plug(0, "1-2", "A1");
+    device->modes = {{fourcc, kWidth, kHeight, {30, 15}}};
+  }
+  void Make(V4l2CameraOptions options = {}) {
+    if (options.device.empty()) options.device = "A1";
+    options.tree = machine.tree();
+    auto made = V4l2Camera::Create(options, test::FakeTime);
+    if (!made) FAIL(made.error());
+    camera = std::move(made).value();
+  }
+  CameraResult Read() { return camera->Read(kTimeout_s, frame); }
+  int Seen() const { return frame.luma.row(kHeight - 1)[kWidth - 1]; }
+  std::string Problem() const { return std::string(camera->problem()); }
+
+  FakeMachine machine;
+  FakeDevice* device = nullptr;
+  std::unique_ptr<Camera> camera;
+  CameraFrame frame;
+};
+
+}  // namespace
+
+TEST_CASE("v4l2 camera: connects by itself, luma in place, the driver's time") {
+  Cell cell;
+  cell.Make();
+  CHECK(cell.camera->identity().serial.empty());
+  cell.device->coming = {Level(50), Level(60)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.camera->identity().serial == "A1");
+  CHECK(cell.camera->identity().mode == "GREY 16x8@30");
+  CHECK(cell.frame.luma.size() == ImageSize{16, 8});
+  CHECK(cell.Seen() == 50);
+  CHECK(cell.frame.time_s == Approx(1000.03));
+  const bool in_place = cell.frame.luma.data == cell.device->memory[0].bytes.data();
+  CHECK(in_place);
+  const std::uint64_t first = cell.frame.sequence;
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 60);
+  CHECK(cell.frame.sequence == first + 1);
+  CHECK(cell.camera->problem().empty());
+  CHECK(cell.camera->TakeRemarks().empty());
+}
+
+TEST_CASE("v4l2 camera: no frame in time; silence opens it anew") {
+  Cell cell;
+  cell.Make();
+  CHECK(cell.Read() == CameraResult::kNoFrame);
+  CHECK(test::FakeTime() == Approx(1000.1));
+  CHECK_THAT(cell.Problem(), Catch::Contains("no frame within 0.1 s"));
+  CameraResult result = CameraResult::kNoFrame;
+  for (int i = 0; i < 100 && result == CameraResult::kNoFrame; ++i) result = cell.Read();
+  CHECK(result == CameraResult::kLost);
+  CHECK(test::FakeTime() == Approx(1005.1).margin(0.2));
+  CHECK_THAT(cell.Problem(), Catch::Contains("sent nothing for 5 s"));
+  CHECK(cell.Read() == CameraResult::kWaiting);
+  test::SetFakeTime(test::FakeTime() + 1);
+  cell.device->coming = {Level(1)};
+  CHECK(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.device->opened == 2);
+}
+
+TEST_CASE("v4l2 camera: the newest frame only, and the gap is told") {
+  Cell cell;
+  cell.Make();
+  cell.device->coming = {Level(1)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  const std::uint64_t first = cell.frame.sequence;
+  for (const int level : {2, 3, 4, 5, 6}) cell.device->Arrive(Level(level));
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 4);  // three buffers were free: the frames 5 and 6 found none
+  CHECK(cell.frame.sequence == first + 3);
+  FakeFrame late = Level(7);
+  late.skipped = 10;
+  cell.device->Arrive(late);
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 7);
+  CHECK(cell.frame.sequence == first + 16);
+  // The frame that is held is not overwritten, whatever comes.
+  for (const int level : {8, 9, 10, 11, 12}) cell.device->Arrive(Level(level));
+  CHECK(cell.Seen() == 7);
+}
+
+TEST_CASE("v4l2 camera: damaged and short frames are passed over; only such are unusable") {
+  Cell cell;
+  cell.Make();
+  FakeFrame damaged = Level(1);
+  damaged.flags |= V4L2_BUF_FLAG_ERROR;
+  cell.device->coming = {damaged, Level(2, 100), Level(3)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 3);
+  const CameraFrame before = cell.frame;
+  cell.device->coming = {Level(4, 100), Level(5, 100), Level(6, 100), Level(7, 100)};
+  CHECK(cell.Read() == CameraResult::kUnusable);
+  CHECK_THAT(cell.Problem(), Catch::Contains("a short frame: 100 bytes"));
+  CHECK(cell.frame.sequence == before.sequence);
+  cell.device->coming = {damaged, damaged, damaged, damaged};
+  CHECK(cell.Read() == CameraResult::kUnusable);
+  CHECK_THAT(cell.Problem(), Catch::Contains("damaged frames"));
+  cell.device->coming = {Level(0, 0), Level(8)};  // an empty one
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 8);
+}
+
+TEST_CASE("v4l2 camera: unplugged while streaming, back at another port, settings applied again") {
+  Cell cell;
+  cell.device->controls = {{V4L2_CID_FOCUS_AUTO, {0, 1, 1}}, {V4L2_CID_GAIN, {0, 100, 0}}};
+  cell.Make({.device = {}, .settings = {.gain_counts = 40}});
+  cell.device->coming = {Level(1), Level(1)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.device->controls[V4L2_CID_FOCUS_AUTO].value == 0);
+  CHECK(cell.device->controls[V4L2_CID_GAIN].value == 40);
+  const CameraFrame before = cell.frame;
+  cell.machine.Unplug(0);
+  CHECK(cell.Read() == CameraResult::kLost);
+  CHECK_THAT(cell.Problem(), Catch::Contains("went away: No such device"));
+  CHECK(cell.Read() == CameraResult::kWaiting);
+  CHECK_THAT(cell.Problem(), Catch::Contains("went away"));
+  test::SetFakeTime(test::FakeTime() + 1);
+  CHECK(cell.Read() == CameraResult::kLost);
+  CHECK_THAT(cell.Problem(), Catch::Contains("no camera here is A1; is it plugged in?"));
+
+  FakeDevice& back = cell.machine.Plug(5, "2-1", "A1");
+  back.modes = {{V4L2_PIX_FMT_GREY, kWidth, kHeight, {30}}};
+  back.controls = {{V4L2_CID_FOCUS_AUTO, {0, 1, 1}}, {V4L2_CID_GAIN, {0, 100, 0}}};
+  back.coming = {Level(9)};
+  test::SetFakeTime(test::FakeTime() + 6);
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 9);
+  CHECK(cell.frame.sequence == before.sequence + 1);
+  CHECK(cell.frame.time_s > before.time_s);
+  CHECK(back.controls[V4L2_CID_FOCUS_AUTO].value == 0);
+  CHECK(back.controls[V4L2_CID_GAIN].value == 40);
+  CHECK(cell.camera->identity().serial == "A1");
+}
+
+TEST_CASE("v4l2 camera: each setting that the device refuses, bends or lacks is told") {
+  Cell cell;
+  auto& controls = cell.device->controls;
+  controls[V4L2_CID_EXPOSURE_AUTO] = {0, 3, 3};
+  controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {3, 2047, 250};
+  controls[V4L2_CID_AUTO_WHITE_BALANCE] = {0, 1, 1, 1, true};
+  controls[V4L2_CID_WHITE_BALANCE_TEMPERATURE] = {2800, 6500, 4000};
+  controls[V4L2_CID_FOCUS_ABSOLUTE] = {0, 250, 0, 5};
+  cell.Make(
+      {.device = {},
+       .settings = {
+           .exposure_s = 0.005, .gain_counts = 3, .white_balance_K = 9000.0, .focus_counts = 42}});
+  cell.device->coming = {Level(1)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(controls[V4L2_CID_EXPOSURE_AUTO].value == V4L2_EXPOSURE_MANUAL);
+  CHECK(controls[V4L2_CID_EXPOSURE_ABSOLUTE].value == 50);
+  const std::string at = cell.machine.Path(0) + ": ";
+  CHECK(cell.camera->TakeRemarks() ==
+        std::vector<std::string>{
+            at + "focus_counts: asked for 42, the camera took 40",
+            at + "gain_counts: this camera does not have it",
+            at + "automatic white balance: the camera refuses 0: Device or resource busy",
+            at + "white_balance_K: 9000 is outside 2800..6500 of this camera; left alone"});
+  CHECK(cell.camera->TakeRemarks().empty());
+}
+
+TEST_CASE("v4l2 camera: Motion JPEG; garbage and another size are passed over") {
+  Cell cell(V4L2_PIX_FMT_MJPEG);
+  cell.Make();
+  cell.device->coming = {Level(0x5A), Jpeg(8, 8, 1), Jpeg(kWidth, kHeight, 99)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.camera->identity().mode == "MJPG 16x8@30");
+  CHECK(cell.Seen() == 99);
+  REQUIRE(cell.camera->Bgr() != nullptr);
+  CHECK(cell.camera->Bgr()->size() == 3 * kWidth * kHeight);
+  CHECK(cell.camera->Bgr()->at(1) == 99);
+  cell.device->coming = {Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1)};
+  CHECK(cell.Read() == CameraResult::kUnusable);
+  CHECK_THAT(cell.Problem(), Catch::Contains("a JPEG of 8 x 8 px where 16 x 8 were agreed"));
+  CHECK(cell.camera->Bgr() == nullptr);
+  cell.device->coming = {Jpeg(kWidth, kHeight, 0)};  // a black frame is a frame
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 0);
+}
+
+TEST_CASE("v4l2 camera: rows with padding, and YUYV") {
+  Cell cell(V4L2_PIX_FMT_YUYV);
+  cell.device->padding = 6;
+  cell.Make();
+  FakeFrame frame = Level(128, (2 * kWidth + 6) * kHeight);
+  for (std::size_t i = 0; i < frame.bytes.size(); i += 2) frame.bytes[i] = 77;
+  cell.device->coming = {frame};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.Seen() == 77);
+}
+
+TEST_CASE("v4l2 camera: stamps of another clock or impossible ones are replaced by ours") {
+  Cell cell;
+  cell.Make();
+  FakeFrame frame = Level(1);
+  frame.older_s = 0.02;
+  cell.device->coming = {frame};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.frame.time_s == Approx(1000.01));
+  frame.flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
+  cell.device->coming = {frame};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.frame.time_s == Approx(1000.06));
+  frame.flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+  for (const double older_s : {900.0, -5.0}) {
+    frame.older_s = older_s;
+    cell.device->coming = {frame};
+    REQUIRE(cell.Read() == CameraResult::kFrame);
+    CHECK(cell.frame.time_s == Approx(test::FakeTime()));
+  }
+  frame.older_s = 0.5;  // before the frame that came last
+  cell.device->coming = {frame};
+  const double before_s = cell.frame.time_s;
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.frame.time_s > before_s);
+}
+
+TEST_CASE("v4l2 camera: in use, of another kind, or without the mode: what to do is told") {
+  const auto problem = [](Cell& cell, const V4l2CameraOptions& options = {}) {
+    cell.Make(options);
+    CHECK(cell.Read() == CameraResult::kLost);
+    return cell.Problem();
+  };
+  Cell busy;
+  busy.device->busy = true;
+  CHECK_THAT(problem(busy), Catch::Contains("does another program use the camera?"));
+  Cell output;
+  output.device->caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
+  CHECK_THAT(problem(output, {.device = output.machine.Path(0)}),
+             Catch::Contains("does not stream images"));
+  Cell small;
+  CHECK_THAT(problem(small, {.device = {}, .mode = {.size = {640, 480}}}),
+             Catch::Contains("no 640 x 480 px in a format that can be read; it has GREY 16x8"));
+  Cell stubborn;
+  stubborn.device->modes.insert(stubborn.device->modes.begin(), {V4L2_PIX_FMT_H264, 32, 32, {30}});
+  stubborn.device->ignores_format = true;
+  CHECK_THAT(problem(stubborn), Catch::Contains("but the camera took H264 32x32"));
+  Cell absent;
+  CHECK_THAT(problem(absent, {.device = "/dev/no-such-video"}),
+             Catch::Contains("is the camera plugged in?"));
+}
+
+TEST_CASE("v4l2 camera: a rate that the device does not have is told") {
+  Cell cell;
+  cell.Make({.device = {}, .mode = {.rate_hz = 60}});
+  cell.device->coming = {Level(1)};
+  REQUIRE(cell.Read() == CameraResult::kFrame);
+  CHECK(cell.camera->TakeRemarks() ==
+        std::vector<std::string>{cell.machine.Path(0) +
+                                 ": GREY 16x8 30 frames a second, 60 were asked for"});
+}
+
+TEST_CASE("v4l2 camera: two at once, of one serial number, told apart by their port") {
+  Cell cell;
+  FakeDevice& other = cell.machine.Plug(1, "1-3", "A1");
+  other.modes = {{V4L2_PIX_FMT_GREY, kWidth, kHeight, {30}}};
+  cell.Make();
+  CHECK(cell.Read() == CameraResult::kLost);
+  CHECK_THAT(cell.Problem(), Catch::Contains("name the port too: A1@1-2 or A1@1-3"));
+
+  cell.Make({.device = "A1@1-2"});
+  auto second =
+      std::move(V4l2Camera::Create({.device = cell.machine.Path(1), .tree = cell.machine.tree()},
+                                   test::FakeTime))
+          .value();
+  CameraFrame frame;
+  for (int k = 0; k < 5; ++k) {
+    cell.device->coming = {Level(10 + k)};
+    other.coming = {Level(20 + k)};
+    REQUIRE(cell.Read() == CameraResult::kFrame);
+    REQUIRE(second->Read(kTimeout_s, frame) == CameraResult::kFrame);
+    CHECK(cell.Seen() == 10 + k);
+    CHECK(frame.luma.row(0)[0] == 20 + k);
+  }
+  CHECK(cell.camera->identity().serial == "A1@1-2");
+  CHECK(second->identity().serial == "A1@1-3");
+  // The first one goes; the second is not disturbed, and keeps its name over a return.
+  cell.machine.Unplug(0);
+  CHECK(cell.Read() == CameraResult::kLost);
+  other.coming = {Level(30)};
+  CHECK(second->Read(kTimeout_s, frame) == CameraResult::kFrame);
+  cell.machine.Unplug(1);
+  CHECK(second->Read(kTimeout_s, frame) == CameraResult::kLost);
+  FakeDevice& back = cell.machine.Plug(1, "1-3", "A1");
+  back.modes = {{V4L2_PIX_FMT_GREY, kWidth, kHeight, {30}}};
+  back.coming = {Level(31)};
+  test::SetFakeTime(test::FakeTime() + 6);
+  CHECK(second->Read(kTimeout_s, frame) == CameraResult::kFrame);
+  CHECK(second->identity().serial == "A1@1-3");
+}
+
+TEST_CASE("v4l2 camera: options that no camera has are refused") {
+  const auto why = [](const V4l2CameraOptions& options) {
+    const auto made = V4l2Camera::Create(options, test::FakeTime);
+    return made ? "" : made.error();
+  };
+  CHECK(why({.device = "A"}).empty());
+  CHECK_THAT(why({.device = ""}), Catch::Contains("see plumbline cameras"));
+  CHECK_THAT(why({.device = "A", .mode = {.size = {640, 0}}}), Catch::Contains("is no size"));
+  CHECK_THAT(why({.device = "A", .mode = {.rate_hz = 0}}), Catch::Contains("0.01..1000"));
+  CHECK_THAT(why({.device = "A", .settings = {.exposure_s = -1.0}}), Catch::Contains("exposure"));
+  CHECK_THAT(why({.device = "A", .settings = {.white_balance_K = 0.0}}), Catch::Contains("white"));
+  CHECK(MakeCamera("v4l2", {.v4l2 = {.device = "A"}}));
+}
+
+TEST_CASE("v4l2 camera: the driver's count goes on over its end and over a return") {
+  CHECK(NextSequence(7, 3, 4) == 8);
+  CHECK(NextSequence(7, 3, 9) == 13);
+  CHECK(NextSequence(7, 0xFFFFFFFF, 1) == 9);
+  CHECK(NextSequence(7, std::nullopt, 500) == 8);
+  CHECK(NextSequence(7, 0, 0) == 8);    // a driver that does not count
+  CHECK(NextSequence(7, 100, 2) == 8);  // one that begins again
+}
+
+}  // namespace plumbline

@@ -1,0 +1,68 @@
+#include "drivers/camera/v4l2_modes.h"
+
+#include <linux/videodev2.h>
+
+#include <catch2/catch.hpp>
+
+namespace plumbline {
+namespace {
+
+V4l2Mode Discrete(std::uint32_t fourcc, ImageSize size, std::vector<double> rates_hz) {
+  return {fourcc, size, size, {1, 1}, std::move(rates_hz)};
+}
+
+/// A usual USB 2 camera: raw frames are slow where they are large.
+std::vector<V4l2Mode> Webcam() {
+  return {Discrete(V4L2_PIX_FMT_H264, {3840, 2160}, {30}),
+          Discrete(V4L2_PIX_FMT_MJPEG, {1920, 1080}, {30, 15}),
+          Discrete(V4L2_PIX_FMT_MJPEG, {640, 480}, {30}),
+          Discrete(V4L2_PIX_FMT_YUYV, {1920, 1080}, {5}),
+          Discrete(V4L2_PIX_FMT_YUYV, {1280, 720}, {10, 5}),
+          Discrete(V4L2_PIX_FMT_YUYV, {640, 480}, {60, 29.97, 15})};
+}
+
+std::string Chosen(const std::vector<V4l2Mode>& modes, const ModeRequest& request) {
+  const auto choice = ChooseMode(modes, request);
+  return choice ? ModeText(choice->format, choice->size, choice->rate_hz) : choice.error();
+}
+
+}  // namespace
+
+TEST_CASE("mode: the best format that is fast enough, at the slowest rate that is") {
+  CHECK(Chosen(Webcam(), {.size = {640, 480}}) == "YUYV 640x480@29.97");
+  CHECK(Chosen(Webcam(), {.size = {640, 480}, .rate_hz = 30}) == "YUYV 640x480@29.97");
+  CHECK(Chosen(Webcam(), {.size = {640, 480}, .rate_hz = 50}) == "YUYV 640x480@60");
+  CHECK(Chosen(Webcam(), {.size = {1920, 1080}}) == "MJPG 1920x1080@30");
+  CHECK(Chosen(Webcam(), {.size = {1920, 1080}, .rate_hz = 5}) == "YUYV 1920x1080@5");
+  CHECK(Chosen(Webcam(), {}) == "MJPG 1920x1080@30");
+  CHECK(Chosen(Webcam(), {.rate_hz = 40}) == "YUYV 640x480@60");
+}
+
+TEST_CASE("mode: where nothing is fast enough, the fastest") {
+  CHECK(Chosen(Webcam(), {.size = {1920, 1080}, .rate_hz = 100}) == "MJPG 1920x1080@30");
+  CHECK(Chosen(Webcam(), {.rate_hz = 100}) == "YUYV 640x480@60");
+  CHECK(Chosen(Webcam(), {.size = {1280, 720}}) == "YUYV 1280x720@10");
+}
+
+TEST_CASE("mode: formats in the order wanted, and only those") {
+  const std::vector<PixelFormat> jpeg = {PixelFormat::kMjpeg};
+  CHECK(Chosen(Webcam(), {.size = {640, 480}, .formats = jpeg}) == "MJPG 640x480@30");
+  CHECK(Chosen(Webcam(),
+               {.size = {640, 480}, .formats = {PixelFormat::kMjpeg, PixelFormat::kYuyv}}) ==
+        "MJPG 640x480@30");
+  CHECK_THAT(Chosen(Webcam(), {.size = {1280, 720}, .formats = jpeg}),
+             Catch::Contains("no 1280 x 720 px in a format that can be read; it has H264"));
+  CHECK(Chosen({}, {}) == "no format that can be read; it has nothing");
+  CHECK_THAT(Chosen({Discrete(V4L2_PIX_FMT_DV, {720, 576}, {25})}, {}),
+             Catch::Contains("it has dvsd 720x576"));
+}
+
+TEST_CASE("mode: a range of sizes, and a camera that tells no rate") {
+  const V4l2Mode range{V4L2_PIX_FMT_GREY, {160, 120}, {1920, 1200}, {16, 8}, {}};
+  CHECK(Chosen({range}, {}) == "GREY 1920x1200");
+  CHECK(Chosen({range}, {.size = {640, 480}}) == "GREY 640x480");
+  CHECK_THAT(Chosen({range}, {.size = {650, 480}}), Catch::Contains("no 650 x 480"));
+  CHECK_THAT(Chosen({range}, {.size = {2000, 1200}}), Catch::Contains("it has GREY 1920x1200"));
+}
+
+}  // namespace plumbline
