@@ -4,6 +4,7 @@
 
 #include "app/cli/beam_command.h"
 #include "app/cli/calibrate_lens_command.h"
+#include "app/cli/cameras_command.h"
 #include "app/cli/check_command.h"
 #include "app/cli/diagnose_command.h"
 #include "app/cli/exit_codes.h"
@@ -62,6 +63,7 @@ int main(int argc, char** argv) {
   AddJournalCommand(app, exit_code);
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
+  AddCamerasCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);

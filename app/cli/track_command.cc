@@ -9,12 +9,14 @@
 #include <string>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/live_camera.h"
+#include "app/cli/live_track.h"
 #include "app/cli/number_option.h"
 #include "app/config/text_file.h"
-#include "drivers/camera/image_folder.h"
 #include "app/lens/lens_json.h"
 #include "app/tracking/body_reader.h"
 #include "app/tracking/track_json.h"
+#include "drivers/camera/image_folder.h"
 
 namespace plumbline {
 namespace {
@@ -22,7 +24,8 @@ namespace {
 struct Options {
   std::string image, intrinsics, bodies, family = "36h11";
   double tag_size_mm = 0;
-  int threshold = -1;
+  LiveCameraOptions live;
+  int threshold = -1, frames = 0;
   bool force = false, json = false;
 };
 
@@ -73,37 +76,18 @@ std::optional<TagDatabase> ReadDatabase(const Options& options) {
   return database;
 }
 
-int Run(const Options& options) {
-  if (options.tag_size_mm <= 0 && options.bodies.empty()) {
-    std::cerr << "plumbline track: how large are the tags? give --tag-size-mm, or --bodies\n";
-    return kExitUsage;
-  }
-  auto family = TagFamilyOfName(options.family);
-  if (!family) {
-    std::cerr << "plumbline track: --family: " << family.error() << '\n';
-    return kExitUsage;
-  }
-  const auto lens = ReadLens(options);
-  const auto database = ReadDatabase(options);
-  if (!lens || !database) return kExitFault;
+int RunOnImage(const Options& options, const LensFile& lens, Tracker& tracker) {
   const auto image = ReadImage(options.image);
   if (!image) return Refused(fmt::format("{}: {}", options.image, image.error()));
-  if (image->View().size() != lens->size) {
+  if (image->View().size() != lens.size) {
     return Refused(fmt::format(
         "{}: the image has {} x {} pixels, the lens of {} was calibrated at {} x {}; use images of "
         "the same mode of the camera, neither cut nor scaled",
-        options.image, image->width, image->height, options.intrinsics, lens->size.width,
-        lens->size.height));
+        options.image, image->width, image->height, options.intrinsics, lens.size.width,
+        lens.size.height));
   }
-  TrackerSettings settings;
-  settings.detector.small_tags = true;
-  if (options.threshold >= 0) settings.detector.threshold = options.threshold;
-  Tracker tracker(std::move(family).value(), *database, settings);
-  const KnownLens known{lens->lens, lens->covariance};
+  const KnownLens known{lens.lens, lens.covariance};
   const TrackedFrame& frame = tracker.Update(image->View(), 0, &known);
-  if (!lens->accepted) {
-    std::cerr << options.intrinsics << ": used by --force though it was refused\n";
-  }
   if (frame.limited) {
     std::cerr << options.image << ": more dark regions than are looked at; the smaller ones were "
               << "left out, tags may be missing; try --threshold\n";
@@ -120,14 +104,55 @@ int Run(const Options& options) {
   return kExitOk;
 }
 
+int RunLive(const Options& options, const LensFile& lens, Tracker& tracker) {
+  const auto camera = MakeLiveCamera(options.live);
+  if (!camera) return Refused(camera.error());
+  return TrackLive(**camera, tracker, lens,
+                   {.lens_name = options.intrinsics,
+                    .frames = options.frames,
+                    .json = options.json,
+                    .recording = IsRecording(options.live.camera)});
+}
+
+int Run(const Options& options) {
+  if (options.image.empty() == options.live.camera.empty()) {
+    std::cerr << "plumbline track: give --image FILE or --camera CAMERA\n";
+    return kExitUsage;
+  }
+  if (options.tag_size_mm <= 0 && options.bodies.empty()) {
+    std::cerr << "plumbline track: how large are the tags? give --tag-size-mm, or --bodies\n";
+    return kExitUsage;
+  }
+  auto family = TagFamilyOfName(options.family);
+  if (!family) {
+    std::cerr << "plumbline track: --family: " << family.error() << '\n';
+    return kExitUsage;
+  }
+  const auto lens = ReadLens(options);
+  const auto database = ReadDatabase(options);
+  if (!lens || !database) return kExitFault;
+  TrackerSettings settings;
+  settings.detector.small_tags = options.live.camera.empty();  // a camera goes on meanwhile
+  if (options.threshold >= 0) settings.detector.threshold = options.threshold;
+  Tracker tracker(std::move(family).value(), *database, settings);
+  if (!lens->accepted) {
+    std::cerr << options.intrinsics << ": used by --force though it was refused\n";
+  }
+  return options.live.camera.empty() ? RunOnImage(options, *lens, tracker)
+                                     : RunLive(options, *lens, tracker);
+}
+
 }  // namespace
 
 void AddTrackCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("track", "Tags and bodies in an image, and where they are");
-  command->add_option("--image", options->image, "Image file; colour is turned to grey")
-      ->required();
+  CLI::App* command = app.add_subcommand(
+      "track", "Tags and bodies in an image or before a camera, and where they are");
+  command->add_option("--image", options->image, "Image file; colour is turned to grey");
+  AddCameraOptions(*command, options->live);
+  command->add_option("--frames", options->frames, "End after so many frames of the camera")
+      ->needs("--camera")
+      ->check(CLI::Range(1, 1 << 30));
   command
       ->add_option("--intrinsics", options->intrinsics,
                    "The lens, LENS.json of plumbline calibrate-lens")
@@ -145,13 +170,18 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
                    "decides")
       ->check(CLI::Range(0, 255));
   command->add_flag("--force", options->force, "Use a lens whose calibration was refused");
-  command->add_flag("--json", options->json, "Answer as JSON on standard output");
+  command->add_flag("--json", options->json,
+                    "Answer as JSON on standard output; of a camera, one line a frame");
   command->footer(
       "Positions in the camera frame: x right, y down, z forward. A tag's frame: x to its right, "
       "y\n"
       "down, z into it, the origin at its centre.\n\n"
       "Examples:\n  plumbline track --image frame.png --intrinsics lens.json --tag-size-mm 80\n"
-      "  plumbline track --image frame.png --intrinsics lens.json --bodies bodies.toml --json\n\n"
+      "  plumbline track --image frame.png --intrinsics lens.json --bodies bodies.toml --json\n"
+      "  plumbline track --camera A1B2C3 --size 1920x1080 --exposure-ms 5 --intrinsics lens.json "
+      "--bodies bodies.toml --json\n"
+      "  plumbline track --camera recording --fast --intrinsics lens.json --tag-size-mm 80 --json\n"
+      "Ctrl-C ends the tracking of a camera.\n\n"
       "Exit codes: 0 done, also where there is no tag; 1 faults in the input; 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

@@ -39,9 +39,7 @@ std::string PoseText(const PoseEstimate& estimate, bool ambiguous) {
                      sd.x(), sd.y(), sd.z(), ambiguous ? "   ambiguous" : "");
 }
 
-}  // namespace
-
-std::string TrackJson(const TrackedFrame& frame) {
+Json FrameJson(const TrackedFrame& frame) {
   Json tags = Json::array(), bodies = Json::array();
   for (const TrackedTag& tag : frame.tags) {
     Json corners = Json::array();
@@ -58,7 +56,19 @@ std::string TrackJson(const TrackedFrame& frame) {
                       {"tags", body.used},
                       {"left_out", body.left_out}});
   }
-  return Json{{"tags", tags}, {"bodies", bodies}}.dump(2) + "\n";
+  return {{"tags", tags}, {"bodies", bodies}};
+}
+
+}  // namespace
+
+std::string TrackJson(const TrackedFrame& frame) {
+  return FrameJson(frame).dump(2) + "\n";
+}
+
+std::string TrackJsonLine(const TrackedFrame& frame, double t_s, std::uint64_t sequence) {
+  Json json = {{"t_s", t_s}, {"sequence", sequence}};
+  json.update(FrameJson(frame));
+  return json.dump() + "\n";
 }
 
 std::string TrackText(const TrackedFrame& frame) {

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -51,15 +48,6 @@ Result<std::vector<SequenceFrame>> FramesOfFile(const std::string& path) {
 }
 
 }  // namespace
-
-void SleepSeconds(double seconds) {
-  if (!(seconds > 0)) return;
-  timespec left{};
-  left.tv_sec = static_cast<time_t>(seconds);
-  left.tv_nsec = static_cast<long>(1e9 * (seconds - std::floor(seconds)));
-  // A signal ends it early: who waits for Ctrl-C shall see it.
-  clock_nanosleep(CLOCK_MONOTONIC, 0, &left, nullptr);
-}
 
 Result<std::unique_ptr<Camera>> RecordedCamera::Create(const RecordedCameraOptions& options,
                                                        Clock clock, Sleep sleep) {

@@ -23,10 +23,6 @@ struct RecordedCameraOptions {
   std::string mode = {};    ///< likewise; else made of the images' size and the rate
 };
 
-/// Waits so long [s]; injected with the clock, so that tests own the time.
-using Sleep = void (*)(double);
-void SleepSeconds(double seconds);
-
 /// Frames carry their recorded times, moved so that the first one is taken when Read() is called
 /// first; repeats follow after the last interval. Paced, the newest frame that is due is shown, and
 /// `sequence` tells those that nobody asked for. An image that cannot be read, or has another size

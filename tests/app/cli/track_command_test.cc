@@ -172,3 +172,59 @@ TEST_CASE("What cannot be used is refused with what to do") {
   std::remove(files.image.c_str());
   refused("--tag-size-mm 80", 1, "No such file");
 }
+
+TEST_CASE("A recording as a camera: one line of JSON a frame, with its time and sequence") {
+  const Files files;
+  const std::string recording = files.Path("recording.csv");
+  Files::Write(files.Path("broken.pgm"), "no image");
+  Files::Write(recording, "t_s,file\n4,frame.pgm\n4.05,broken.pgm\n4.1,\n4.15,frame.pgm\n");
+  const auto track = [&](const std::string& more) {
+    return RunCommand(AddTrackCommand, "track --camera " + recording + " --intrinsics " +
+                                           files.lens + " --tag-size-mm 80 " + more);
+  };
+  const Answer answer = track("--fast --json");
+  INFO(answer.err);
+  REQUIRE(answer.exit_code == 0);
+  std::istringstream lines(answer.out);
+  std::vector<nlohmann::json> frames;
+  for (std::string line; std::getline(lines, line);) frames.push_back(nlohmann::json::parse(line));
+  REQUIRE(frames.size() == 2);
+  CHECK(frames[0]["t_s"] == 0.0);
+  CHECK(frames[1]["t_s"].get<double>() == Approx(0.15));
+  CHECK(frames[1]["sequence"] == 3);
+  for (const auto& frame : frames) {
+    CHECK(frame["tags"].size() == 2);
+    CHECK(frame["tags"][0]["pose"]["t_mm"][2].get<double>() == Approx(800).margin(1));
+  }
+  CHECK(answer.err.find("broken.pgm: no image") != std::string::npos);
+  CHECK(answer.err.find("the camera was lost here") != std::string::npos);
+  CHECK(answer.err.find("the camera is back") != std::string::npos);
+  const Answer text = track("--fast --frames 1");
+  CHECK(text.exit_code == 0);
+  CHECK(text.out.find("frame 0, 0.000 s:") == 0);
+  CHECK(text.out.find("frame 3") == std::string::npos);
+  CHECK(track("--fast --repeat --frames 9 --json").exit_code == 0);
+}
+
+TEST_CASE("A camera that cannot be used is refused with what to do") {
+  const Files files;
+  const auto refused = [&](const std::string& camera, int code, const std::string& word) {
+    const Answer answer = RunCommand(
+        AddTrackCommand, "track --intrinsics " + files.lens + " --tag-size-mm 80 " + camera);
+    INFO(answer.err);
+    CHECK(answer.exit_code == code);
+    CHECK(answer.out.empty());
+    CHECK(answer.err.find(word) != std::string::npos);
+  };
+  refused("", 2, "--image FILE or --camera");
+  refused("--camera x --image y", 2, "--image FILE or --camera");
+  refused("--camera NO-SUCH-SERIAL", 1, "see plumbline cameras");
+  refused("--camera /dev/no-such-video", 1, "is the camera plugged in?");
+  refused("--camera " + files.Path("none.csv"), 1, "No such file");
+  Files::Write(files.Path("bad.csv"), "t_s,file\n0,none.png\n");
+  refused("--camera " + files.Path("bad.csv"), 1, "no frame could be used");
+  refused("--camera " + files.folder.path() + " --size 12", 2, "");
+  refused("--image y --frames 3", 2, "");
+  files.WriteLens(true, 640);
+  refused("--fast --camera " + files.folder.path(), 1, "calibrated at 640 x 360");
+}

@@ -1,0 +1,137 @@
+#include "app/cli/cameras_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "app/cli/exit_codes.h"
+#include "drivers/camera/v4l2_offer.h"
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A device with what it can do; `device.problem` where it does not say.
+struct Listed {
+  V4l2Device device;
+  std::string select;
+  V4l2Offer offer;
+};
+
+std::vector<Listed> List(const DeviceTree& tree) {
+  std::vector<Listed> cameras;
+  const std::vector<V4l2Device> devices = ListV4l2Devices(tree);
+  for (const V4l2Device& device : devices) {
+    Listed camera{device, LastingName(device, devices), {}};
+    if (camera.device.problem.empty()) {
+      auto offer = OfferOf(device);
+      if (offer) {
+        camera.offer = std::move(offer).value();
+      } else {
+        camera.device.problem = offer.error();
+      }
+    }
+    cameras.push_back(std::move(camera));
+  }
+  return cameras;
+}
+
+bool IsReadable(const V4l2Mode& mode) {
+  return PixelFormatOfFourcc(mode.fourcc).has_value();
+}
+
+Json ModeJson(const V4l2Mode& mode) {
+  Json json = {{"format", FourccText(mode.fourcc)},
+               {"readable", IsReadable(mode)},
+               {"width", mode.largest.width},
+               {"height", mode.largest.height}};
+  if (mode.smallest != mode.largest) {
+    json["smallest"] = {mode.smallest.width, mode.smallest.height};
+    json["step"] = {mode.step.width, mode.step.height};
+  }
+  json["rates_hz"] = mode.rates_hz;
+  return json;
+}
+
+std::string ModeLine(const V4l2Mode& mode) {
+  std::string text = fmt::format("  {} ", FourccText(mode.fourcc));
+  if (mode.smallest != mode.largest) {
+    text += fmt::format("{}x{} to ", mode.smallest.width, mode.smallest.height);
+  }
+  text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
+  if (!mode.rates_hz.empty()) text += fmt::format(" at {:.4g} Hz", fmt::join(mode.rates_hz, ", "));
+  return text + (IsReadable(mode) ? "\n" : "  (not read by Plumbline)\n");
+}
+
+}  // namespace
+
+std::string CamerasJson(const DeviceTree& tree) {
+  Json cameras = Json::array();
+  for (const Listed& listed : List(tree)) {
+    const V4l2Device& device = listed.device;
+    Json modes = Json::array(), controls = Json::array();
+    for (const V4l2Mode& mode : listed.offer.modes) modes.push_back(ModeJson(mode));
+    for (const V4l2Control& control : listed.offer.controls) {
+      controls.push_back({{"name", control.name},
+                          {"smallest", control.smallest},
+                          {"largest", control.largest},
+                          {"standard", control.standard},
+                          {"value", control.value}});
+    }
+    cameras.push_back({{"device", device.path},
+                       {"select", listed.select},
+                       {"name", device.name},
+                       {"driver", device.driver},
+                       {"serial", device.serial},
+                       {"port", device.port},
+                       {"problem", device.problem.empty() ? Json(nullptr) : Json(device.problem)},
+                       {"modes", modes},
+                       {"controls", controls}});
+  }
+  // A name from a device need not be UTF-8.
+  return Json{{"cameras", cameras}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string CamerasText(const DeviceTree& tree) {
+  std::string text;
+  for (const Listed& listed : List(tree)) {
+    const V4l2Device& device = listed.device;
+    text += fmt::format("{}  {}\n  --camera {}\n", device.path, device.name, listed.select);
+    if (device.serial.empty()) text += "  has no serial number: known by its port\n";
+    if (!device.problem.empty()) text += fmt::format("  {}\n", device.problem);
+    for (const V4l2Mode& mode : listed.offer.modes) text += ModeLine(mode);
+    for (const V4l2Control& control : listed.offer.controls) {
+      text += fmt::format("  {} {:g} ({:g}..{:g}, standard {:g})\n", control.name, control.value,
+                          control.smallest, control.largest, control.standard);
+    }
+  }
+  return text.empty() ? "no cameras\n" : text;
+}
+
+void AddCamerasCommand(CLI::App& app, int& exit_code) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App* command =
+      app.add_subcommand("cameras", "Cameras of this computer: names, modes, settings");
+  command->add_flag("--json", *json, "For programs");
+  command->footer(
+      "Name a camera by what stands behind --camera: a device such as /dev/video0 may be another "
+      "one\n"
+      "after a start. The port (@1-2) is part of the name where the serial number is not "
+      "enough.\n\n"
+      "Examples:\n  plumbline cameras\n"
+      "  plumbline cameras --json\n"
+      "  plumbline track --camera A1B2C3 --intrinsics lens.json --tag-size-mm 80\n\n"
+      "Exit code: 0, also where there is no camera.");
+  command->callback([json, &exit_code] {
+    std::cout << (*json ? CamerasJson({}) : CamerasText({}));
+    exit_code = kExitOk;
+  });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,21 @@
+// What a camera can do, asked of the device itself.
+#pragma once
+
+#include <vector>
+
+#include "drivers/camera/v4l2_controls.h"
+#include "drivers/camera/v4l2_device.h"
+#include "drivers/camera/v4l2_modes.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+struct V4l2Offer {
+  std::vector<V4l2Mode> modes;
+  std::vector<V4l2Control> controls;
+};
+
+/// Opens the device for a moment; a camera that streams for somebody else goes on.
+Result<V4l2Offer> OfferOf(const V4l2Device& device);
+
+}  // namespace plumbline
