@@ -1,0 +1,123 @@
+// Real cameras, or the kernel's virtual ones (vivid, v4l2loopback with a feeder, a USB gadget):
+// whatever `plumbline cameras` shows on this machine. Nothing there: SKIPPED.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "drivers/camera/v4l2_camera.h"
+#include "drivers/camera/v4l2_offer.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kPatience_s = 10;  // until a camera sends its first frame
+constexpr int kFrames = 10;
+
+/// Cameras that send what we read, one device of each.
+std::vector<V4l2Device> Cameras() {
+  std::vector<V4l2Device> cameras;
+  for (const V4l2Device& device : ListV4l2Devices()) {
+    const auto offer = OfferOf(device);
+    if (offer && ChooseMode(offer->modes, {}) &&
+        (cameras.empty() || NameWithPort(cameras.back()) != NameWithPort(device))) {
+      cameras.push_back(device);
+    }
+  }
+  return cameras;
+}
+
+bool Skip(const char* why) {
+  std::cout << "SKIPPED: " << why << '\n';
+  return true;
+}
+
+/// In the smallest mode that is read: a virtual machine is slow.
+std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& device) {
+  V4l2CameraOptions options;
+  options.device = selector;
+  const auto offer = OfferOf(device);
+  if (!offer) FAIL(offer.error());
+  for (const V4l2Mode& mode : offer->modes) {
+    const ImageSize size = mode.largest, best = options.mode.size;
+    const bool smaller = best == ImageSize{} || size.width * size.height < best.width * best.height;
+    if (PixelFormatOfFourcc(mode.fourcc) && smaller) options.mode.size = size;
+  }
+  auto made = V4l2Camera::Create(options, MonotonicSeconds);
+  if (!made) FAIL(made.error());
+  return std::move(made).value();
+}
+
+/// Reads on until a frame comes, through whatever comes before.
+CameraResult ReadFrame(Camera& camera, CameraFrame& frame) {
+  const double end_s = MonotonicSeconds() + kPatience_s;
+  CameraResult result = CameraResult::kNoFrame;
+  while (result != CameraResult::kFrame && MonotonicSeconds() < end_s) {
+    result = camera.Read(0.2, frame);
+    if (result == CameraResult::kWaiting) SleepSeconds(0.05);
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a camera of this machine streams: times and sequence ascend", "[v4l2-stream]") {
+  const auto cameras = Cameras();
+  if (cameras.empty() && Skip("no camera on this machine that sends what is read")) return;
+  for (const V4l2Device& device : cameras) {
+    const auto camera = Open(device.path, device);
+    CameraFrame frame, last;
+    for (int k = 0; k < kFrames; ++k) {
+      INFO(device.path << " " << camera->problem());
+      REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
+      CHECK(frame.time_s <= MonotonicSeconds());
+      if (k > 0) CHECK(frame.time_s > last.time_s);
+      if (k > 0) CHECK(frame.sequence > last.sequence);
+      CHECK(frame.luma.data != nullptr);
+      last = frame;
+    }
+    std::cout << device.path << ' ' << camera->identity().serial << ' ' << camera->identity().mode
+              << '\n';
+    for (const std::string& remark : camera->TakeRemarks()) std::cout << remark << '\n';
+  }
+}
+
+TEST_CASE("two cameras of this machine at once", "[v4l2-two]") {
+  const auto cameras = Cameras();
+  if (cameras.size() < 2 && Skip("fewer than two cameras on this machine")) return;
+  const auto first = Open(cameras[0].path, cameras[0]);
+  const auto second = Open(cameras[1].path, cameras[1]);
+  CameraFrame a, b;
+  for (int k = 0; k < kFrames; ++k) {
+    REQUIRE(ReadFrame(*first, a) == CameraResult::kFrame);
+    REQUIRE(ReadFrame(*second, b) == CameraResult::kFrame);
+    CHECK(a.luma.data != b.luma.data);
+  }
+  CHECK(first->identity().serial != second->identity().serial);
+}
+
+TEST_CASE("vivid's camera is taken away and comes back", "[v4l2-unplug]") {
+  const std::filesystem::path driver = "/sys/bus/platform/drivers/vivid";
+  const auto cameras = Cameras();
+  const bool is_vivid = !cameras.empty() && cameras[0].driver == "vivid";
+  if ((!is_vivid || access((driver / "unbind").c_str(), W_OK) != 0) &&
+      Skip("no vivid here, or no right to unbind it")) {
+    return;
+  }
+  const auto camera = Open("@" + cameras[0].port, cameras[0]);
+  CameraFrame frame;
+  REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
+  const std::uint64_t before = frame.sequence;
+  std::ofstream(driver / "unbind") << "vivid.0" << std::flush;
+  CameraResult result = CameraResult::kFrame;
+  while (result == CameraResult::kFrame) result = camera->Read(1, frame);
+  CHECK(result == CameraResult::kLost);
+  INFO(camera->problem());
+  std::ofstream(driver / "bind") << "vivid.0" << std::flush;
+  REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
+  CHECK(frame.sequence > before);
+}
+
+}  // namespace plumbline
