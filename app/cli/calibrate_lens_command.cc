@@ -15,9 +15,9 @@
 #include "app/cli/number_option.h"
 #include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
-#include "drivers/camera/image_folder.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_store/opencv_file.h"
+#include "drivers/camera/image_folder.h"
 
 namespace plumbline {
 namespace {

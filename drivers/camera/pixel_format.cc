@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
+#include <opencv2/imgproc.hpp>
 
 #include "drivers/camera/jpeg_image.h"
 
@@ -48,47 +48,6 @@ std::optional<Error> LayoutFault(const RawImage& image) {
                              needed)};
   }
   return std::nullopt;
-}
-
-std::uint8_t Byte(int value) {
-  return static_cast<std::uint8_t>(std::clamp(value, 0, 255));
-}
-
-/// One pixel of limited range by ITU-R BT.601, in 1/256:
-///   R = 1.164 (Y-16) + 1.596 (V-128)
-///   G = 1.164 (Y-16) - 0.391 (U-128) - 0.813 (V-128)
-///   B = 1.164 (Y-16) + 2.018 (U-128)
-void PutBgr(int y, int u, int v, std::uint8_t* bgr) {
-  const int luma = 298 * (y - 16) + 128;
-  bgr[0] = Byte((luma + 517 * (u - 128)) / 256);
-  bgr[1] = Byte((luma - 100 * (u - 128) - 208 * (v - 128)) / 256);
-  bgr[2] = Byte((luma + 409 * (v - 128)) / 256);
-}
-
-/// Row v of an image whose layout is sound.
-void PutBgrRow(const RawImage& image, int v, std::uint8_t* bgr) {
-  const std::uint8_t* row = image.bytes.data() + v * image.stride;
-  const std::uint8_t* chroma = image.bytes.data() + (image.size.height + v / 2) * image.stride;
-  for (int x = 0; x < image.size.width; x += 2, bgr += 6) {
-    const std::uint8_t* pair = row + 2 * x;
-    switch (image.format) {
-      case PixelFormat::kNv12:
-        PutBgr(row[x], chroma[x], chroma[x + 1], bgr);
-        PutBgr(row[x + 1], chroma[x], chroma[x + 1], bgr + 3);
-        break;
-      case PixelFormat::kYuyv:
-        PutBgr(pair[0], pair[1], pair[3], bgr);
-        PutBgr(pair[2], pair[1], pair[3], bgr + 3);
-        break;
-      case PixelFormat::kUyvy:
-        PutBgr(pair[1], pair[0], pair[2], bgr);
-        PutBgr(pair[3], pair[0], pair[2], bgr + 3);
-        break;
-      case PixelFormat::kGrey:
-      case PixelFormat::kMjpeg:
-        break;
-    }
-  }
 }
 
 }  // namespace
@@ -158,14 +117,28 @@ std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr
   if (auto why = LayoutFault(image)) return why;
   const auto [width, height] = image.size;
   bgr.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for (int v = 0; v < height; ++v) {
-    std::uint8_t* to = bgr.data() + static_cast<std::ptrdiff_t>(3) * v * width;
-    if (image.format != PixelFormat::kGrey) {
-      PutBgrRow(image, v, to);
-      continue;
+  // OpenCV reads through pointers that are not const.
+  auto* const bytes = const_cast<std::uint8_t*>(image.bytes.data());
+  const auto stride = static_cast<std::size_t>(image.stride);
+  const cv::Mat first(height, width, IsPacked(image.format) ? CV_8UC2 : CV_8UC1, bytes, stride);
+  cv::Mat to(height, width, CV_8UC3, bgr.data());
+  switch (image.format) {
+    case PixelFormat::kGrey:
+      cv::cvtColor(first, to, cv::COLOR_GRAY2BGR);
+      break;
+    case PixelFormat::kNv12: {
+      const cv::Mat chroma(height / 2, width / 2, CV_8UC2, bytes + height * image.stride, stride);
+      cv::cvtColorTwoPlane(first, chroma, to, cv::COLOR_YUV2BGR_NV12);
+      break;
     }
-    const std::uint8_t* from = image.bytes.data() + v * image.stride;
-    for (int x = 0; x < 3 * width; ++x) to[x] = from[x / 3];
+    case PixelFormat::kYuyv:
+      cv::cvtColor(first, to, cv::COLOR_YUV2BGR_YUYV);
+      break;
+    case PixelFormat::kUyvy:
+      cv::cvtColor(first, to, cv::COLOR_YUV2BGR_UYVY);
+      break;
+    case PixelFormat::kMjpeg:
+      break;
   }
   return std::nullopt;
 }

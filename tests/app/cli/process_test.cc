@@ -4,13 +4,16 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <string>
 #include <thread>
 
 #include "tests/app/cli/shell.h"
+#include "tests/app/temporary_folder.h"
 
 using plumbline::test::Answer;
 using plumbline::test::Shell;
+using plumbline::test::TemporaryFolder;
 
 namespace {
 
@@ -135,4 +138,29 @@ TEST_CASE("status tells what is wrong with the address, and what to do") {
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.told, Catch::Contains(c.told) && Catch::Contains("plc.port"));
   }
+}
+
+TEST_CASE("Ctrl-C ends the tracking of a camera after a whole line, with exit code 0") {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() + "/frame.pgm") << "P5\n64 48\n255\n" << std::string(64 * 48, 'x');
+  std::ofstream(folder.path() + "/lens.json")
+      << R"({"schema": 1, "accepted": true, "image_size": [64, 48], "fx": 80, "fy": 80, "cx": 32,)"
+      << R"( "cy": 24, "distortion": [0, 0, 0, 0, 0]})";
+  const std::string track = "track --camera " + folder.path() + " --intrinsics " + folder.path() +
+                            "/lens.json --tag-size-mm 80 --json";
+  // The reader of the first line sends the signal; all that comes is in the file.
+  for (const char* signal : {"INT", "TERM"}) {
+    const std::string sender = "( " PLUMBLINE " " + track +
+                               " --repeat & echo $! > pid; wait $!; echo \"code $?\" >&2 ) > pipe";
+    const std::string reader = "{ read line; until [ -s pid ]; do sleep 0.01; done; kill -" +
+                               std::string(signal) +
+                               " $(cat pid); echo \"$line\"; cat; } < pipe > all";
+    const Answer answer =
+        Shell("--version > /dev/null; cd " + folder.path() + "; rm -f pid pipe; mkfifo pipe; " +
+              sender + " & " + reader + "; wait; tail -c 1 all | od -c");
+    CAPTURE(signal, answer.told);
+    CHECK_THAT(answer.told, Catch::Contains("code 0") && Catch::Contains("\\n"));
+  }
+  CHECK(Shell(track + " --fast --repeat --frames 2 | wc -l").told == "2\n");
+  CHECK(Shell(track + " --fast --repeat | head -1 | wc -l").told == "1\n");
 }

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include "app/lens/board_detection.h"
-#include "drivers/camera/image_folder.h"
 #include "app/lens/lens_json.h"
+#include "drivers/camera/image_folder.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline {

@@ -189,6 +189,21 @@ TEST_CASE("BGR: every format gives the colours that OpenCV gives") {
   cv::cvtColor(cv::Mat(64, 96, CV_8U, const_cast<std::uint8_t*>(y)), expected, cv::COLOR_GRAY2BGR);
   CHECK(difference(Raw(PixelFormat::kGrey, size, 96, grey), expected) == 0);
   CHECK(BgrOf(Raw(PixelFormat::kGrey, size, 96, Bytes(10)), bgr));
+
+  // Pure red by ITU-R BT.601 of limited range: Y 81, U 90, V 240. Padding behind each row.
+  const auto is_red = [&](const RawImage& raw) {
+    if (const auto why = BgrOf(raw, bgr)) FAIL(why->message);
+    for (std::size_t i = 0; i < bgr.size(); i += 3) {
+      if (bgr[i] > 3 || bgr[i + 1] > 3 || bgr[i + 2] < 252) return false;
+    }
+    return bgr.size() == 3 * 4 * 2;
+  };
+  CHECK(is_red(Raw(PixelFormat::kNv12, {4, 2}, 5,
+                   {81, 81, 81, 81, 0, 81, 81, 81, 81, 0, 90, 240, 90, 240})));
+  CHECK(is_red(Raw(PixelFormat::kYuyv, {4, 2}, 9,
+                   {81, 90, 81, 240, 81, 90, 81, 240, 0, 81, 90, 81, 240, 81, 90, 81, 240})));
+  CHECK(is_red(Raw(PixelFormat::kUyvy, {4, 2}, 9,
+                   {90, 81, 240, 81, 90, 81, 240, 81, 0, 90, 81, 240, 81, 90, 81, 240, 81})));
 }
 
 }  // namespace plumbline
