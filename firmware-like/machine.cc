@@ -357,7 +357,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input) {
   probe.q_resolution = snapshot_.robot.q_resolution;
   probe.payload_kg = payload->mass_kg;
   probe.temp_C = snapshot_.robot.temp_C;
-  probe.predicted_W = (1 + state.scale) * state.X_WT.p;
+  probe.predicted_W = state.p_read_W;
   probe.measured_W = *command.probe_W;
   snapshot_.probe_taken = true;
 

@@ -154,7 +154,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
         RadiusHolding95Percent(DeflectionCovariance(arm, state, deflection_sd));
     const double radius95_m = known->second.uncertainty.Radius95_m(
         arm, row.q, payload, conditions[k], declared_m, extrapolated);
-    predictions.push_back({(1 + state.scale) * state.X_WT.p, radius95_m, extrapolated});
+    predictions.push_back({state.p_read_W, radius95_m, extrapolated});
   }
   return predictions;
 }

@@ -10,6 +10,7 @@
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
 #include "app/config/utc_text.h"
+#include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
@@ -143,6 +144,17 @@ Measurement MeasurementFromToml(const TomlTable& table) {
       table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
   measurement.sigma_m = table.Number("sigma_mm", kSigma);
   measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
+  if (kind == MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
+    table.AddFault("camera_xyz_mm", "is of a camera, which measures no kind = \"range\"");
+    table.Ignore({"camera_rpy_deg"});
+  } else if (table.Has("camera_xyz_mm") || table.Has("camera_rpy_deg")) {
+    const auto place = table.RequiredVector3("camera_xyz_mm", kPosition);
+    const auto turn = table.RequiredVector3("camera_rpy_deg", kTurn);
+    measurement.X_WC =
+        Pose{RotationFromRollPitchYaw(turn.value_or(Vec3::Zero())), place.value_or(Vec3::Zero())};
+  } else {
+    table.Ignore({"camera_xyz_mm", "camera_rpy_deg"});
+  }
   return measurement;
 }
 
@@ -192,6 +204,17 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   return domain;
 }
 
+void FaultWhereNoCamera(const TomlTable& root, const CellModel& cell) {
+  for (const WrittenEffect& written : cell.effects) {
+    const Effect* effect = FindEffect(written.id);
+    if (effect == nullptr || !effect->traits().Needs(Signal::kCamera)) continue;
+    if (cell.measurement.X_WC) continue;
+    root.AddFault("effect", fmt::format("{} is of a measuring camera: give [measurement] "
+                                        "camera_xyz_mm and camera_rpy_deg",
+                                        written.id));
+  }
+}
+
 void WarnWhereNothingYields(const TomlTable& root, const CellModel& cell) {
   const bool joints_yield =
       std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
@@ -220,6 +243,7 @@ CellModel CellFromToml(const TomlTable& root) {
   for (const TomlTable& effect : root.Tables("effect")) {
     cell.effects.push_back(EffectFromToml(effect, cell.robot.size()));
   }
+  FaultWhereNoCamera(root, cell);
   WarnWhereNothingYields(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
   if (const auto domain = root.Table("domain")) cell.domain = DomainFromToml(*domain, cell.robot);

@@ -35,6 +35,8 @@ bool Has(const Dataset& data, Signal signal) {
       return data.torques_known;
     case Signal::kBeam:
       return !data.cell.tool.rigid;
+    case Signal::kCamera:
+      return data.cell.measurement.X_WC.has_value();
   }
   return false;
 }
@@ -57,6 +59,8 @@ const char* Lack(Signal signal) {
       return "link masses are not declared and torques not measured";
     case Signal::kBeam:
       return "the declared tool is rigid";
+    case Signal::kCamera:
+      return "no camera measures, or the cell names no camera_xyz_mm and camera_rpy_deg";
   }
   return "";
 }
@@ -223,6 +227,8 @@ Candidates CandidatesFor(const Dataset& data) {
       candidates.not_offered.push_back({id, Lack(*lacking)});
       continue;
     }
+    // From the first row on it has nothing to search; from a moment on it has.
+    if (id == "camera_zoom") candidates.searched.push_back(effect);
     if (id == "gear_periodic" || id == "thermal_drift" || id == "step_event") {
       candidates.searched.push_back(effect);
       continue;
@@ -274,6 +280,8 @@ std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>
         blocks.push_back(DriftBlock(effect.values[k], kDriftTrials));
       } else if (traits.id == "step_event") {
         blocks.push_back(StepBlock(data, effect.values[k], effect.term.word, data.rows()));
+      } else if (traits.id == "camera_zoom") {
+        blocks.push_back(ZoomBlock(data, effect.values[k], data.rows()));
       }
     }
   }
@@ -318,6 +326,34 @@ Block StepBlock(const Dataset& data, double moment, std::string_view frame, doub
   }
   block.trials = trials;
   return block;
+}
+
+Block ZoomBlock(const Dataset& data, double moment, double trials) {
+  enum { kTime, kRow, kScale };
+  Block block;
+  block.id = "camera_zoom";
+  block.term.effect = FindEffect(block.id);
+  block.term.parameters = {{data.table.recorded.time ? kTime : kRow}, {kScale}};
+  BlockColumn& column = block.columns.emplace_back();
+  column.parameter = 1;
+  column.values = {moment, 0};
+  column.largest = Largest(block.term.effect->traits(), kScale);
+  block.trials = trials;
+  return block;
+}
+
+bool BeginsAtAMoment(const EffectTerm& term) {
+  if (term.parameters.empty()) return false;
+  const auto& specs = term.effect->traits().parameters;
+  return IsMoment(specs[static_cast<std::size_t>(term.parameters.front().spec)]);
+}
+
+double EffectsConsidered(const Dataset& data) {
+  const auto catalogue = Catalogue();
+  return static_cast<double>(
+      std::count_if(catalogue.begin(), catalogue.end(), [&data](const Effect* effect) {
+        return !effect->traits().Needs(Signal::kCamera) || Has(data, Signal::kCamera);
+      }));
 }
 
 Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& entries, int degree,

@@ -55,6 +55,16 @@ Block DriftBlock(double time_constant_s, double trials);
 /// @param moment  t_s where recorded, else the row
 Block StepBlock(const Dataset& data, double moment, std::string_view frame, double trials);
 
+/// A block of camera_zoom from a moment on, as of StepBlock.
+Block ZoomBlock(const Dataset& data, double moment, double trials);
+/// True of a term that acts from a moment on; the moment is its first value.
+bool BeginsAtAMoment(const EffectTerm& term);
+
+/// Whole effects among which an explanation chooses: the catalogue, the effects of a measuring
+/// camera only where one measures. Whether other signals were recorded does not matter, so that
+/// scores of tables of one cell can be compared.
+double EffectsConsidered(const Dataset& data);
+
 /// Empirical block: carriers (influence entries) times polynomials of a signal up to `degree`.
 /// @param with_constant  false where a constant would repeat a frame that is free anyway
 Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& entries, int degree,

@@ -99,8 +99,8 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
     const double drop = std::max(0.0, without.chi2 - context.best.chi2);
     const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                                    static_cast<double>(without.columns.size()));
-    finding.p_value =
-        std::min(1.0, 24 * Trials(pool, own) * ChiSquareTail(drop / inflation, columns));
+    finding.p_value = std::min(1.0, EffectsConsidered(context.data) * Trials(pool, own) *
+                                        ChiSquareTail(drop / inflation, columns));
     finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
     finding.implausible = Implausibility(context.data, effects[e]);
     if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
@@ -117,7 +117,7 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
       for (double& value : finding.effect.values) value *= factor;
       const double sd = 1 / std::sqrt(std::max(drop, 1.0));
       finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
-    } else if (id == "step_event") {
+    } else if (BeginsAtAMoment(effects[e].term)) {
       // The moment lies somewhere between two rows.
       std::vector<double> times;
       for (const Conditions& moment : context.data.conditions) {

@@ -90,7 +90,7 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
       } else {
         settled = arm.AtCommanded(measured.q, data.payloads[at], &influence, moment.tau,
                                   sensitivity.state);
-        sensitivity.p_W = (1 + sensitivity.state.scale) * sensitivity.state.X_WT.p;
+        sensitivity.p_W = sensitivity.state.p_read_W;
         row.dp.setZero();
       }
       if (!settled) {

@@ -234,8 +234,7 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
 
 /// What choosing the named effects among all, and their shapes, costs.
 double ChoiceCost(const Pool& pool, const Explanation& named) {
-  double cost =
-      2 * std::log(kEffectsConsidered) * static_cast<double>(EffectIds(pool, named).size());
+  double cost = pool.EffectCost() * static_cast<double>(EffectIds(pool, named).size());
   for (const int block : named.blocks) cost += pool.BlockCost(block);
   for (const int column : named.columns) {
     const auto index = static_cast<std::size_t>(pool.BlockOfColumn(column));

@@ -19,7 +19,9 @@ constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has
 }  // namespace
 
 Pool::Pool(const LinearProblem& problem)
-    : problem_(problem), chi2_null_(problem.response().squaredNorm()) {}
+    : problem_(problem),
+      chi2_null_(problem.response().squaredNorm()),
+      effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
 
 int Pool::Add(const Block& block) {
   for (std::size_t known = 0; known < blocks_.size(); ++known) {
@@ -280,7 +282,7 @@ Explanation Pool::Solve(std::vector<int> support, bool eliminate) const {
     explanation.score += BlockCost(block);
     ids.insert(blocks_[static_cast<std::size_t>(block)].id);
   }
-  explanation.score += 2 * std::log(kEffectsConsidered) * static_cast<double>(ids.size());
+  explanation.score += effect_cost_ * static_cast<double>(ids.size());
   explanation.blocks.assign(used.begin(), used.end());
   return explanation;
 }
@@ -353,8 +355,7 @@ double Pool::MinimumDetectable(int block) const {
   for (std::size_t k = 0; k < of.columns.size(); ++k) {
     const auto column = static_cast<std::size_t>(first) + k;
     if (length_[column] == 0) continue;
-    const double threshold =
-        UnitCost(block, of.columns[k].unit) + BlockCost(block) + 2 * std::log(kEffectsConsidered);
+    const double threshold = UnitCost(block, of.columns[k].unit) + BlockCost(block) + effect_cost_;
     const double value = (std::sqrt(threshold) + kPower90) / length_[column];
     sizes.push_back(value * raw_rms_m_[column]);
   }

@@ -60,6 +60,8 @@ class Pool {
     return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];
   }
   double BlockCost(int block) const;
+  /// What each whole effect costs for its choice among all, 2 ln(EffectsConsidered).
+  double EffectCost() const { return effect_cost_; }
 
   const Eigen::MatrixXd& columns() const { return columns_; }
   int BlockOfColumn(int column) const { return block_of_[static_cast<std::size_t>(column)]; }
@@ -82,10 +84,8 @@ class Pool {
   std::vector<double> length_;     ///< projected length before normalising
   std::vector<double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
   double chi2_null_ = 0;
+  double effect_cost_ = 0;
 };
-
-/// Whole effects among which an explanation chooses.
-inline constexpr double kEffectsConsidered = 24;
 
 /// Most blocks of an explanation; what needs more is not explained but fitted.
 inline constexpr std::size_t kMostBlocks = 30;

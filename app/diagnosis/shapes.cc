@@ -212,6 +212,40 @@ std::vector<Block> StepShapes(const LinearProblem& problem, const Eigen::VectorX
   return blocks;
 }
 
+/// Moments at which the camera was zoomed: where zoom_counts is recorded those at which it changed,
+/// else all.
+std::vector<double> ZoomMoments(const LinearProblem& problem) {
+  constexpr std::string_view kColumn = "zoom_counts";
+  if (!problem.data().conditions.front().Signal(kColumn)) return Moments(problem);
+  const Eigen::VectorXd clock = Clock(problem);
+  const Eigen::VectorXd zoom =
+      AtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
+  std::vector<std::pair<double, double>> rows;
+  for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);
+  std::sort(rows.begin(), rows.end());
+  std::vector<double> moments;
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    if (rows[k].second != rows[k - 1].second)
+      moments.push_back((rows[k - 1].first + rows[k].first) / 2);
+  }
+  return moments;
+}
+
+std::vector<Block> ZoomShapes(const LinearProblem& problem, const Eigen::VectorXd& residual) {
+  const std::vector<double> moments = ZoomMoments(problem);
+  const Eigen::VectorXd clock = Clock(problem);
+  std::vector<std::pair<double, Block>> found;
+  for (const double moment : moments) {
+    const Eigen::MatrixXd begun = (clock.array() >= moment).cast<double>();
+    found.emplace_back(Gain(problem, problem.Carried({I::kCameraDepth}, begun), residual),
+                       ZoomBlock(problem.data(), moment, static_cast<double>(moments.size())));
+  }
+  KeepBest(found, 1);
+  std::vector<Block> blocks;
+  for (auto& [gain, block] : found) blocks.push_back(std::move(block));
+  return blocks;
+}
+
 }  // namespace
 
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
@@ -261,6 +295,8 @@ std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searche
       for (Block& block : DriftShapes(problem, residual)) blocks.push_back(std::move(block));
     } else if (id == "step_event") {
       for (Block& block : StepShapes(problem, residual)) blocks.push_back(std::move(block));
+    } else if (id == "camera_zoom") {
+      for (Block& block : ZoomShapes(problem, residual)) blocks.push_back(std::move(block));
     }
   }
   std::vector<int> indices;

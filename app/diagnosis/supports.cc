@@ -23,7 +23,8 @@ class Searching {
   std::vector<Explanation> Run();
 
  private:
-  /// True where two steps stand so near that only a few rows lie between them: outliers, no event.
+  /// True where two moments stand so near that only a few rows lie between them: outliers, no
+  /// event.
   bool HasShortStep(const std::vector<int>& support) const;
   /// True where two lines of one joint stand nearer than its range can tell apart.
   bool HasTwinLines(const std::vector<int>& support) const;
@@ -58,7 +59,7 @@ bool Searching::HasShortStep(const std::vector<int>& support) const {
   std::vector<double> moments;
   for (const int block : support) {
     const Block& of = pool_.blocks()[static_cast<std::size_t>(block)];
-    if (of.id == "step_event") moments.push_back(of.columns.front().values.front());
+    if (BeginsAtAMoment(of.term)) moments.push_back(of.columns.front().values.front());
   }
   if (moments.size() < 2) return false;
   std::sort(moments.begin(), moments.end());

@@ -9,9 +9,9 @@ namespace plumbline {
 namespace {
 
 const std::pair<std::string_view, std::string_view> kNames[] = {
-    {"gear_periodic", "periodic gear error"},
-    {"step_event", "a step at one moment"},
-    {"empirical", "an empirical term"},
+    {"gear_periodic", "periodic gear error"}, {"step_event", "a step at one moment"},
+    {"camera_tag_size", "a wrong tag size"},  {"camera_zoom", "an uncorrected zoom change"},
+    {"camera_lens", "a stale lens"},          {"empirical", "an empirical term"},
 };
 
 constexpr double kPercent = 100;

@@ -20,7 +20,7 @@ Result<Vec3> TipOf(const CellModel& cell, const ModelPose& pose) {
   conditions.temp_C = pose.temp_C;
   if (!arm.AtCommanded(pose.q, payload, conditions, state))
     return Error{"the sagged posture does not settle"};
-  return Vec3((1 + state.scale) * state.X_WT.p);
+  return state.p_read_W;
 }
 
 }  // namespace

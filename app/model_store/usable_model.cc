@@ -12,7 +12,7 @@ namespace {
 /// What the effect follows and the cycle does not know: a row's number, a column of a file.
 std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
   for (const EffectParameter& parameter : written.parameters) {
-    if (written.id == "step_event" && parameter.name == "row") return "row";
+    if (parameter.name == "row") return "row";
   }
   Conditions known;  // as of a point
   known.t_s = known.temp_C = 0.0;

@@ -36,6 +36,26 @@ inline bool Acts(const Dual& value) {
   return value.a != 0 || !value.v.isZero(0);
 }
 
+/// A point in W as a camera at X_WC with the errors of `influence` reads it; see camera_*.h.
+/// Unchanged where it is not in front of the camera.
+template <typename T>
+Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Vec3Of<T>& p_W) {
+  using I = Influence<T>;
+  const Mat3Of<T> R = X_WC.R.cast<T>();
+  const Vec3Of<T> c = X_WC.p.cast<T>();
+  Vec3Of<T> p_C = R.transpose() * (p_W - c);
+  if (!(p_C[2] > T(0))) return p_W;
+  const T bend =
+      influence[I::kCameraRadial] * (p_C[0] * p_C[0] + p_C[1] * p_C[1]) / (p_C[2] * p_C[2]);
+  const T beside = (1.0 + influence[I::kCameraScale]) * (1.0 - bend);
+  const T along =
+      (1.0 + influence[I::kCameraScale]) * (1.0 + influence[I::kCameraDepth]) * (1.0 - 2.0 * bend);
+  p_C[0] *= beside;
+  p_C[1] *= beside;
+  p_C[2] *= along;
+  return c + R * p_C;
+}
+
 template <typename T>
 void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                           const Influence<T>* influence, const JointVector& measured_tau,
@@ -112,7 +132,6 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
     state.bend_F += root.cross(X_FT_.p.cast<T>());
     state.slope_F += root;
     X_FT.p += influence->Vector(I::kTip);
-    state.scale = (*influence)[I::kScale];
   }
   X_FT.p += state.bend_F;
   X_FT.R = SmallRotation<T>(state.slope_F);
@@ -122,6 +141,10 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
     X_BT = PoseOf<T>{R * X_BT.R, R * X_BT.p};
   }
   state.X_WT = X_WB * X_BT;
+  state.p_read_W = state.X_WT.p;
+  if (influence == nullptr) return;
+  if (X_WC_) state.p_read_W = ReadByCamera(*X_WC_, *influence, state.p_read_W);
+  state.p_read_W *= 1.0 + (*influence)[I::kScale];
 }
 
 }  // namespace plumbline

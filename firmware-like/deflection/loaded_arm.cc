@@ -52,6 +52,7 @@ LoadedArm::LoadedArm(const CellModel& cell)
     shear_m_per_N_ +=
         segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
   }
+  X_WC_ = cell.measurement.X_WC;
   declared_ = DeclaredConditions(cell);
 }
 
@@ -117,6 +118,7 @@ Conditions LoadedArm::MomentOf(const JointVector& q, const Conditions& condition
   moment.a_m = declared_.a_m;
   moment.d_m = declared_.d_m;
   moment.reference_temperature_C = declared_.reference_temperature_C;
+  moment.camera = declared_.camera;
   return moment;
 }
 

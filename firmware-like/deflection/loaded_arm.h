@@ -17,7 +17,8 @@ struct LoadedStateOf {
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
   PoseOf<T> X_WT;                         ///< the loaded tip in W, as the instrument is aligned
-  T scale = T(0);                         ///< the instrument reads (1 + scale) p_WT
+  /// The tip as the instrument reads it, its own errors included [m].
+  Vec3Of<T> p_read_W = Vec3Of<T>::Zero();
 };
 
 struct LoadedState : LoadedStateOf<double> {
@@ -28,6 +29,8 @@ struct LoadedState : LoadedStateOf<double> {
 ///   theta_i = sign_i (q_i + s_i) + offset_i
 ///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + turn_i
 ///   X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
+///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any
+///   K(p) = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the straight tool) x F, and its own weight. Valid for bend/length
@@ -103,6 +106,7 @@ class LoadedArm {
   bool centres_guessed_ = false;
   JointVector compliance_;
   std::vector<ActiveEffect> effects_;
+  std::optional<Pose> X_WC_;  ///< of a measuring camera
   Conditions declared_;
 };
 

@@ -28,7 +28,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
   const int n = arm.size();
   const JointVector theta = q + sensitivity.state.sag;
-  sensitivity.p_W = (1 + sensitivity.state.scale) * sensitivity.state.X_WT.p;
+  sensitivity.p_W = sensitivity.state.p_read_W;
   sensitivity.dp.setZero();
 
   // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
@@ -54,7 +54,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
       }
     }
     arm.Equations<Dual>(theta_dual, load, &influence_dual, measured_tau, state);
-    const Vec3Of<Dual> p_W = (1.0 + state.scale) * state.X_WT.p;
+    const Vec3Of<Dual>& p_W = state.p_read_W;
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);

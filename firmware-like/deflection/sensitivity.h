@@ -14,7 +14,7 @@ using InfluenceSet = std::bitset<Influence<double>::kSize>;
 struct Sensitivity {
   using Gradient = Eigen::Matrix<double, 3, Influence<double>::kSize>;
 
-  Vec3 p_W = Vec3::Zero();  ///< the tip as the instrument reads it, (1 + scale) p_WT [m]
+  Vec3 p_W = Vec3::Zero();  ///< the tip as the instrument reads it [m]
   /// d p_W / d influence, the sagged posture following; zero for joints that the arm lacks.
   Gradient dp = Gradient::Zero();
   LoadedStateOf<double> state;

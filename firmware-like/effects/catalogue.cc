@@ -6,6 +6,9 @@
 #include "firmware-like/effects/approach_lag.h"
 #include "firmware-like/effects/backlash.h"
 #include "firmware-like/effects/base_frame.h"
+#include "firmware-like/effects/camera_lens.h"
+#include "firmware-like/effects/camera_tag_size.h"
+#include "firmware-like/effects/camera_zoom.h"
 #include "firmware-like/effects/counterbalance.h"
 #include "firmware-like/effects/dynamic_inertia.h"
 #include "firmware-like/effects/empirical.h"
@@ -32,7 +35,7 @@
 namespace plumbline {
 
 std::span<const Effect* const> Catalogue() {
-  static const std::array<const Effect*, 24> catalogue = {
+  static const std::array<const Effect*, 27> catalogue = {
       &BaseFrame(),           //
       &ToolFrame(),           //
       &JointOffset(),         //
@@ -57,6 +60,9 @@ std::span<const Effect* const> Catalogue() {
       &DynamicInertia(),      //
       &MeasurementScale(),    //
       &StepEvent(),           //
+      &CameraTagSize(),       //
+      &CameraZoom(),          //
+      &CameraLens(),          //
   };
   return catalogue;
 }

@@ -4,6 +4,10 @@
 
 namespace plumbline {
 
+bool IsMoment(const ParameterSpec& spec) {
+  return spec.role == ParameterRole::kShape && (spec.name == "time" || spec.name == "row");
+}
+
 bool EffectTraits::Needs(Signal signal, std::string_view word) const {
   return std::find(needs.begin(), needs.end(), signal) != needs.end() ||
          std::any_of(word_needs.begin(), word_needs.end(), [&](const WordNeed& need) {

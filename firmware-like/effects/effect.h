@@ -29,6 +29,7 @@ enum class Signal {
   kPayload,       ///< payload_kg and the cell's [payload]
   kTorques,       ///< link masses, or measured torques
   kBeam,          ///< a tool that bends
+  kCamera,        ///< a measuring camera whose pose in W is declared
 };
 
 /// How a parameter enters.
@@ -50,6 +51,9 @@ struct ParameterSpec {
   std::string_view words{};  ///< of a kWord: its choices, comma-separated; the first if not said
   bool inverse = false;      ///< the SI value is 1 / (file value): absent is infinite (kappa)
 };
+
+/// True of the moment (`time` or `row`) from which an effect acts: a threshold, without derivative.
+bool IsMoment(const ParameterSpec& spec);
 
 /// One parameter of a term: which spec, of which joint (0-based; -1: none), and which of several
 /// terms of one joint (harmonics count from 1).

@@ -69,6 +69,7 @@ Conditions DeclaredConditions(const CellModel& cell) {
     conditions.d_m[i] = cell.robot.joints[static_cast<std::size_t>(i)].d_m;
   }
   conditions.reference_temperature_C = cell.measurement.reference_temperature_C;
+  conditions.camera = cell.measurement.X_WC.has_value();
   return conditions;
 }
 

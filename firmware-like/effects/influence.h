@@ -47,6 +47,9 @@ class Influence {
     kBaseRollPitchYaw = kBase + 3,  ///< 3: added to the base's roll, pitch, yaw [rad]
     kTip = kBaseRollPitchYaw + 3,   ///< 3: the tip moves in F [m]
     kScale = kTip + 3,              ///< measured positions times (1 + value)
+    kCameraScale,                   ///< the same from the measuring camera's place
+    kCameraDepth,                   ///< along its optical axis only
+    kCameraRadial,                  ///< k1 of the lens that its calibration lacks
     kSize
   };
 
@@ -86,6 +89,7 @@ struct Conditions {
   // Declared, the same in every moment; see DeclaredConditions.
   JointVector a_m, d_m;  ///< of the DH table
   std::optional<double> reference_temperature_C;
+  bool camera = false;  ///< a camera measures, and its pose in W is declared
 
   /// What a file's column of that name would hold in this moment, in its unit: t_s, temp_C,
   /// payload_kg, row, q3_deg (q3_mm of a prismatic joint), qd2_deg_s, qdd1_deg_s2, tau1_Nm, or one

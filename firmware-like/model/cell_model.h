@@ -83,6 +83,8 @@ struct Measurement {
   bool tool_known = true;
   std::optional<double> sigma_m;  ///< one axis; absent: estimated from repeats
   std::optional<double> reference_temperature_C;
+  /// The camera that measures, where one does: z is its optical axis, x to the image's right.
+  std::optional<Pose> X_WC;
 };
 
 struct Interval {

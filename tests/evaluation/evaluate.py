@@ -30,6 +30,7 @@ CONFOUNDED = ["tool_stiffness", "tool_root_compliance", "payload_mass", "payload
               "joint_offset", "joint_compliance", "base_frame", "tool_frame", "thermal_growth",
               "backlash_load"]
 ONE_PAYLOAD = ["tool_stiffness", "payload_mass", "payload_cog", "tool_root_compliance"]
+CAMERA = ["camera_tag_size", "camera_zoom", "camera_lens"]
 UNALIGNED = ["none", "joint_compliance", "joint_offset", "backlash_move", "gear_periodic",
              "link_geometry", "thermal_growth", "tool_stiffness"]
 
@@ -37,7 +38,7 @@ UNALIGNED = ["none", "joint_compliance", "joint_offset", "backlash_move", "gear_
 def plan(families, seeds, first_seed):
     """(group, family, seed, options of the simulator) of every run."""
     robots = ["kr210", "kr210", "ur10", "arm6"]
-    catalogue = [f for f in families if f not in OUTSIDE + ["none", "pair"]]
+    catalogue = [f for f in families if f not in OUTSIDE + CAMERA + ["none", "pair"]]
 
     def cases(group, names, count, extra, weak=False):
         for name in names:
@@ -53,16 +54,20 @@ def plan(families, seeds, first_seed):
 
     yield from cases("catalogue", catalogue, seeds, [])
     yield from cases("catalogue, 5 % outliers", catalogue[::3], max(1, seeds // 3), ["--outliers", "0.05"])
+    yield from cases("catalogue, camera", CAMERA, seeds, [])
     yield from cases("weak (signal 1 to 4)", catalogue[1::3], max(1, seeds // 3), [], weak=True)
     yield from cases("two effects", ["pair"], 5 * seeds, [])
     yield from cases("nothing", ["none"], 5 * seeds, [])
     yield from cases("nothing, 5 % outliers", ["none"], 5 * seeds, ["--outliers", "0.05"])
     yield from cases("nothing, heavy tails", ["none"], 5 * seeds, ["--heavy-tails"])
+    yield from cases("nothing, camera", ["none"], seeds, ["--camera"])
     yield from cases("outside the catalogue", OUTSIDE, seeds, [])
     yield from cases("vertical tool, one payload", CONFOUNDED, max(1, seeds // 2), ["--vertical"])
     yield from cases("one payload, rigid joints", ONE_PAYLOAD, seeds, ["--one-payload", "--rigid-joints"])
     yield from cases("12,000 rows", ["joint_compliance", "none", "creep"], 1 if seeds > 1 else 0,
                      ["--rows", "11000", "--repeats", "1000"])
+    yield from cases("unaligned, camera", CAMERA + ["measurement_scale"], max(1, seeds // 3),
+                     ["--camera", "--unaligned"])
     yield from cases("unaligned, two sessions", UNALIGNED, max(1, seeds // 3),
                      ["--unaligned", "--sessions", "2"])
 
@@ -170,7 +175,7 @@ def summary(rows):
         ("a richer effect imitates it: named, or ambiguous with it among the named", "-",
          share(*count(between, "right"))),
         ("confidently wrong, all runs", "<= 1 %", share(*count(rows, "wrong")))]
-    for name in ("nothing", "nothing, 5 % outliers", "nothing, heavy tails"):
+    for name in ("nothing", "nothing, 5 % outliers", "nothing, heavy tails", "nothing, camera"):
         chosen = [r for r in rows if r["group"] == name]
         lines.append((f"{name}: no_effect", ">= 95 %", share(*count(chosen, "right"))))
     better = [r for r in outside if "rms_mm" in r and r["rms_mm"] <= 0.5 * r["before_mm"]]

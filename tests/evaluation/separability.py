@@ -21,7 +21,8 @@ PER_JOINT = ["joint_offset", "gear_ratio", "joint_compliance", "joint_hardening"
              "backlash/move", "approach_lag", "dynamic_inertia"]
 WHOLE = ["base_frame", "tool_frame", "tool_stiffness", "tool_shear", "tool_root_compliance",
          "payload_mass", "payload_cog", "gravity_direction", "pedestal_compliance",
-         "thermal_growth", "latency", "measurement_scale", "counterbalance"]
+         "thermal_growth", "latency", "measurement_scale", "counterbalance",
+         "camera_tag_size", "camera_zoom", "camera_lens"]
 
 
 def points(path):
@@ -72,6 +73,9 @@ class Blocks:
     def step(self, time, frame):
         return self.frames(frame) * (self.t >= time)[:, None]
 
+    def zoom(self, time):
+        return self.stack("camera_zoom") * (self.t >= time)[:, None]
+
     def nuisances(self):
         both = np.hstack([self.stack("base_frame"), self.stack("tool_frame")])
         return np.hstack([both * (self.session == s)[:, None] for s in sorted(set(self.session))])
@@ -94,6 +98,8 @@ class Blocks:
             return {"": self.drift(values["time_constant"])}
         if name == "step_event":
             return {"": self.step(values["time"], effect["frame"])}
+        if name == "camera_zoom":
+            return {"": self.zoom(values.get("time", 0.0))}
         return {"": self.stack(name)}
 
 
@@ -121,6 +127,8 @@ def rivals(blocks, joints, how_many):
     for time in times[2:-1]:
         for frame in ("base", "tool"):
             yield "step_event", (frame,), 4, blocks.step(time, frame)
+        if blocks.of("camera_zoom"):
+            yield "camera_zoom", (), 2, blocks.zoom(time)
 
 
 def left_over(field, fixed, block):
@@ -176,6 +184,8 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
             parameters += 1
         if name == "gear_periodic":
             parameters += len(needed)
+        if name == "camera_zoom" and any(p["name"] == "time" for p in truth["effects"][number]["parameters"]):
+            parameters += 1
         twins.append([])
         for rival, chosen, count, block in rivals(blocks, joints, max(1, len(needed))):
             same = rival == name and (not chosen or needed <= set(chosen) or

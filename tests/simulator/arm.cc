@@ -201,6 +201,27 @@ Arm::Posture Arm::Solve(const Row& row) const {
   return posture;
 }
 
+/// Bearing and distance, each as the wrong camera takes it.
+Vector3d Arm::Seen(const Row& row, const Vector3d& p) const {
+  if (!cell_.camera) return p;
+  const Vector3d at = cell_.camera->at_m, rpy = cell_.camera->rpy_rad;
+  const Vector3d ahead = RollPitchYaw(rpy, Vector3d::UnitZ());
+  const double depth = ahead.dot(p - at);
+  if (depth <= 0.0) return p;
+  double zoomed = 1.0;  // true over used focal length is 1 / this
+  for (const Changes::Zoom& zoom : changes_.zooms) {
+    if (row.t_s >= zoom.time_s) zoomed += zoom.stretch;
+  }
+  // On the film of focal length 1: the tangents of the bearing.
+  const Vector3d across = (p - at) - depth * ahead;
+  const double radius = across.norm() / depth;
+  const double bent = changes_.lens_k1 * radius * radius;
+  const double told_depth = depth * zoomed * (1.0 - 2.0 * bent);
+  // A magnified image of a magnified body: its place across does not change with the zoom.
+  const Vector3d told_across = across * (1.0 - bent);
+  return at + (1.0 + changes_.tag_size) * (told_across + told_depth * ahead);
+}
+
 Vector3d Arm::Tip(const Row& row) const {
   const Posture posture = Solve(row);
   const Walker& flange = posture.flange;
@@ -232,7 +253,7 @@ Vector3d Arm::Tip(const Row& row) const {
   for (const Changes::Step& step : changes_.steps) {
     if (step.of_tool && row.t_s >= step.time_s) tip += step.xyz_m;
   }
-  return (1.0 + changes_.scale) * flange.Point(tip);
+  return (1.0 + changes_.scale) * Seen(row, flange.Point(tip));
 }
 
 Eigen::VectorXd Arm::Torques(const Row& row) const {

@@ -59,6 +59,7 @@ class Arm {
   Eigen::VectorXd Deflection(const Row& row, const Eigen::VectorXd& torque_Nm) const;
   Eigen::Vector3d Gravity() const;
   double Payload(const Row& row) const;
+  Eigen::Vector3d Seen(const Row& row, const Eigen::Vector3d& p) const;
 
   const Cell& cell_;
   const Changes& changes_;

@@ -51,6 +51,11 @@ struct Cell {
   std::optional<Eigen::Vector3d> payload_cog_m;  ///< in the flange frame
   double sigma_m = 0.0;
   double reference_temperature_C = 22.0;
+  struct Camera {
+    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+  };
+  std::optional<Camera> camera;  ///< that measures; it looks along its own z
   bool unaligned = false;
   bool tool_unknown = false;
   std::vector<double> payloads_kg = {0.0};  ///< what the design hangs on the tool; not in the file

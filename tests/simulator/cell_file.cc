@@ -115,6 +115,10 @@ Cell ReadCell(const std::string& path) {
   }
   cell.sigma_m = NumberOr(measurement, "sigma_mm", 0.0) * 1e-3;
   cell.reference_temperature_C = NumberOr(measurement, "reference_temperature_C", 22.0);
+  if (const auto at = Vector(measurement, "camera_xyz_mm")) {
+    cell.camera = Cell::Camera{
+        *at * 1e-3, Vector(measurement, "camera_rpy_deg").value_or(Eigen::Vector3d::Zero()) * kDeg};
+  }
   cell.unaligned = measurement["frame"].value_or(std::string()) == "unaligned";
   cell.tool_unknown = measurement["tool"].value_or(std::string()) == "unknown";
   return cell;
@@ -153,6 +157,10 @@ void WriteCell(const Cell& cell, const std::string& path) {
                       cell.unaligned ? "frame = \"unaligned\"\n" : "",
                       cell.tool_unknown ? "tool = \"unknown\"\n" : "", cell.sigma_m * 1e3);
   text += fmt::format("reference_temperature_C = {:.6g}\n", cell.reference_temperature_C);
+  if (cell.camera) {
+    text += fmt::format("camera_xyz_mm = {}\ncamera_rpy_deg = {}\n",
+                        Triple(cell.camera->at_m * 1e3), Triple(cell.camera->rpy_rad / kDeg));
+  }
   std::ofstream(path) << text;
 }
 

@@ -147,6 +147,12 @@ void Changes::Add(const Effect& effect) {
     each_joint(inertia);
   } else if (id == "measurement_scale") {
     scale += Value(effect, "scale");
+  } else if (id == "camera_tag_size") {
+    tag_size += Value(effect, "scale");
+  } else if (id == "camera_zoom") {
+    zooms.push_back({Value(effect, "time"), Value(effect, "scale")});
+  } else if (id == "camera_lens") {
+    lens_k1 += Value(effect, "k1");
   } else if (id == "step_event") {
     steps.push_back({Value(effect, "time"), Xyz(effect) * 1e-3, effect.frame == "tool"});
   } else if (id == "creep") {

@@ -72,6 +72,13 @@ struct Changes {
   double mass_scale = 0.0, mass_constant_kg = 0.0;
   Eigen::Vector3d cog_m = Eigen::Vector3d::Zero();
   Eigen::Vector2d gravity_rad = Eigen::Vector2d::Zero();
+  /// Of the measuring camera: distances times 1 + tag_size; depths times 1 + a zoom's stretch from
+  /// its moment on; k1 that its calibration lacks.
+  double tag_size = 0.0, lens_k1 = 0.0;
+  struct Zoom {
+    double time_s, stretch;
+  };
+  std::vector<Zoom> zooms;
   double pedestal = 0.0, thermal_per_K = 0.0, latency_s = 0.0, scale = 0.0;
 
   // Outside the catalogue of the exchange format.

@@ -190,6 +190,14 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
   if (id == "dynamic_inertia") return PerJoint(id, joints(count), "s^2", 1e-4, false, random);
   if (id == "measurement_scale") return Plain(id, {{"scale", 1e-4 * Sign(random), "1"}});
   if (id == "step_event") return StepEvent(random, 5400.0);
+  if (id == "camera_tag_size") return Plain(id, {{"scale", 1e-3 * Sign(random), "1"}});
+  if (id == "camera_lens") return Plain(id, {{"k1", 1e-2 * Sign(random), "1"}});
+  if (id == "camera_zoom") {
+    Effect zoom = Plain(id, {{"scale", 1e-3 * Sign(random), "1"}});
+    if (Integer(random, 0, 1) == 1)
+      zoom.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * 5400.0, "s", true});
+    return zoom;
+  }
   throw std::runtime_error("no family " + id + "; --list names them");
 }
 
@@ -200,7 +208,7 @@ const std::vector<std::string> kCatalogued = {
     "payload_cog",    "gravity_direction", "pedestal_compliance",  "backlash_load",
     "backlash_move",  "approach_lag",      "gear_periodic",        "thermal_growth",
     "thermal_drift",  "latency",           "dynamic_inertia",      "measurement_scale",
-    "step_event"};
+    "step_event",     "camera_tag_size",   "camera_zoom",          "camera_lens"};
 
 const std::vector<std::string> kOutside = {
     "creep",     "slow_sine",        "payload_squared", "temperature_squared",
@@ -276,6 +284,10 @@ bool NeedsVelocities(const std::string& family) {
     if (family.find(name) != std::string::npos) return true;
   }
   return false;
+}
+
+bool NeedsCamera(const std::string& family) {
+  return family.find("camera_") != std::string::npos;
 }
 
 bool NeedsPressure(const std::string& family) {

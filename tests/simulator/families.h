@@ -17,6 +17,7 @@ struct Hidden {
 std::vector<std::string> Families();
 
 bool NeedsVelocities(const std::string& family);
+bool NeedsCamera(const std::string& family);
 bool NeedsPressure(const std::string& family);
 
 /// A family with random joints and parameters, not yet scaled.

@@ -115,6 +115,11 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
   if (table.temp) add(One("thermal_growth", "alpha", 0.0, "1/K"));
   if (table.qd) add(One("latency", "time", 0.0, "s"));
   add(One("measurement_scale", "scale", 0.0, "1"));
+  if (cell.camera) {
+    add(One("camera_tag_size", "scale", 0.0, "1"));
+    add(One("camera_zoom", "scale", 0.0, "1"));
+    add(One("camera_lens", "k1", 0.0, "1"));
+  }
   return list;
 }
 

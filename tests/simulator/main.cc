@@ -19,7 +19,7 @@ struct Options {
   std::string family = "none", robot = "kr210", out;
   std::uint64_t seed = 1;
   double sigma_mm = 0.05, signal = 10.0;
-  bool unaligned = false, rigid_joints = false;
+  bool unaligned = false, rigid_joints = false, camera = false;
   Design design;
   std::string cell, measured, tests, with, columns;
   bool fit = false;
@@ -64,6 +64,18 @@ Effects Nuisances(const Design& design, Generator& random) {
   return list;
 }
 
+/// A camera as far off as twice the arm is long, beside it and looking a little down on it.
+Cell::Camera CameraBeside(const Cell& cell) {
+  double reach_m = cell.tool.length_m;
+  for (const Joint& joint : cell.joints) reach_m += std::hypot(joint.a_m, joint.d_m);
+  constexpr double kDown = 0.2;  // [rad]
+  Cell::Camera camera;
+  camera.at_m = 2.0 * reach_m * Eigen::Vector3d(0.0, -std::cos(kDown), std::sin(kDown));
+  // z looks along +y and down, x to the right, y down.
+  camera.rpy_rad = {-std::numbers::pi / 2.0 - kDown, 0.0, 0.0};
+  return camera;
+}
+
 /// Effects that formats.md calls the same over these rows.
 json Equivalents(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
   json list = json::array();
@@ -101,6 +113,7 @@ void Generate(Options options) {
   Cell cell = ReadyCell(options.robot);
   cell.sigma_m = options.sigma_mm * 1e-3;
   cell.unaligned = cell.tool_unknown = options.unaligned;
+  if (options.camera || NeedsCamera(options.family)) cell.camera = CameraBeside(cell);
   if (options.rigid_joints) {
     for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
   }
@@ -217,6 +230,7 @@ int main(int argc, char** argv) {
   app.add_flag("--vertical", o.design.vertical, "Tool straight down, one payload");
   app.add_flag("--one-payload", o.design.one_payload, "The same payload in every row");
   app.add_flag("--rigid-joints", o.rigid_joints, "Joints that do not give, declared so");
+  app.add_flag("--camera", o.camera, "A camera measures that looks at the arm from beside it");
   app.add_flag("--unaligned", o.unaligned, "Instrument and tool of unknown pose");
   bool predict = false;
   app.add_flag("--fit", o.fit, "Fit the effects of --with to --measured, predict --poses");

@@ -241,6 +241,8 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
       {"sigma_mm = 0.05", "sigma_mm = 0", "measurement.sigma_mm: 0 is outside 1e-06..100"},
       {"reference_temperature_C = 22.0", "reference_temperature_C = 295.15",
        "measurement.reference_temperature_C: 295.15 is outside -50..150"},
+      {"reference_temperature_C = 22.0", "camera_xyz_mm = [0.0, 0.0, 0.0]",
+       "measurement.camera_xyz_mm: [0, 0, 0] is of a camera, which measures no kind = \"range\""},
       // sessions, domain
       {"id = \"2\"", "id = \"1\"", "session[2].id: \"1\" is the id of two sessions"},
       {"id = \"2\"", "id = 2", "session[2].id: 2 is not a text in quotes"},

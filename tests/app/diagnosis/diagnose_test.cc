@@ -10,6 +10,7 @@
 #include <functional>
 
 #include "app/config/cell_reader.h"
+#include "app/diagnosis/candidates.h"
 #include "app/diagnosis/diagnosis.h"
 
 using namespace plumbline;
@@ -74,6 +75,80 @@ TEST_CASE("hidden effects of the simulator are named, with their values") {
     CHECK(diagnosis->held_out.after_m < 1.5 * diagnosis->noise_floor_m);
     CHECK(diagnosis->held_out.before_m > 3 * diagnosis->held_out.after_m);
   }
+}
+
+TEST_CASE("what is wrong with a measuring camera is named, at any seed") {
+  for (const std::string family : {"camera_tag_size", "camera_zoom", "camera_lens"}) {
+    for (int seed = 1; seed <= 4; ++seed) {  // of camera_zoom two are zoomed half way
+      CAPTURE(family, seed);
+      const auto diagnosis =
+          Answer(Simulated("--family " + family + " --signal 8 --seed " + std::to_string(seed)));
+      REQUIRE(diagnosis);
+      CHECK(diagnosis->verdict == Verdict::kExplained);
+      CHECK(Ids(*diagnosis) == std::vector<std::string>{family});
+      CHECK(diagnosis->rms_after_m < 1.3 * diagnosis->noise_floor_m);
+    }
+  }
+}
+
+TEST_CASE("the size of the tags and the instrument's scale are one where the base is free") {
+  for (const std::string family : {"camera_tag_size", "measurement_scale"}) {
+    CAPTURE(family);
+    const auto diagnosis =
+        Answer(Simulated("--camera --unaligned --signal 20 --seed 2 --family " + family));
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->verdict == Verdict::kAmbiguous);
+    std::vector<std::string> named = Ids(*diagnosis);
+    for (const Rival& rival : diagnosis->rivals) named.push_back(rival.id);
+    for (const char* id : {"camera_tag_size", "measurement_scale"}) {
+      CAPTURE(id);
+      CHECK(std::find(named.begin(), named.end(), id) != named.end());
+    }
+  }
+}
+
+TEST_CASE("effects of a camera are neither offered nor paid for where none measures") {
+  Data data = Simulated("--family camera_zoom --signal 10 --seed 1");
+  auto dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  CHECK(EffectsConsidered(*dataset) == 27);
+  data.cell.measurement.X_WC.reset();
+  dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  CHECK(EffectsConsidered(*dataset) == 24);
+  const Candidates candidates = CandidatesFor(*dataset);
+  const auto refused = std::count_if(
+      candidates.not_offered.begin(), candidates.not_offered.end(), [](const NotOffered& one) {
+        return one.id.find("camera_") == 0 && one.reason.find("camera_xyz_mm") != std::string::npos;
+      });
+  CHECK(refused == 3);
+}
+
+TEST_CASE("a zoom is looked for where the counts changed, if they were recorded") {
+  Data data;
+  std::optional<double> moment;
+  for (int seed = 1; !moment && seed < 20; ++seed) {  // the first that is zoomed half way
+    data = Simulated("--family camera_zoom --signal 10 --seed " + std::to_string(seed));
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    REQUIRE(Ids(*diagnosis) == std::vector<std::string>{"camera_zoom"});
+    if (diagnosis->findings[0].effect.values.size() == 2)
+      moment = diagnosis->findings[0].effect.values.front();
+  }
+  REQUIRE(moment);
+  for (MeasuredRow& row : data.table.rows) row.further.push_back(row.t_s < *moment ? 5000 : 5040);
+  data.table.further.emplace_back("zoom_counts");
+  const auto told = Answer(data);
+  REQUIRE(told);
+  CHECK(Ids(*told) == std::vector<std::string>{"camera_zoom"});
+  CHECK(told->findings[0].effect.values.front() == Approx(*moment));
+  // What nobody zoomed did not zoom: another explanation has to serve.
+  for (MeasuredRow& row : data.table.rows) row.further.back() = 5000;
+  const auto still = Answer(data);
+  REQUIRE(still);
+  for (const Finding& finding : still->findings)
+    CHECK_FALSE((finding.effect.term.effect->traits().id == "camera_zoom" &&
+                 finding.effect.values.size() == 2));
 }
 
 TEST_CASE("nothing hidden: nothing found, with outliers and heavy tails, too") {

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -36,7 +37,7 @@ Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
              const Influence<double>& influence) {
   LoadedStateOf<double> state;
   REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
-  return (1 + state.scale) * state.X_WT.p;
+  return state.p_read_W;
 }
 
 }  // namespace
@@ -45,6 +46,8 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
   CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
+  // A camera beside the arm that looks at it.
+  cell.measurement.X_WC = Pose{RotationFromRollPitchYaw(Vec3(-1.5, 0.1, 0.2)), Vec3(0.3, -6, 1)};
   const LoadedArm arm(cell);
   std::mt19937 random(7);
   for (int trial = 0; trial < 5; ++trial) {
@@ -57,6 +60,9 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
       at[I::kBendRatio] = -0.2;
       at[I::kBase] = 1e-3;
       at[I::kScale] = 1e-4;
+      at[I::kCameraScale] = 2e-3;
+      at[I::kCameraDepth] = -1e-3;
+      at[I::kCameraRadial] = 0.02;
     }
     Sensitivity sensitivity;
     REQUIRE(SensitivityAt(arm, q, payload, at, {}, sensitivity));

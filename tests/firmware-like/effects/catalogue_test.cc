@@ -36,6 +36,9 @@ const std::vector<std::string> kTable = {
     "dynamic_inertia: q# s^2",
     "measurement_scale: scale 1",
     "step_event: time s, row 1, x mm, y mm, z mm, frame (base,tool)",
+    "camera_tag_size: scale 1",
+    "camera_zoom: time s, row 1, scale 1",
+    "camera_lens: k1 1",
 };
 
 std::string LineOf(const EffectTraits& traits) {

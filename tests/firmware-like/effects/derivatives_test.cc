@@ -113,7 +113,8 @@ TEST_CASE("Every parameter of every effect moves the arm in some moment") {
       }
       for (std::size_t k = 0; k < moves.size(); ++k) {
         CAPTURE(k);
-        const bool is_moment = effect->traits().id == "step_event" && term.parameters[k].spec <= 1;
+        const bool is_moment = IsMoment(
+            effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)]);
         CHECK(moves[k] != is_moment);
       }
     }

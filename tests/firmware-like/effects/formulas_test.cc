@@ -159,6 +159,13 @@ const std::vector<Case>& Cases() {
        {{I::kTip + 1, 0.3e-3}, {I::kTip + 2, 0.2e-3}}},
       {"step_event", {{"row", 8}, {"z", 0.3}}, {"frame", "tool"}, {}},
       {"step_event", {{"x", 0.3}}, {}, {}},
+      {"camera_tag_size", {{"scale", 0.02}}, {}, {{I::kCameraScale, 0.02}}},
+      {"camera_zoom", {{"scale", -0.03}}, {}, {{I::kCameraDepth, -0.03}}},
+      {"camera_zoom", {{"time", 600}, {"scale", 0.01}}, {}, {{I::kCameraDepth, 0.01}}},
+      {"camera_zoom", {{"time", 601}, {"scale", 0.01}}, {}, {}},
+      {"camera_zoom", {{"row", 7}, {"scale", 0.01}}, {}, {{I::kCameraDepth, 0.01}}},
+      {"camera_zoom", {{"row", 8}, {"scale", 0.01}}, {}, {}},
+      {"camera_lens", {{"k1", -0.04}}, {}, {{I::kCameraRadial, -0.04}}},
   };
   return cases;
 }
@@ -199,6 +206,9 @@ TEST_CASE("Where a signal that it needs is absent, an effect adds nothing") {
       {"backlash", "move", [](Conditions& moment) { moment.approach.resize(0); }},
       {"step_event", "base", [](Conditions& moment) { moment.t_s.reset(); }},
       {"step_event", "tool", [](Conditions& moment) { moment.row.reset(); }},
+      {"camera_tag_size", "", [](Conditions& moment) { moment.camera = false; }},
+      {"camera_zoom", "", [](Conditions& moment) { moment.camera = false; }},
+      {"camera_lens", "", [](Conditions& moment) { moment.camera = false; }},
   };
   for (const Absent& absent : absences) {
     CAPTURE(absent.id);

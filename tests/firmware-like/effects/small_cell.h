@@ -14,6 +14,7 @@ inline CellModel SmallCell() {
     cell.robot.joints.push_back(joint);
   }
   cell.measurement.reference_temperature_C = 20;
+  cell.measurement.X_WC = Pose{};
   return cell;
 }
 

@@ -1,0 +1,33 @@
+#include "firmware-like/effects/camera_tag_size.h"
+
+namespace plumbline {
+namespace {
+
+struct Formula {
+  static EffectTraits Traits() {
+    return {.id = "camera_tag_size",
+            .meaning = "the tags are not as large as the camera was told",
+            .remedy =
+                "measure a tag's black border with a calliper and correct the size in the "
+                "camera's configuration; do not correct the robot for it",
+            .parameters = {{"scale", "1", 1, {-0.3, 0.3}}},
+            .needs = {Signal::kCamera},
+            .confused_with = {"measurement_scale", "camera_zoom", "link_geometry"}};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm&, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    if (!conditions.camera) return;
+    for (const T& scale : values) influence[Influence<T>::kCameraScale] += scale;
+  }
+};
+
+}  // namespace
+
+const Effect& CameraTagSize() {
+  static const EffectOf<Formula> effect;
+  return effect;
+}
+
+}  // namespace plumbline
