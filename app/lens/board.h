@@ -18,7 +18,10 @@ struct Board {
 
   int corners() const { return columns * rows; }
   /// Of corner k, counted row by row [m], shape (2).
-  Vec2 Corner(int k) const { return {square_m * (k % columns), square_m * (k / columns)}; }
+  Vec2 Corner(int k) const {
+    const int row = k / columns;
+    return {square_m * (k % columns), square_m * row};
+  }
   Vec2 Centre() const { return {0.5 * square_m * (columns - 1), 0.5 * square_m * (rows - 1)}; }
 };
 
