@@ -10,6 +10,8 @@
 namespace plumbline {
 namespace {
 
+constexpr std::ptrdiff_t kLongestRow = std::ptrdiff_t{64} * kLargestImageSide_px;
+
 struct Named {
   PixelFormat format;
   std::string_view name;
@@ -37,7 +39,7 @@ std::optional<Error> LayoutFault(const RawImage& image) {
                              width, height)};
   }
   const std::ptrdiff_t row = IsPacked(image.format) ? 2 * width : width;
-  if (image.stride < row || image.stride > 64 * kLargestImageSide_px) {
+  if (image.stride < row || image.stride > kLongestRow) {
     return Error{fmt::format("{} bytes a row of {} px are not possible", image.stride, width)};
   }
   const std::ptrdiff_t rows = image.format == PixelFormat::kNv12 ? height + height / 2 : height;

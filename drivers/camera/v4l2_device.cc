@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "drivers/ioctl.h"
@@ -31,6 +31,17 @@ std::string LineOf(const fs::path& path) {
   std::erase_if(line, [](char c) { return c < ' ' || c > '~'; });
   line.resize(std::min(line.find_last_not_of(' ') + 1, kLongestText));
   return line;
+}
+
+/// 10 of "video10"; nothing for "vbi0" and the like.
+std::optional<int> NodeNumber(std::string_view node) {
+  constexpr std::string_view kBegin = "video";
+  if (!node.starts_with(kBegin)) return std::nullopt;
+  node.remove_prefix(kBegin.size());
+  int number = 0;
+  const auto [end, error] = std::from_chars(node.data(), node.data() + node.size(), number);
+  if (error != std::errc() || end != node.data() + node.size()) return std::nullopt;
+  return number;
 }
 
 /// A text that the driver filled, ended by a zero or by the end of its field.
@@ -90,16 +101,13 @@ std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
   fs::directory_iterator at(tree.sysfs, why);
   for (; !why && at != fs::directory_iterator(); at.increment(why)) {
     const std::string node = at->path().filename();
-    int number = 0, length = 0;
-    if (std::sscanf(node.c_str(), "video%d%n", &number, &length) != 1 ||
-        static_cast<std::size_t>(length) != node.size()) {
-      continue;
-    }
+    const std::optional<int> number = NodeNumber(node);
+    if (!number) continue;
     V4l2Device device;
     device.path = fs::path(tree.dev) / node;
     device.name = LineOf(at->path() / "name");
     AskUsb(at->path(), device);
-    if (AskDevice(device).value_or(true)) found.emplace_back(number, std::move(device));
+    if (AskDevice(device).value_or(true)) found.emplace_back(*number, std::move(device));
   }
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });

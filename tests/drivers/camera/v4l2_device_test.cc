@@ -20,6 +20,8 @@ TEST_CASE("v4l2 devices: listed by number with serial, model and port; not what 
   machine.Plug(10, "2-1.4", "");
   machine.Plug(2, "1-2", "A1B2");
   machine.Plug(3, "1-2", "A1B2").caps = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
+  std::filesystem::create_directories(machine.tree().sysfs + "/vbi0");
+  std::filesystem::create_directories(machine.tree().sysfs + "/video7x");
   const auto devices = ListV4l2Devices(machine.tree());
   REQUIRE(devices.size() == 2);
   CHECK(devices[0].path == machine.Path(2));
