@@ -134,6 +134,7 @@ Result<V4l2Device> SelectV4l2Device(std::string_view selector,
     }
     V4l2Device unlisted;
     unlisted.path = selector;
+    AskDevice(unlisted);
     return unlisted;
   }
   std::vector<V4l2Device> meant;

@@ -38,7 +38,7 @@ std::string LastingName(const V4l2Device& device, const std::vector<V4l2Device>&
 
 /// The device that `selector` means: a path ("/dev/video0", a link of /dev/v4l), a serial number, a
 /// serial number or model with "@" and a port, or "@" and a port alone. Of several nodes of one
-/// camera the first. A path that the list does not have is taken as it is.
+/// camera the first. A path that the list does not have is asked itself.
 /// @return or why none is meant: unknown, or two cameras of one serial number
 Result<V4l2Device> SelectV4l2Device(std::string_view selector,
                                     const std::vector<V4l2Device>& devices);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -118,6 +119,29 @@ TEST_CASE("vivid's camera is taken away and comes back", "[v4l2-unplug]") {
   std::ofstream(driver / "bind") << "vivid.0" << std::flush;
   REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
   CHECK(frame.sequence > before);
+}
+
+TEST_CASE("the first camera's plug is pulled and put back by hand", "[v4l2-replug]") {
+  const auto cameras = Cameras();
+  if ((cameras.empty() || std::getenv("PLUMBLINE_REPLUG") == nullptr) &&
+      Skip("PLUMBLINE_REPLUG=1 asks somebody to replug a camera")) {
+    return;
+  }
+  const auto camera = Open(LastingName(cameras[0], cameras), cameras[0]);
+  CameraFrame frame;
+  REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
+  const CameraIdentity identity = camera->identity();
+  std::cout << "now replug " << identity.serial << std::endl;
+  const std::uint64_t before = frame.sequence;
+  CameraResult result = CameraResult::kFrame;
+  while (result != CameraResult::kLost) result = camera->Read(1, frame);
+  std::cout << camera->problem() << std::endl;
+  for (int k = 0; k < 6 && result != CameraResult::kFrame; ++k) result = ReadFrame(*camera, frame);
+  INFO(camera->problem());
+  REQUIRE(result == CameraResult::kFrame);
+  CHECK(frame.sequence > before);
+  CHECK(camera->identity().serial == identity.serial);
+  CHECK(camera->identity().mode == identity.mode);
 }
 
 }  // namespace plumbline

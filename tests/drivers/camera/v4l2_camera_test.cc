@@ -328,6 +328,18 @@ TEST_CASE("v4l2 camera: two at once, of one serial number, told apart by their p
   CHECK(second->identity().serial == "A1@1-3");
 }
 
+TEST_CASE("v4l2 camera: a path that sysfs does not show is named by its driver and bus") {
+  Cell cell;
+  DeviceTree nothing = cell.machine.tree();
+  nothing.sysfs += "/none";
+  auto camera = std::move(V4l2Camera::Create({.device = cell.machine.Path(0), .tree = nothing},
+                                             test::FakeTime))
+                    .value();
+  cell.device->coming = {Level(1)};
+  REQUIRE(camera->Read(kTimeout_s, cell.frame) == CameraResult::kFrame);
+  CHECK(camera->identity().serial == "fake@fake-bus");
+}
+
 TEST_CASE("v4l2 camera: options that no camera has are refused") {
   const auto why = [](const V4l2CameraOptions& options) {
     const auto made = V4l2Camera::Create(options, test::FakeTime);
