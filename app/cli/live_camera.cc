@@ -36,7 +36,9 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
       "--camera", options.camera,
       "A camera, as plumbline cameras names it; or a recording: a folder of images, or a table "
       "t_s,file (*.csv)");
-  command.add_option("--size", options.size, "Its image size, WIDTHxHEIGHT")
+  command
+      .add_option("--size", options.size,
+                  "Its image size, WIDTHxHEIGHT; without it that of the lens")
       ->needs(camera)
       ->check(CLI::Validator(
           [](const std::string& text) {

@@ -86,10 +86,10 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
     }
     if (frame.luma.size() != lens.size) {
       std::cerr << fmt::format(
-          "{}: its frames have {} x {} pixels, the lens of {} was calibrated at {} x {}; give "
-          "--size {}x{}, or calibrate in this mode\n",
+          "{}: its frames have {} x {} pixels, the lens of {} was calibrated at {} x {}; use the "
+          "mode of the calibration, or calibrate in this one\n",
           camera.identity().mode, frame.luma.width, frame.luma.height, options.lens_name,
-          lens.size.width, lens.size.height, lens.size.width, lens.size.height);
+          lens.size.width, lens.size.height);
       return kExitFault;
     }
     if (!first_s) first_s = frame.time_s;

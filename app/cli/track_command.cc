@@ -105,7 +105,9 @@ int RunOnImage(const Options& options, const LensFile& lens, Tracker& tracker) {
 }
 
 int RunLive(const Options& options, const LensFile& lens, Tracker& tracker) {
-  const auto camera = MakeLiveCamera(options.live);
+  LiveCameraOptions live = options.live;
+  if (live.size.empty()) live.size = fmt::format("{}x{}", lens.size.width, lens.size.height);
+  const auto camera = MakeLiveCamera(live);
   if (!camera) return Refused(camera.error());
   return TrackLive(**camera, tracker, lens,
                    {.lens_name = options.intrinsics,

@@ -86,6 +86,7 @@ const std::vector<std::uint8_t>* V4l2Camera::Bgr() {
 
 std::optional<Error> V4l2Camera::Open() {
   path_ = options_.device;
+  remarks_.clear();  // of an attempt that nobody asked about
   const std::vector<V4l2Device> all = ListV4l2Devices(options_.tree);
   const auto device = SelectV4l2Device(options_.device, all);
   if (!device) return Error{device.error()};
