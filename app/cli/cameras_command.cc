@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <vector>
 
 #include "app/cli/exit_codes.h"
@@ -66,7 +67,7 @@ std::string ModeLine(const V4l2Mode& mode) {
   }
   text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
   if (!mode.rates_hz.empty()) text += fmt::format(" at {:.4g} Hz", fmt::join(mode.rates_hz, ", "));
-  return text + (IsReadable(mode) ? "\n" : "  (not read by Plumbline)\n");
+  return text + "\n";
 }
 
 }  // namespace
@@ -105,7 +106,17 @@ std::string CamerasText(const DeviceTree& tree) {
     text += fmt::format("{}  {}\n  --camera {}\n", device.path, device.name, listed.select);
     if (device.serial.empty()) text += "  has no serial number: known by its port\n";
     if (!device.problem.empty()) text += fmt::format("  {}\n", device.problem);
-    for (const V4l2Mode& mode : listed.offer.modes) text += ModeLine(mode);
+    std::set<std::string> unreadable;
+    for (const V4l2Mode& mode : listed.offer.modes) {
+      if (IsReadable(mode)) {
+        text += ModeLine(mode);
+      } else {
+        unreadable.insert(FourccText(mode.fourcc));
+      }
+    }
+    if (!unreadable.empty()) {
+      text += fmt::format("  not read by Plumbline: {}\n", fmt::join(unreadable, ", "));
+    }
     for (const V4l2Control& control : listed.offer.controls) {
       text += fmt::format("  {} {:g} ({:g}..{:g}, standard {:g})\n", control.name, control.value,
                           control.smallest, control.largest, control.standard);

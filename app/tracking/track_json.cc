@@ -66,7 +66,7 @@ std::string TrackJson(const TrackedFrame& frame) {
 }
 
 std::string TrackJsonLine(const TrackedFrame& frame, double t_s, std::uint64_t sequence) {
-  Json json = {{"t_s", t_s}, {"sequence", sequence}};
+  Json json = {{"t_s", std::round(1e6 * t_s) / 1e6}, {"sequence", sequence}};
   json.update(FrameJson(frame));
   return json.dump() + "\n";
 }
