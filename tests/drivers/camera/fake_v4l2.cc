@@ -8,11 +8,11 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdarg>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <set>
+#include <string_view>
 
 namespace fs = std::filesystem;
 
@@ -170,15 +170,20 @@ int Buffers(FakeDevice& device, unsigned long request, void* argument) {
   return 0;
 }
 
+/// Text into a field that is filled with zeros.
+void Put(std::string_view text, unsigned char* field) {
+  std::copy(text.begin(), text.end(), field);
+}
+
 int Answer(FakeDevice& device, unsigned long request, void* argument) {
   if (device.gone) return Refuse(ENODEV);
   switch (request) {
     case VIDIOC_QUERYCAP: {
       auto& capability = *static_cast<v4l2_capability*>(argument);
       capability = {};
-      std::strcpy(reinterpret_cast<char*>(capability.driver), "fake");
-      std::strcpy(reinterpret_cast<char*>(capability.card), "Fake camera");
-      std::strcpy(reinterpret_cast<char*>(capability.bus_info), "fake-bus");
+      Put("fake", capability.driver);
+      Put("Fake camera", capability.card);
+      Put("fake-bus", capability.bus_info);
       capability.capabilities = device.caps | V4L2_CAP_DEVICE_CAPS;
       capability.device_caps = device.caps;
       return 0;
