@@ -72,7 +72,7 @@ TEST_CASE("pixel formats: their names are the kernel's") {
 
 TEST_CASE("luma: grey and NV12 are the camera's own memory, padding and all") {
   Bytes buffer;
-  const Bytes bytes(6 * 10, 7);
+  const Bytes bytes(60, 7);
   for (const PixelFormat format : {PixelFormat::kGrey, PixelFormat::kNv12}) {
     const auto luma = LumaOf(Raw(format, {8, 4}, 10, bytes), buffer);
     REQUIRE(luma);
