@@ -14,10 +14,11 @@ using test::FakeFrame;
 using test::FakeMachine;
 
 constexpr std::uint32_t kWidth = 16, kHeight = 8;
+constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
 constexpr double kTimeout_s = 0.1;
 
 /// A frame of one level; GREY unless told.
-FakeFrame Level(int level, std::size_t bytes = kWidth * kHeight) {
+FakeFrame Level(int level, std::size_t bytes = kPixels) {
   FakeFrame frame;
   frame.bytes.assign(bytes, static_cast<std::uint8_t>(level));
   return frame;
@@ -208,7 +209,7 @@ TEST_CASE("v4l2 camera: Motion JPEG; garbage and another size are passed over") 
   CHECK(cell.camera->identity().mode == "MJPG 16x8@30");
   CHECK(cell.Seen() == 99);
   REQUIRE(cell.camera->Bgr() != nullptr);
-  CHECK(cell.camera->Bgr()->size() == 3 * kWidth * kHeight);
+  CHECK(cell.camera->Bgr()->size() == 3 * kPixels);
   CHECK(cell.camera->Bgr()->at(1) == 99);
   cell.device->coming = {Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1)};
   CHECK(cell.Read() == CameraResult::kUnusable);
@@ -223,7 +224,7 @@ TEST_CASE("v4l2 camera: rows with padding, and YUYV") {
   Cell cell(V4L2_PIX_FMT_YUYV);
   cell.device->padding = 6;
   cell.Make();
-  FakeFrame frame = Level(128, (2 * kWidth + 6) * kHeight);
+  FakeFrame frame = Level(128, 2 * kPixels + std::size_t{6} * kHeight);
   for (std::size_t i = 0; i < frame.bytes.size(); i += 2) frame.bytes[i] = 77;
   cell.device->coming = {frame};
   REQUIRE(cell.Read() == CameraResult::kFrame);
