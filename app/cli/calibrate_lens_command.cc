@@ -4,12 +4,12 @@
 #include <fnmatch.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
 
+#include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
@@ -22,35 +22,11 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLeastCorners = 3, kMostCorners = 100;
-
 struct Options {
   std::string images, match = "*", board = "17x11", json, yaml;
   double square_mm = 10, acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
   bool quiet = false;
 };
-
-/// "17x11", or nothing.
-std::optional<std::pair<int, int>> CornersFromText(std::string_view text) {
-  int columns = 0, rows = 0;
-  const char* end = text.data() + text.size();
-  const auto [x, first] = std::from_chars(text.data(), end, columns);
-  if (first != std::errc() || x == end || (*x != 'x' && *x != 'X')) return std::nullopt;
-  const auto [rest, second] = std::from_chars(x + 1, end, rows);
-  if (second != std::errc() || rest != end || columns < kLeastCorners || rows < kLeastCorners ||
-      columns > kMostCorners || rows > kMostCorners)
-    return std::nullopt;
-  return std::pair(columns, rows);
-}
-
-std::string BoardProblem(const std::string& text) {
-  if (CornersFromText(text)) return {};
-  return fmt::format(
-      "{} is not COLUMNSxROWS of inner corners, {} to {} each, such as 17x11 for a board of 18 x "
-      "12 "
-      "squares",
-      text, kLeastCorners, kMostCorners);
-}
 
 struct Frames {
   std::vector<BoardView> views;

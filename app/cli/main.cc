@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "app/cli/beam_command.h"
+#include "app/cli/calibrate_hand_eye_command.h"
 #include "app/cli/calibrate_lens_command.h"
 #include "app/cli/cameras_command.h"
 #include "app/cli/check_command.h"
@@ -64,6 +65,7 @@ int main(int argc, char** argv) {
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
   AddCamerasCommand(app, exit_code);
+  AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);

@@ -1,0 +1,242 @@
+#include "app/cli/calibrate_hand_eye_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "app/cli/board_option.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/interruption.h"
+#include "app/cli/number_option.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/hand_eye/hand_eye_json.h"
+#include "app/hand_eye/target_views.h"
+#include "app/lens/image_folder.h"
+#include "app/lens/lens_json.h"
+#include "app/tracking/body_reader.h"
+
+namespace plumbline {
+namespace {
+
+struct Options {
+  std::string images, poses, intrinsics, cell, board = "17x11", bodies, body, family = "36h11",
+                                               setup = "eye-to-hand", json;
+  double square_mm = 10, acceptable_mm = 0.5;
+  bool free_lens = false, free_size = false, free_joints = false, force = false, quiet = false;
+};
+
+int Refused(const std::string& what) {
+  std::cerr << what << '\n';
+  return kExitFault;
+}
+
+/// All that the command reads, or nothing after the reasons were told.
+struct Inputs {
+  std::optional<CellModel> cell;
+  std::map<std::string, RobotPose> poses;
+  LensFile lens;
+  TagDatabase database;
+  Target target;
+  std::vector<std::string> names;
+};
+
+bool ReadLens(const Options& options, LensFile& lens) {
+  const auto text = ReadTextFile(options.intrinsics);
+  if (!text) {
+    Refused(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    return false;
+  }
+  const auto read = LensFromJson(*text);
+  if (!read) {
+    Refused(fmt::format("{}: {}", options.intrinsics, read.error()));
+    return false;
+  }
+  if (!read->accepted && !options.force) {
+    Refused(
+        fmt::format("{}: this calibration was refused (accepted is not true): calibrate again, "
+                    "or use it all the same with --force",
+                    options.intrinsics));
+    return false;
+  }
+  lens = *read;
+  return true;
+}
+
+bool ReadTarget(const Options& options, Inputs& inputs) {
+  auto family = TagFamilyOfName(options.family);
+  if (!family) {
+    std::cerr << "plumbline calibrate-hand-eye: --family: " << family.error() << '\n';
+    return false;
+  }
+  inputs.target.family = std::move(family).value();
+  if (options.bodies.empty()) {
+    const auto corners = CornersFromText(options.board);
+    inputs.target.board = {corners->first, corners->second, 1e-3 * options.square_mm};
+    return true;
+  }
+  const auto text = ReadTextFile(options.bodies);
+  if (!text) {
+    Refused(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+    return false;
+  }
+  FaultList faults;
+  auto database = TagDatabaseFromText(*text, options.bodies, faults);
+  std::cerr << FaultsText(faults);
+  if (!database) return false;
+  inputs.database = std::move(*database);
+  for (const Body& body : inputs.database.bodies) {
+    if (body.name == options.body) inputs.target.body = &body;
+  }
+  if (inputs.target.body == nullptr) {
+    Refused(
+        fmt::format("{}: has no body \"{}\"; name one by --body", options.bodies, options.body));
+    return false;
+  }
+  return true;
+}
+
+bool ReadPoses(const Options& options, Inputs& inputs) {
+  FaultList faults;
+  if (!options.cell.empty()) {
+    inputs.cell = ReadCell(options.cell, faults);
+    if (!inputs.cell) {
+      std::cerr << FaultsText(faults);
+      return false;
+    }
+    faults = {};
+  }
+  const auto text = ReadTextFile(options.poses);
+  if (!text) {
+    Refused(fmt::format("{}: cannot be read: {}", options.poses, text.error()));
+    return false;
+  }
+  const auto poses = RobotPosesFromCsv(
+      *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<Joint>{}, faults);
+  std::cerr << FaultsText(faults);
+  if (!poses) return false;
+  inputs.poses = *poses;
+  const bool joints = !poses->empty() && poses->begin()->second.q.size() > 0;
+  if (options.free_joints && !joints) {
+    Refused(fmt::format("{}: --free-joints needs joints (q1_deg ..) and --cell", options.poses));
+    return false;
+  }
+  return true;
+}
+
+bool ReadNames(const Options& options, Inputs& inputs) {
+  const auto names = ImageNames(options.images);
+  if (!names) {
+    Refused(fmt::format("{}: cannot be read: {}", options.images, names.error()));
+    return false;
+  }
+  inputs.names = *names;
+  return true;
+}
+
+int Run(const Options& options) {
+  if (!options.json.empty() && options.json != "-") {
+    if (const auto why = WhyNotWritable(options.json)) {
+      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
+                               why->message);
+      return kExitUsage;
+    }
+  }
+  Inputs inputs;
+  if (!ReadLens(options, inputs.lens) || !ReadTarget(options, inputs) ||
+      !ReadPoses(options, inputs) || !ReadNames(options, inputs))
+    return kExitFault;
+  const Interruption interruption;
+  TargetViews found =
+      FindTargets(options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens,
+                  inputs.lens.size, [] { return Interruption::Asked(); });
+  if (Interruption::Asked()) {
+    std::cerr << "interrupted; no file was changed\n";
+    return kExitInterrupted;
+  }
+  HandEyeOptions how;
+  how.setup = options.setup == "eye-in-hand" ? HandEyeSetup::kEyeInHand : HandEyeSetup::kEyeToHand;
+  how.image = inputs.lens.size;
+  how.free_lens = options.free_lens;
+  how.free_size = options.free_size;
+  how.free_joints = options.free_joints;
+  how.half_turns = inputs.target.body == nullptr;
+  how.acceptable_m = 1e-3 * options.acceptable_mm;
+  std::optional<Chain> chain;
+  if (inputs.cell) chain.emplace(inputs.cell->robot);
+  how.chain = chain ? &*chain : nullptr;
+  HandEye answer =
+      CalibrateHandEye(std::move(found.views), {inputs.lens.lens, inputs.lens.covariance}, how);
+  answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
+  const std::string json =
+      HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
+  if (options.json == "-") {
+    std::cout << json;
+  } else if (!options.json.empty()) {
+    if (const auto why = WriteTextFile(options.json, json)) {
+      std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
+                               why->message);
+      return kExitUsage;
+    }
+  }
+  if (!options.quiet) (options.json == "-" ? std::cerr : std::cout) << HandEyeText(answer, how);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate-hand-eye", "Where the camera is, on the flange or in the cell, by robot poses");
+  command->add_option("--images", options->images, "Folder with the images")->required();
+  command
+      ->add_option("--poses", options->poses,
+                   "CSV: image and the flange's pose, or image and joints with --cell")
+      ->required();
+  command
+      ->add_option("--intrinsics", options->intrinsics,
+                   "The lens, LENS.json of plumbline calibrate-lens")
+      ->required();
+  command->add_option("--setup", options->setup, "eye-to-hand: the camera stands in the cell")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"eye-to-hand", "eye-in-hand"}));
+  command->add_option("--board", options->board, "Inner corners of a chessboard, COLUMNSxROWS")
+      ->capture_default_str()
+      ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
+  command->add_option("--square-mm", options->square_mm, "Side of a square")
+      ->capture_default_str()
+      ->check(NumberWithin(0.01, 10000));
+  command->add_option("--bodies", options->bodies,
+                      "Bodies of tags, a TOML file, in place of a board");
+  command->add_option("--body", options->body, "Which of them is the target");
+  command->add_option("--family", options->family, "Of the tags")->capture_default_str();
+  command->add_option("--cell", options->cell, "The cell, for joints and for the camera in it");
+  command->add_flag("--free-lens", options->free_lens,
+                    "Adjust the lens too, its calibration being known before");
+  command->add_flag("--free-size", options->free_size, "Adjust the target's size too");
+  command->add_flag("--free-joints", options->free_joints, "Adjust joint offsets too");
+  command
+      ->add_option("--acceptable-mm", options->acceptable_mm,
+                   "Largest deviation of a point that the camera sees")
+      ->capture_default_str()
+      ->check(NumberWithin(0.001, 1000));
+  command->add_option("--json", options->json, "The answer for programs; - is standard output");
+  command->add_flag("--force", options->force, "Use a lens that was refused");
+  command->add_flag("--quiet", options->quiet, "No summary");
+  command->footer(
+      "Take 12 to 30 images, the robot at rest, the flange tilted by 20 to 40 degrees to all "
+      "sides.\n"
+      "A refusal is an answer: exit code 0, \"accepted\": false, and what to do.\n\n"
+      "Examples:\n"
+      "  plumbline calibrate-hand-eye --images frames --poses poses.csv --intrinsics lens.json \\\n"
+      "      --board 9x6 --square-mm 30 --json handeye.json\n"
+      "  plumbline calibrate-hand-eye --images frames --poses joints.csv --cell cell.toml \\\n"
+      "      --intrinsics lens.json --bodies bodies.toml --body gripper --free-joints");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,223 @@
+#include "app/hand_eye/linear_hand_eye.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+using Mat9 = Eigen::Matrix<double, 9, 9>;
+
+Mat3 NearestRotation(Mat3 m) {
+  if (m.determinant() < 0) m = -m;
+  const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 R = svd.matrixU() * svd.matrixV().transpose();
+  if (R.determinant() < 0) {
+    Mat3 U = svd.matrixU();
+    U.col(2) *= -1;
+    R = U * svd.matrixV().transpose();
+  }
+  return R;
+}
+
+double Angle(const Mat3& R) {
+  return VectorFromRotation(R).norm();
+}
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// One number for place and turn: the turn seen at the mean distance of the target.
+std::vector<double> MisfitsOf(const HandEyePoses& poses, const std::vector<PosePairing>& pairings,
+                              double distance_m) {
+  std::vector<double> misfits;
+  for (const PosePairing& pairing : pairings) {
+    const PairingMisfit misfit = MisfitOf(poses, pairing);
+    misfits.push_back(std::hypot(misfit.place_m, distance_m * misfit.turn_rad));
+  }
+  return misfits;
+}
+
+}  // namespace
+
+std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings) {
+  constexpr double kLeastSecond = 1e-4;  // of the turn about the second axis, squared
+  if (pairings.size() < 3) return std::nullopt;
+  const double second = SecondTurn(pairings);
+  if (second * second < kLeastSecond) return std::nullopt;
+  Mat9 K = Mat9::Zero();
+  for (const PosePairing& pairing : pairings) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) K.block<3, 3>(3 * i, 3 * j) += pairing.B.R(i, j) * pairing.A.R;
+    }
+  }
+  const Eigen::JacobiSVD<Mat9> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  HandEyePoses poses;
+  const Eigen::Matrix<double, 9, 1> x = svd.matrixV().col(0), y = svd.matrixU().col(0);
+  Mat3 X = Eigen::Map<const Mat3>(x.data()), Y = Eigen::Map<const Mat3>(y.data());
+  if (X.determinant() < 0) {
+    X = -X;
+    Y = -Y;
+  }
+  poses.X.R = NearestRotation(X);
+  poses.Y.R = NearestRotation(Y);
+  const auto n = static_cast<Eigen::Index>(pairings.size());
+  Eigen::MatrixXd M(3 * n, 6);
+  Eigen::VectorXd b(3 * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const PosePairing& pairing = pairings[static_cast<std::size_t>(k)];
+    M.block<3, 3>(3 * k, 0) = pairing.A.R;
+    M.block<3, 3>(3 * k, 3) = -Mat3::Identity();
+    b.segment<3>(3 * k) = poses.Y.R * pairing.B.p - pairing.A.p;
+  }
+  const Eigen::VectorXd places = M.colPivHouseholderQr().solve(b);
+  poses.X.p = places.head<3>();
+  poses.Y.p = places.tail<3>();
+  if (!places.allFinite()) return std::nullopt;
+  return poses;
+}
+
+std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pairings,
+                                              std::vector<bool>& agreeing) {
+  constexpr int kMostTriples = 400;
+  constexpr double kAgrees = 4 * 1.4826;  // of the median misfit
+  const std::size_t n = pairings.size();
+  agreeing.assign(n, true);
+  double distance_m = 0;
+  for (const PosePairing& pairing : pairings)
+    distance_m += pairing.B.p.norm() / static_cast<double>(n);
+  std::optional<HandEyePoses> best;
+  double least = 1e300;
+  const auto judge = [&](const std::optional<HandEyePoses>& poses) {
+    if (!poses) return;
+    const double median = MedianOf(MisfitsOf(*poses, pairings, distance_m));
+    if (median < least) {
+      least = median;
+      best = poses;
+    }
+  };
+  judge(SolveLinear(pairings));
+  // Triples by a fixed walk through all of them, evenly.
+  const std::size_t all = n * (n - 1) * (n - 2) / 6;
+  const std::size_t stride = std::max<std::size_t>(1, all / kMostTriples);
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = i + 1; j < n; ++j) {
+      for (std::size_t k = j + 1; k < n; ++k) {
+        if (number++ % stride == 0) judge(SolveLinear({pairings[i], pairings[j], pairings[k]}));
+      }
+    }
+  }
+  if (!best) return std::nullopt;
+  const std::vector<double> misfits = MisfitsOf(*best, pairings, distance_m);
+  std::vector<PosePairing> chosen;
+  for (std::size_t k = 0; k < n; ++k) {
+    agreeing[k] = misfits[k] <= kAgrees * least + 1e-9;
+    if (agreeing[k]) chosen.push_back(pairings[k]);
+  }
+  const auto refined = SolveLinear(chosen);
+  return refined ? refined : best;
+}
+
+PairingMisfit MisfitOf(const HandEyePoses& poses, const PosePairing& pairing) {
+  const Pose by_robot = pairing.A * poses.X, by_camera = poses.Y * pairing.B;
+  return {(by_robot.p - by_camera.p).norm(), Angle(by_robot.R.transpose() * by_camera.R)};
+}
+
+std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& points_K,
+                                 const std::vector<Vec2>& pixels) {
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> directions;
+  bool flat = true;
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    const auto n = NormalisedOfPixel(lens, pixels[k]);
+    if (!n) continue;
+    points.emplace_back(points_K[k].x(), points_K[k].y(), points_K[k].z());
+    directions.emplace_back(n->x(), n->y());
+    flat = flat && points_K[k].z() == 0;
+  }
+  if (points.size() < 6) return std::nullopt;
+  const cv::Mat unit = cv::Mat::eye(3, 3, CV_64F);
+  std::vector<cv::Mat> turns, places;
+  std::vector<double> errors;
+  try {
+    cv::solvePnPGeneric(points, directions, unit, cv::noArray(), turns, places, false,
+                        flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP);
+  } catch (const cv::Exception&) {
+    return std::nullopt;
+  }
+  std::optional<Pose> best;
+  double least = 1e300;
+  for (std::size_t k = 0; k < turns.size(); ++k) {
+    cv::solvePnPRefineLM(points, directions, unit, cv::noArray(), turns[k], places[k]);
+    cv::Mat R;
+    cv::Rodrigues(turns[k], R);
+    Pose pose;
+    cv::cv2eigen(R, pose.R);
+    cv::cv2eigen(places[k], pose.p);
+    if (!pose.R.allFinite() || !pose.p.allFinite() || !(pose.p.z() > 0)) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3 p_C = pose * Vec3(points[i].x, points[i].y, points[i].z);
+      sum +=
+          (Vec2(p_C.x(), p_C.y()) / p_C.z() - Vec2(directions[i].x, directions[i].y)).squaredNorm();
+    }
+    if (sum < least) {
+      least = sum;
+      best = pose;
+    }
+  }
+  return best;
+}
+
+double SecondTurn(const std::vector<PosePairing>& pairings) {
+  Mat3 sum = Mat3::Zero();
+  int pairs = 0;
+  for (std::size_t i = 0; i < pairings.size(); ++i) {
+    for (std::size_t j = i + 1; j < pairings.size(); ++j) {
+      const Vec3 turn = VectorFromRotation(pairings[i].A.R.transpose() * pairings[j].A.R);
+      sum += turn * turn.transpose();
+      ++pairs;
+    }
+  }
+  if (pairs == 0) return 0;
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(sum / pairs);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+}
+
+void PutHalfTurnsRight(std::vector<PosePairing>& pairings, const Vec3& middle_K,
+                       std::vector<bool>& turned) {
+  turned.assign(pairings.size(), false);
+  // K turned by half a turn about its middle.
+  Pose half;
+  half.R = Vec3(-1, -1, 1).asDiagonal();
+  half.p = middle_K - half.R * middle_K;
+  const auto disagreement = [&](std::size_t k, const Pose& B) {
+    double sum = 0;
+    for (std::size_t i = 0; i < k; ++i) {
+      const double by_robot = Angle(pairings[i].A.R.transpose() * pairings[k].A.R);
+      const double by_camera = Angle(pairings[i].B.R.transpose() * B.R);
+      sum += std::min(0.1, std::abs(by_robot - by_camera));  // a wrong view has little say
+    }
+    return sum;
+  };
+  for (std::size_t k = 1; k < pairings.size(); ++k) {
+    const Pose other = pairings[k].B * half;
+    if (disagreement(k, other) < disagreement(k, pairings[k].B)) {
+      pairings[k].B = other;
+      turned[k] = true;
+    }
+  }
+}
+
+}  // namespace plumbline

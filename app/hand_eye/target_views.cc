@@ -1,0 +1,97 @@
+#include "app/hand_eye/target_views.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/lens/board_detection.h"
+#include "app/lens/image_folder.h"
+
+namespace plumbline {
+namespace {
+
+/// Appends the board's corners; why not, where there is none.
+std::string AddBoard(const LumaView& image, const Board& board, HandEyeView& view) {
+  const Result<BoardView> seen = DetectBoard(image, board);
+  if (!seen) return seen.error();
+  for (int k = 0; k < board.corners(); ++k) {
+    if (!seen->seen[static_cast<std::size_t>(k)]) continue;
+    const Vec2 corner = board.Corner(k);
+    view.points_K.emplace_back(corner.x(), corner.y(), 0);
+    view.pixels.push_back(seen->corners_px[static_cast<std::size_t>(k)]);
+  }
+  return {};
+}
+
+/// Appends the corners of a body's tags that agree with each other.
+std::string AddTags(const LumaView& image, const Body& body, const Lens& lens,
+                    TagDetector& detector, HandEyeView& view) {
+  SeenTags seen;
+  detector.Detect(image, &lens, seen);
+  const auto located = LocateBody({lens}, body, seen.tags, std::nullopt);
+  if (!located) return fmt::format("no tag of \"{}\"", body.name);
+  for (const BodyTag& tag : body.tags) {
+    if (std::find(located->used.begin(), located->used.end(), tag.id) == located->used.end())
+      continue;
+    const auto of = std::find_if(seen.tags.begin(), seen.tags.end(),
+                                 [&](const SeenTag& one) { return one.id == tag.id; });
+    if (of == seen.tags.end()) continue;
+    const auto corners_M = CornersInTag(tag.side_m);
+    for (std::size_t k = 0; k < corners_M.size(); ++k) {
+      view.points_K.push_back(tag.X_KM * corners_M[k]);
+      view.pixels.push_back(of->corners_px[k]);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
+                        const std::map<std::string, RobotPose>& poses, const Target& target,
+                        const Lens& lens, ImageSize size,
+                        const std::function<bool()>& interrupted) {
+  TargetViews found;
+  const auto refuse = [&](const std::string& name, std::string reason) {
+    found.refused.push_back({name, std::move(reason)});
+  };
+  TagDetector detector(target.family, {.small_tags = true});
+  for (const std::string& name : names) {
+    if (interrupted()) return found;
+    const auto pose = poses.find(name);
+    if (pose == poses.end()) {
+      refuse(name, "the table of the robot's poses does not name it");
+      continue;
+    }
+    const Result<GreyImage> image = ReadImage((std::filesystem::path(folder) / name).string());
+    if (!image) {
+      refuse(name, image.error());
+      continue;
+    }
+    if (image->View().size() != size) {
+      refuse(name, fmt::format("{} x {} px where the lens was calibrated at {} x {}", image->width,
+                               image->height, size.width, size.height));
+      continue;
+    }
+    HandEyeView view;
+    view.name = name;
+    view.X_BF = pose->second.X_BF;
+    view.q = pose->second.q;
+    const std::string why = target.body == nullptr
+                                ? AddBoard(image->View(), target.board, view)
+                                : AddTags(image->View(), *target.body, lens, detector, view);
+    if (!why.empty()) {
+      refuse(name, why);
+      continue;
+    }
+    found.views.push_back(std::move(view));
+  }
+  for (const auto& [name, pose] : poses) {
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      refuse(name, "there is no such image");
+  }
+  return found;
+}
+
+}  // namespace plumbline
