@@ -2,34 +2,70 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <charconv>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "app/cli/number_option.h"
+#include "app/tracking/tag_family.h"
 
 namespace plumbline {
 namespace {
 
-constexpr int kLeastCorners = 3, kMostCorners = 100;
-
-}  // namespace
-
-std::optional<std::pair<int, int>> CornersFromText(std::string_view text) {
+/// "17x11", or nothing.
+std::optional<std::pair<int, int>> PointsFromText(std::string_view text) {
   int columns = 0, rows = 0;
   const char* end = text.data() + text.size();
   const auto [x, first] = std::from_chars(text.data(), end, columns);
   if (first != std::errc() || x == end || (*x != 'x' && *x != 'X')) return std::nullopt;
   const auto [rest, second] = std::from_chars(x + 1, end, rows);
-  if (second != std::errc() || rest != end || columns < kLeastCorners || rows < kLeastCorners ||
-      columns > kMostCorners || rows > kMostCorners)
-    return std::nullopt;
+  if (second != std::errc() || rest != end) return std::nullopt;
   return std::pair(columns, rows);
 }
 
 std::string BoardProblem(const std::string& text) {
-  if (CornersFromText(text)) return {};
+  if (PointsFromText(text)) return {};
   return fmt::format(
-      "{} is not COLUMNSxROWS of inner corners, {} to {} each, such as 17x11 for a board of 18 x "
-      "12 "
-      "squares",
-      text, kLeastCorners, kMostCorners);
+      "{} is not COLUMNSxROWS, such as 17x11 inner corners for a chessboard of 18 x 12 squares",
+      text);
+}
+
+}  // namespace
+
+void AddBoardOptions(CLI::App& command, BoardOptions& options) {
+  command
+      .add_option("--board-kind", options.kind,
+                  "chessboard, charuco, circles, or acircles: every other row shifted")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"chessboard", "charuco", "circles", "acircles"}));
+  command
+      .add_option("--board", options.points,
+                  "COLUMNSxROWS of inner corners (chessboard, ChArUco) or of circles")
+      ->capture_default_str()
+      ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
+  command
+      .add_option("--square-mm", options.square_mm,
+                  "Side of a square; of circles, from one row to the next")
+      ->capture_default_str()
+      ->check(NumberWithin(0.01, 10000));
+  command
+      .add_option("--mark-mm", options.mark_mm,
+                  "Side of ChArUco's tags with their black border, or diameter of the circles")
+      ->check(NumberWithin(0.01, 10000));
+  command.add_option("--family", options.family, "Of the tags, one of " + TagFamilyNames())
+      ->capture_default_str();
+}
+
+Board BoardOf(const BoardOptions& options) {
+  const auto points = PointsFromText(options.points);
+  return {points->first,
+          points->second,
+          1e-3 * options.square_mm,
+          *BoardKindOfName(options.kind),
+          1e-3 * options.mark_mm,
+          options.family};
 }
 
 }  // namespace plumbline

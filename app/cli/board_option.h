@@ -1,17 +1,26 @@
-// A chessboard on the command line: COLUMNSxROWS of inner corners.
+// A board on the command line: the options that name it, shared by the commands that look for one.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
+
+#include "app/lens/board.h"
+
+namespace CLI {
+class App;
+}
 
 namespace plumbline {
 
-/// "17x11", or nothing.
-std::optional<std::pair<int, int>> CornersFromText(std::string_view text);
+/// As typed.
+struct BoardOptions {
+  std::string kind = "chessboard", points = "17x11", family = Board{}.family;
+  double square_mm = 10, mark_mm = 0;
+};
 
-/// What is wrong with it, for the one who typed it; empty where nothing is.
-std::string BoardProblem(const std::string& text);
+/// Adds --board-kind, --board, --square-mm, --mark-mm and --family.
+void AddBoardOptions(CLI::App& command, BoardOptions& options);
+
+/// The board that they name, once the command line was taken; see WhyNoBoard.
+Board BoardOf(const BoardOptions& options);
 
 }  // namespace plumbline

@@ -23,9 +23,10 @@ namespace plumbline {
 namespace {
 
 struct Options {
-  std::string images, poses, intrinsics, cell, board = "17x11", bodies, body, family = "36h11",
-                                               setup = "eye-to-hand", json;
-  double square_mm = 10, acceptable_mm = 0.5;
+  std::string images, poses, intrinsics, cell, bodies, body, setup = "eye-to-hand", json;
+  std::string tag_family = "36h11";
+  BoardOptions board;
+  double acceptable_mm = 0.5;
   bool free_lens = false, free_size = false, free_joints = false, force = false, quiet = false;
 };
 
@@ -67,17 +68,20 @@ bool ReadLens(const Options& options, LensFile& lens) {
 }
 
 bool ReadTarget(const Options& options, Inputs& inputs) {
-  auto family = TagFamilyOfName(options.family);
+  if (options.bodies.empty()) {
+    inputs.target.board = BoardOf(options.board);
+    if (const std::string why = WhyNoBoard(inputs.target.board); !why.empty()) {
+      std::cerr << "plumbline calibrate-hand-eye: " << why << '\n';
+      return false;
+    }
+    return true;
+  }
+  auto family = TagFamilyOfName(options.tag_family);
   if (!family) {
-    std::cerr << "plumbline calibrate-hand-eye: --family: " << family.error() << '\n';
+    std::cerr << "plumbline calibrate-hand-eye: --tag-family: " << family.error() << '\n';
     return false;
   }
   inputs.target.family = std::move(family).value();
-  if (options.bodies.empty()) {
-    const auto corners = CornersFromText(options.board);
-    inputs.target.board = {corners->first, corners->second, 1e-3 * options.square_mm};
-    return true;
-  }
   const auto text = ReadTextFile(options.bodies);
   if (!text) {
     Refused(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
@@ -163,7 +167,9 @@ int Run(const Options& options) {
   how.free_lens = options.free_lens;
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
-  how.half_turns = inputs.target.body == nullptr;
+  const BoardKind kind = inputs.target.board.kind;
+  how.half_turns = inputs.target.body == nullptr &&
+                   (kind == BoardKind::kChessboard || kind == BoardKind::kCircles);
   how.acceptable_m = 1e-3 * options.acceptable_mm;
   std::optional<Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
@@ -204,16 +210,12 @@ void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
   command->add_option("--setup", options->setup, "eye-to-hand: the camera stands in the cell")
       ->capture_default_str()
       ->check(CLI::IsMember({"eye-to-hand", "eye-in-hand"}));
-  command->add_option("--board", options->board, "Inner corners of a chessboard, COLUMNSxROWS")
-      ->capture_default_str()
-      ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
-  command->add_option("--square-mm", options->square_mm, "Side of a square")
-      ->capture_default_str()
-      ->check(NumberWithin(0.01, 10000));
+  AddBoardOptions(*command, options->board);
   command->add_option("--bodies", options->bodies,
                       "Bodies of tags, a TOML file, in place of a board");
   command->add_option("--body", options->body, "Which of them is the target");
-  command->add_option("--family", options->family, "Of the tags")->capture_default_str();
+  command->add_option("--tag-family", options->tag_family, "Of the bodies' tags")
+      ->capture_default_str();
   command->add_option("--cell", options->cell, "The cell, for joints and for the camera in it");
   command->add_flag("--free-lens", options->free_lens,
                     "Adjust the lens too, its calibration being known before");

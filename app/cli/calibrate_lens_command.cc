@@ -23,8 +23,9 @@ namespace plumbline {
 namespace {
 
 struct Options {
-  std::string images, match = "*", board = "17x11", json, yaml;
-  double square_mm = 10, acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  std::string images, match = "*", json, yaml;
+  BoardOptions board;
+  double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
   bool quiet = false;
 };
 
@@ -123,6 +124,11 @@ bool Write(const std::string& option, const std::string& path, const std::string
 }
 
 int Run(const Options& options) {
+  const Board board = BoardOf(options.board);
+  if (const std::string why = WhyNoBoard(board); !why.empty()) {
+    std::cerr << "plumbline calibrate-lens: " << why << '\n';
+    return kExitUsage;
+  }
   for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
     if (path.empty() || path == "-") continue;
     if (const auto why = WhyNotWritable(path)) {
@@ -145,8 +151,6 @@ int Run(const Options& options) {
     return kExitFault;
   }
   const Interruption interruption;
-  const auto corners = CornersFromText(options.board);
-  const Board board{corners->first, corners->second, 1e-3 * options.square_mm};
   Frames frames = ReadFrames(options, *names, board);
   if (Interruption::Asked()) {
     std::cerr << "interrupted; no file was changed\n";
@@ -171,17 +175,12 @@ int Run(const Options& options) {
 void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "calibrate-lens", "A lens from images of a chessboard: accepted, or refused with reasons");
+      "calibrate-lens", "A lens from images of a board: accepted, or refused with reasons");
   command->add_option("--images", options->images, "Folder with the images, in order of time")
       ->required();
   command->add_option("--match", options->match, "Only images of this name, such as 'left*'")
       ->capture_default_str();
-  command->add_option("--board", options->board, "Inner corners, COLUMNSxROWS")
-      ->capture_default_str()
-      ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
-  command->add_option("--square-mm", options->square_mm, "Side of a square")
-      ->capture_default_str()
-      ->check(NumberWithin(0.01, 10000));
+  AddBoardOptions(*command, options->board);
   command->add_option("--json", options->json, "The answer for programs; - is standard output");
   command->add_option("--yaml", options->yaml, "The lens as OpenCV reads it");
   command
@@ -195,12 +194,19 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
       ->check(NumberWithin(1, 1e6));
   command->add_flag("--quiet", options->quiet, "No summary");
   command->footer(
-      "Take about 20 images at one zoom and focus: the whole board, tilted by 20 to 40 degrees to\n"
-      "all sides, near the corners of the image as well. A refusal is an answer: exit code 0,\n"
+      "Take about 20 images at one zoom and focus: the whole board (of ChArUco, a part will do),\n"
+      "tilted by 20 to 40 degrees to all sides, near the corners of the image as well. Circles "
+      "are\n"
+      "dark on white; acircles are numbered as OpenCV does, 4x11 being rows of 4. A refusal is an "
+      "answer: exit code 0,\n"
       "\"accepted\": false, and what to do.\n\n"
       "Examples:\n"
       "  plumbline calibrate-lens --images frames --board 17x11 --square-mm 10 --json lens.json\n"
-      "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 --json - --quiet");
+      "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 --json - --quiet\n"
+      "  plumbline calibrate-lens --images frames --board-kind charuco --board 4x6 \\\n"
+      "    --square-mm 36.2 --mark-mm 18.3 --family aruco-6x6-250 --json lens.json\n"
+      "  plumbline calibrate-lens --images frames --board-kind acircles --board 4x11 \\\n"
+      "    --square-mm 20 --mark-mm 15 --json lens.json");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -56,7 +56,8 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
   const auto refuse = [&](const std::string& name, std::string reason) {
     found.refused.push_back({name, std::move(reason)});
   };
-  TagDetector detector(target.family, {.small_tags = true});
+  std::optional<TagDetector> detector;
+  if (target.body != nullptr) detector.emplace(target.family, DetectorSettings{.small_tags = true});
   for (const std::string& name : names) {
     if (interrupted()) return found;
     const auto pose = poses.find(name);
@@ -80,7 +81,7 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
     view.q = pose->second.q;
     const std::string why = target.body == nullptr
                                 ? AddBoard(image->View(), target.board, view)
-                                : AddTags(image->View(), *target.body, lens, detector, view);
+                                : AddTags(image->View(), *target.body, lens, *detector, view);
     if (!why.empty()) {
       refuse(name, why);
       continue;

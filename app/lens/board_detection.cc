@@ -1,154 +1,22 @@
 #include "app/lens/board_detection.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <opencv2/imgproc.hpp>
-#include <optional>
-#include <utility>
-
-#include "app/lens/board_lattice.h"
-#include "app/lens/corner_refinement.h"
+#include "app/lens/charuco_detection.h"
+#include "app/lens/chessboard_detection.h"
+#include "app/lens/circle_detection.h"
 
 namespace plumbline {
-namespace {
-
-constexpr int kSearchWidth_px = 960;
-constexpr double kSmooth_px = 1.2;
-constexpr double kRing_px = 4;  // smaller than the smallest square, at the search size
-constexpr std::size_t kMostPoints = 3000;
-constexpr double kLeastSeen = 0.85;   // share of the corners that make a whole board
-constexpr double kMostBeside = 0.08;  // likewise, of what may hang on to its rim
-
-/// Counter-clockwise quarter turns of the lattice; the board stays unmirrored.
-Lattice Turned(const Lattice& lattice) {
-  Lattice turned{lattice.rows, lattice.columns, {}};
-  turned.points.resize(lattice.points.size());
-  for (int row = 0; row < turned.rows; ++row) {
-    for (int column = 0; column < turned.columns; ++column) {
-      turned.points[static_cast<std::size_t>(row) * turned.columns + column] =
-          lattice.At(lattice.columns - 1 - row, column);
-    }
-  }
-  return turned;
-}
-
-/// Of the turns that fit the board, the one whose first corner is nearest to the top left.
-Lattice Upright(Lattice lattice, const Board& board, const std::vector<SaddlePoint>& points) {
-  Lattice best;
-  double least = 0;
-  for (int turn = 0; turn < 4; ++turn) {
-    lattice = Turned(lattice);
-    if (lattice.columns != board.columns || lattice.rows != board.rows) continue;
-    double along = 0;  // of the first row against the last one
-    for (int column = 0; column < lattice.columns; ++column) {
-      const int first = lattice.At(column, 0), last = lattice.At(column, lattice.rows - 1);
-      if (first >= 0 && last >= 0) along += (points[first].at - points[last].at).sum();
-    }
-    if (best.points.empty() || along < least) {
-      least = along;
-      best = lattice;
-    }
-  }
-  return best;
-}
-
-/// The board within a lattice: textures beside it may have been linked to its rim. Nothing where no
-/// place of the board's size is nearly full, or where too much lies outside of it.
-std::optional<Lattice> BoardWithin(const Lattice& lattice, const Board& board) {
-  Lattice best;
-  int most = 0;
-  for (const auto& [columns, rows] :
-       {std::pair(board.columns, board.rows), {board.rows, board.columns}}) {
-    for (int row = 0; row + rows <= lattice.rows; ++row) {
-      for (int column = 0; column + columns <= lattice.columns; ++column) {
-        Lattice part{columns, rows, {}};
-        for (int r = row; r < row + rows; ++r) {
-          for (int c = column; c < column + columns; ++c) part.points.push_back(lattice.At(c, r));
-        }
-        if (part.found() <= most) continue;
-        most = part.found();
-        best = std::move(part);
-      }
-    }
-  }
-  if (most < kLeastSeen * board.corners() || lattice.found() - most > kMostBeside * board.corners())
-    return std::nullopt;
-  return best;
-}
-
-Error Misfit(const std::vector<Lattice>& lattices, const Board& board) {
-  // Textures hang together as well, but in ragged pieces.
-  if (lattices.empty() || lattices[0].found() < board.corners() / 6 ||
-      2 * lattices[0].found() < lattices[0].columns * lattices[0].rows)
-    return {"no chessboard"};
-  const Lattice& largest = lattices[0];
-  const int longer = std::max(largest.columns, largest.rows);
-  const int shorter = std::min(largest.columns, largest.rows);
-  if (largest.found() == largest.columns * largest.rows && largest.found() != board.corners() &&
-      (longer > std::max(board.columns, board.rows) ||
-       shorter > std::min(board.columns, board.rows))) {
-    return {fmt::format("a board of {} x {} inner corners instead of {} x {}: check --board",
-                        longer, shorter, board.columns, board.rows)};
-  }
-  return {fmt::format("only a part of the board: {} of {} corners ({} x {})", largest.found(),
-                      board.corners(), longer, shorter)};
-}
-
-/// From the neighbours on both sides where there are two.
-std::vector<LatticeSteps> StepsOf(const BoardView& view, const Board& board) {
-  const auto step = [&](int column, int row, int dx, int dy) {
-    Vec2 sum = Vec2::Zero();
-    int count = 0;
-    const int here = row * board.columns + column;
-    for (const int side : {-1, 1}) {
-      const int c = column + side * dx, r = row + side * dy;
-      if (c < 0 || r < 0 || c >= board.columns || r >= board.rows) continue;
-      const int other = r * board.columns + c;
-      if (!view.seen[other] || !view.seen[here]) continue;
-      sum += side * (view.corners_px[other] - view.corners_px[here]);
-      ++count;
-    }
-    return count > 0 ? Vec2(sum / count) : sum;
-  };
-  std::vector<LatticeSteps> steps;
-  for (int k = 0; k < board.corners(); ++k) {
-    const int column = k % board.columns, row = k / board.columns;
-    steps.push_back({step(column, row, 1, 0), step(column, row, 0, 1)});
-  }
-  return steps;
-}
-
-}  // namespace
 
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
-  const int factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
-  if (image.width / factor < 4 * kRing_px || image.height / factor < 4 * kRing_px)
-    return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
-  const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
-                      static_cast<std::size_t>(image.stride));
-  // A multiple of the factor, so that a small pixel is exactly the mean of its large ones.
-  const cv::Mat even =
-      whole(cv::Rect(0, 0, image.width / factor * factor, image.height / factor * factor));
-  cv::Mat small, small_float, smooth;
-  cv::resize(even, small, {image.width / factor, image.height / factor}, 0, 0, cv::INTER_AREA);
-  small.convertTo(small_float, CV_32F);
-  cv::GaussianBlur(small_float, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
-  const std::vector<SaddlePoint> points = FindSaddlePoints(smooth, kRing_px, kMostPoints);
-  const std::vector<Lattice> lattices = FindLattices(points);
-  std::optional<Lattice> fitting;
-  for (std::size_t k = 0; k < lattices.size() && !fitting; ++k)
-    fitting = BoardWithin(lattices[k], board);
-  if (!fitting) return Misfit(lattices, board);
-  BoardView view;
-  for (const int point : Upright(*fitting, board, points).points) {
-    view.seen.push_back(point >= 0);
-    view.corners_px.push_back(
-        point < 0 ? Vec2::Zero()
-                  : Vec2(factor * points[point].at + Vec2::Constant(0.5 * (factor - 1))));
+  switch (board.kind) {
+    case BoardKind::kChessboard:
+      return DetectChessboard(image, board);
+    case BoardKind::kCharuco:
+      return DetectCharuco(image, board);
+    case BoardKind::kCircles:
+    case BoardKind::kAsymmetricCircles:
+      return DetectCircles(image, board);
   }
-  RefineCorners(image, StepsOf(view, board), view);
-  return view;
+  return Error{"a kind of board that is not known"};
 }
 
 }  // namespace plumbline

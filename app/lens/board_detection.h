@@ -1,4 +1,4 @@
-// The chessboard in one frame, within a bounded time whatever the frame shows.
+// The board in one frame, of whichever kind it is, within a bounded time whatever the frame shows.
 #pragma once
 
 #include "app/lens/board.h"
@@ -7,12 +7,10 @@
 
 namespace plumbline {
 
-/// Finds the whole board: saddle points at a size of about 960 px, linked into lattices, the one
-/// with the board's number of corners refined at full size. The work is bounded by the number of
-/// pixels and of saddle points taken up, so that no frame takes long.
-/// The first corner is that of the two (or four) possible ones that lies nearest to the top left.
-/// @return  the view without name and time, or why there is none: "no chessboard", "a board of
-///          9 x 6 inner corners instead of 17 x 11", "only a part of the board: ..."
+/// Finds the board's points to a few hundredths of a pixel. The whole board must be in the image,
+/// except of ChArUco, of which a part is enough.
+/// @param board  valid: WhyNoBoard(board) is empty
+/// @return       the view without name and time, or why there is none, in words for an operator
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board);
 
 }  // namespace plumbline

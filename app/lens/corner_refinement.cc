@@ -14,7 +14,9 @@ constexpr int kKernel = 13;        // taps of the smoothing, three standard devi
 constexpr double kWindow = 0.42;   // of a step, to each side
 constexpr int kMostReach_px = 30;  // of a window from its corner
 constexpr double kLeastArea_px = 60;
-constexpr float kNear_px = 8;  // a gradient's error counts by its distance from the corner
+constexpr float kNear_px = 8;         // a gradient's error counts by its distance from the corner
+constexpr double kLeak_px = 3;        // that a smoothed edge reaches beyond its place
+constexpr double kLeastArm_px = 2.5;  // half the width of a cross
 constexpr int kMostSteps = 8;
 constexpr double kStands_px = 0.004;
 constexpr int kMargin_px = 4;
@@ -22,16 +24,11 @@ constexpr int kMargin_px = 4;
 /// The window as an interval of columns for each row.
 class Window {
  public:
-  /// q = a along_row + b down_column with |a|, |b| <= kWindow, shrunk to kMostReach_px.
-  explicit Window(const LatticeSteps& steps) {
-    Vec2 x = kWindow * steps.along_row, y = kWindow * steps.down_column;
-    const double far = std::max((x + y).cwiseAbs().maxCoeff(), (x - y).cwiseAbs().maxCoeff());
-    if (far > kMostReach_px) {
-      x *= kMostReach_px / far;
-      y *= kMostReach_px / far;
-    }
+  /// q = a x + b y with |a|, |b| <= 1.
+  Window(const Vec2& x, const Vec2& y) {
     const double area = x.x() * y.y() - x.y() * y.x();
-    if (std::abs(area) * 4 < kLeastArea_px) return;
+    area_px_ = 4 * std::abs(area);
+    if (!(area_px_ > 0)) return;
     reach_ = static_cast<int>(std::abs(x.y()) + std::abs(y.y()));
     across_ = static_cast<int>(std::abs(x.x()) + std::abs(y.x())) + 1;
     for (int j = -reach_; j <= reach_; ++j) {
@@ -52,58 +49,131 @@ class Window {
     }
   }
 
-  bool empty() const { return columns_.empty(); }
+  double area_px() const { return area_px_; }
   int reach() const { return reach_; }
   int across() const { return across_; }
   std::pair<int, int> Columns(int row) const { return columns_[row + reach_]; }
 
  private:
-  int reach_ = 0, across_ = 0;
+  double area_px_ = 0;
+  int reach_ = -1, across_ = 0;
   std::vector<std::pair<int, int>> columns_;
 };
 
-/// One corner, or nothing where the window leaves the image or shows no corner.
-std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Window& window) {
+/// Sums over pixels q of w g g^T and w g g^T q, q measured from the window's centre.
+struct Sums {
+  double xx = 0, xy = 0, yy = 0, bx = 0, by = 0;
+
+  void Add(const Sums& other, double sign) {
+    xx += sign * other.xx;
+    xy += sign * other.xy;
+    yy += sign * other.yy;
+    bx += sign * other.bx;
+    by += sign * other.by;
+  }
+};
+
+/// The pixels that count at one corner: a parallelogram, or a cross of two whose middle is shared.
+class Region {
+ public:
+  Region(const LatticeSteps& steps, double rim) {
+    Vec2 x = kWindow * steps.along_row, y = kWindow * steps.down_column;
+    const double far = std::max((x + y).cwiseAbs().maxCoeff(), (x - y).cwiseAbs().maxCoeff());
+    if (far > kMostReach_px) {
+      x *= kMostReach_px / far;
+      y *= kMostReach_px / far;
+    }
+    if (rim >= kWindow) {
+      parts_.push_back({Window(x, y), 1});
+      return;
+    }
+    // Distances of the tags from the edges, across them.
+    const double area = std::abs(steps.along_row.x() * steps.down_column.y() -
+                                 steps.along_row.y() * steps.down_column.x());
+    const auto arm = [&](const Vec2& across, const Vec2& along) -> Vec2 {
+      const double step_px = area / std::max(along.norm(), 1e-9);  // of `across`, square to `along`
+      const double half_px = std::max(rim * step_px - kLeak_px, kLeastArm_px);
+      return across * std::min(kWindow, half_px / std::max(step_px, 1e-9));
+    };
+    const Vec2 thin_x = arm(steps.along_row, steps.down_column);
+    const Vec2 thin_y = arm(steps.down_column, steps.along_row);
+    parts_.push_back({Window(x, thin_y), 1});
+    parts_.push_back({Window(thin_x, y), 1});
+    parts_.push_back({Window(thin_x, thin_y), -1});
+  }
+
+  /// Whether there are enough pixels to tell a corner.
+  bool enough() const { return parts_.front().window.area_px() >= kLeastArea_px; }
+  int reach() const { return Largest(&Window::reach); }
+  int across() const { return Largest(&Window::across); }
+  Sums Over(const cv::Mat& smooth, const Vec2& at, int u0, int v0) const {
+    Sums sums;
+    for (const Part& part : parts_) sums.Add(SumsOver(part.window, smooth, at, u0, v0), part.sign);
+    return sums;
+  }
+
+ private:
+  struct Part {
+    Window window;
+    double sign;
+  };
+  static Sums SumsOver(const Window& window, const cv::Mat& smooth, const Vec2& at, int u0, int v0);
+  int Largest(int (Window::*extent)() const) const {
+    int largest = 0;
+    for (const Part& part : parts_) largest = std::max(largest, (part.window.*extent)());
+    return largest;
+  }
+  std::vector<Part> parts_;
+};
+
+Sums Region::SumsOver(const Window& window, const cv::Mat& smooth, const Vec2& at, int u0, int v0) {
+  Sums sums;
+  for (int j = -window.reach(); j <= window.reach(); ++j) {
+    const float* above = smooth.ptr<float>(v0 + j - 1) + u0;
+    const float* here = smooth.ptr<float>(v0 + j) + u0;
+    const float* below = smooth.ptr<float>(v0 + j + 1) + u0;
+    const auto [first, last] = window.Columns(j);
+    const float cx = static_cast<float>(at.x() - u0);
+    const float dy = static_cast<float>(at.y() - v0) - static_cast<float>(j);
+    const float dy2 = dy * dy + kNear_px * kNear_px;
+    float rxx = 0, rxy = 0, ryy = 0, rxxi = 0, rxyi = 0;
+    for (int i = first; i <= last; ++i) {
+      const float gx = here[i + 1] - here[i - 1];
+      const float gy = below[i] - above[i];
+      const float x = static_cast<float>(i);
+      const float dx = x - cx;
+      const float w = 1 / (dx * dx + dy2);
+      rxx += w * gx * gx;
+      rxy += w * gx * gy;
+      ryy += w * gy * gy;
+      rxxi += w * gx * gx * x;
+      rxyi += w * gx * gy * x;
+    }
+    sums.xx += rxx;
+    sums.xy += rxy;
+    sums.yy += ryy;
+    sums.bx += rxxi + static_cast<double>(rxy) * j;
+    sums.by += rxyi + static_cast<double>(ryy) * j;
+  }
+  return sums;
+}
+
+/// One corner, or nothing where the region leaves the image or shows no corner.
+std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Region& region) {
+  const int across = region.across(), reach = region.reach();
   Vec2 at = start;
   for (int step = 0; step < kMostSteps; ++step) {
     const int u0 = static_cast<int>(std::lround(at.x())),
               v0 = static_cast<int>(std::lround(at.y()));
-    if (u0 <= window.across() || v0 <= window.reach() || u0 + window.across() + 1 >= smooth.cols ||
-        v0 + window.reach() + 1 >= smooth.rows)
+    if (u0 <= across || v0 <= reach || u0 + across + 1 >= smooth.cols ||
+        v0 + reach + 1 >= smooth.rows)
       return std::nullopt;
-    // Sums over the window, with places measured from its centre.
-    double xx = 0, xy = 0, yy = 0, bx = 0, by = 0;
-    for (int j = -window.reach(); j <= window.reach(); ++j) {
-      const float* above = smooth.ptr<float>(v0 + j - 1) + u0;
-      const float* here = smooth.ptr<float>(v0 + j) + u0;
-      const float* below = smooth.ptr<float>(v0 + j + 1) + u0;
-      const auto [first, last] = window.Columns(j);
-      const float cx = static_cast<float>(at.x() - u0);
-      const float dy = static_cast<float>(at.y() - v0) - static_cast<float>(j);
-      const float dy2 = dy * dy + kNear_px * kNear_px;
-      float rxx = 0, rxy = 0, ryy = 0, rxxi = 0, rxyi = 0;
-      for (int i = first; i <= last; ++i) {
-        const float gx = here[i + 1] - here[i - 1];
-        const float gy = below[i] - above[i];
-        const float x = static_cast<float>(i);
-        const float dx = x - cx;
-        const float w = 1 / (dx * dx + dy2);
-        rxx += w * gx * gx;
-        rxy += w * gx * gy;
-        ryy += w * gy * gy;
-        rxxi += w * gx * gx * x;
-        rxyi += w * gx * gy * x;
-      }
-      xx += rxx;
-      xy += rxy;
-      yy += ryy;
-      bx += rxxi + static_cast<double>(rxy) * j;
-      by += rxyi + static_cast<double>(ryy) * j;
-    }
-    const double det = xx * yy - xy * xy;
-    if (!(det > 1e-6 * (xx + yy) * (xx + yy))) return std::nullopt;
-    const Vec2 next(u0 + (yy * bx - xy * by) / det, v0 + (xx * by - xy * bx) / det);
-    if ((next - start).norm() > 0.5 * window.across()) return std::nullopt;
+    const Sums sums = region.Over(smooth, at, u0, v0);
+    const double det = sums.xx * sums.yy - sums.xy * sums.xy;
+    if (!(det > 1e-6 * (sums.xx + sums.yy) * (sums.xx + sums.yy))) return std::nullopt;
+    const Vec2 next(u0 + (sums.yy * sums.bx - sums.xy * sums.by) / det,
+                    v0 + (sums.xx * sums.by - sums.xy * sums.bx) / det);
+    if ((next - start).norm() > 0.5 * across) return std::nullopt;
     const double moved = (next - at).norm();
     at = next;
     if (moved < kStands_px) break;
@@ -113,8 +183,8 @@ std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Wind
 
 /// Half of the distance over which a smoothed edge rises, from its steepest slope: an edge of
 /// height h and Gaussian width s has the slope h / (s sqrt(2 pi)).
-double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Window& window) {
-  const int reach = std::min(window.reach(), window.across());
+double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Region& region) {
+  const int reach = std::min(region.reach(), region.across());
   const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
   if (u0 < reach + 1 || v0 < reach + 1 || u0 + reach + 1 >= smooth.cols ||
       v0 + reach + 1 >= smooth.rows)
@@ -136,7 +206,8 @@ double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Window& window) {
 
 }  // namespace
 
-void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view) {
+void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
+                   double rim) {
   // Only the board's part of the image is smoothed.
   Vec2 least = Vec2::Constant(1e9), most = Vec2::Constant(-1e9);
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
@@ -161,13 +232,13 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
     if (!view.seen[k]) continue;
     const Vec2 start = view.corners_px[k] - origin;
-    const Window window(steps[k]);
+    const Region region(steps[k], rim);
     const std::optional<Vec2> refined =
-        window.empty() ? std::nullopt : Refined(smooth, start, window);
+        region.enough() ? Refined(smooth, start, region) : std::nullopt;
     view.seen[k] = refined.has_value();
     if (!refined) continue;
     view.corners_px[k] = *refined + origin;
-    if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, *refined, window));
+    if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, *refined, region));
   }
   if (widths.empty()) return;
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);

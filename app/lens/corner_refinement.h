@@ -21,9 +21,13 @@ struct LatticeSteps {
 /// [W. Foerstner and E. Guelch, ISPRS 1987], repeated about the new place until it stands. The
 /// image is smoothed by a Gaussian of 2 px before, which costs nothing in accuracy (straight edges
 /// stay where they are) and takes the pixel noise away.
+/// Where the squares carry tags (ChArUco), only the cross along the edges counts: the pixels that
+/// are within the tags' free rim of either edge, less what smoothing carries in.
 /// @param steps  of each corner
+/// @param rim    least distance of a tag from an edge, share of a step; 1/2 and more: no tags
 /// @param view   corners_px within about a sixth of a step, changed in place; `seen` becomes false
 ///               where no corner is found; blur_px is set
-void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view);
+void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
+                   double rim = 0.5);
 
 }  // namespace plumbline

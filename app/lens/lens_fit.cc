@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/disc_offsets.h"
 #include "app/lens/lens_start.h"
 
 namespace plumbline {
@@ -27,7 +28,9 @@ struct Placed {
   Mat3 R_start = Mat3::Identity();
   Vec6 pose = Vec6::Zero();  ///< rotation vector after R_start, then p_CK
   std::vector<bool> used;
+  std::vector<Vec2> offsets;  ///< of what is seen from the images of the board's points [px]
 
+  Vec2 Seen(std::size_t k) const { return view->corners_px[k] - offsets[k]; }
   Pose X_CK() const {
     const Vec3 w = pose.head<3>();
     const double angle = w.norm();
@@ -75,7 +78,7 @@ class ViewCost : public ceres::CostFunction {
     };
     for (std::size_t k = 0; k < corners; ++k) {
       if (!placed_.used[k]) continue;
-      const Vec2 error = scale * (pixels[k] - placed_.view->corners_px[k]);
+      const Vec2 error = scale * (pixels[k] - placed_.Seen(k));
       residuals[2 * row] = error.x();
       residuals[2 * row + 1] = error.y();
       if (derive && jacobians[0] != nullptr)
@@ -153,6 +156,7 @@ class Adjustment {
       placed_[j].view = &views[j];
       placed_[j].when = span > 0 ? (views[j].time_s - first) / span - 0.5 : 0;
       placed_[j].used = views[j].seen;
+      placed_[j].offsets.assign(views[j].seen.size(), Vec2::Zero());
     }
   }
 
@@ -216,11 +220,18 @@ class Adjustment {
       std::vector<Vec2> residuals(placed.view->seen.size(), Vec2::Zero());
       for (std::size_t k = 0; k < residuals.size(); ++k) {
         if (!placed.view->seen[k]) continue;
-        residuals[k] = in_front ? Vec2(placed.view->corners_px[k] - pixels[k]) : Vec2(1e3, 1e3);
+        residuals[k] = in_front ? Vec2(placed.Seen(k) - pixels[k]) : Vec2(1e3, 1e3);
       }
       all.push_back(std::move(residuals));
     }
     return all;
+  }
+
+  /// Discs are not seen where their centres are: by how much, the lens and the poses tell.
+  void PlaceDiscs() {
+    if (!board_.circles()) return;
+    for (Placed& placed : placed_)
+      placed.offsets = DiscOffsets(board_, shared_, placed.X_CK(), placed.when);
   }
 
   /// Sets sigma from the middle of the residuals and leaves the wild corners out.
@@ -427,6 +438,7 @@ Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, Im
       return Error{"the views fit no lens; take views from several directions"};
   }
   for (int round = 0; round < kRounds; ++round) {
+    adjustment.PlaceDiscs();
     adjustment.Weigh();
     const bool flipped = round == 0 && adjustment.SetFlippedRight();
     const bool dropped = round == 1 && adjustment.DropWhatIsNotHeld();

@@ -40,9 +40,10 @@ struct LensFit {
 
 /// Least squares over all corners with Ceres (Levenberg-Marquardt, Schur complement), corners
 /// farther than 4.5 robust standard deviations left out, terms dropped that the views do not hold,
-/// poses of a flat board that flipped set right.
-/// The covariance is that of the posterior: the inverse of J^T J / sigma^2 + prior after the poses
-/// are eliminated, sigma from the residuals.
+/// poses of a flat board that flipped set right, discs placed where a tilted one is seen (after
+/// each round anew; the offsets hardly depend on what they change). The covariance is that of the
+/// posterior: the inverse of J^T J / sigma^2 + prior after the poses are eliminated, sigma from the
+/// residuals.
 /// @param views  at least 3; times in ascending order
 /// @return       or why it has no answer
 Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,

@@ -29,6 +29,16 @@ Json UncertaintyJson(const ProjectionUncertainty& uncertainty) {
   return {{"basis", basis}, {"max", Number(uncertainty.max_px)}, {"grid", grid}};
 }
 
+Json BoardJson(const Board& board) {
+  Json json = {{"kind", NameOf(board.kind)},
+               {"columns", board.columns},
+               {"rows", board.rows},
+               {"square_mm", board.square_m * kMmPerMetre}};
+  if (board.kind != BoardKind::kChessboard) json["mark_mm"] = board.mark_m * kMmPerMetre;
+  if (board.kind == BoardKind::kCharuco) json["family"] = board.family;
+  return json;
+}
+
 /// A number of the object, or an error that names it.
 class Numbers {
  public:
@@ -98,10 +108,7 @@ std::string LensJson(const LensCalibration& c) {
       {"board_bow_mm", value(c.board_bow_m * kMmPerMetre)},
       {"projection_uncertainty_px", any ? UncertaintyJson(c.uncertainty) : Json(nullptr)},
       {"coverage", c.coverage},
-      {"board",
-       {{"columns", c.board.columns},
-        {"rows", c.board.rows},
-        {"square_mm", c.board.square_m * kMmPerMetre}}},
+      {"board", BoardJson(c.board)},
       {"frames_used", c.frames_used},
       {"frames_refused", refused},
   };

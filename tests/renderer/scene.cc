@@ -263,6 +263,41 @@ Print Circles(int columns, int rows, double spacing_m, double diameter_m) {
   };
 }
 
+Print Charuco(int columns, int rows, double square_m, double tag_m, int cells,
+              const std::vector<std::vector<bool>>& tags, bool white_first) {
+  return [=](double x, double y) {
+    const int i = static_cast<int>(std::floor(x / square_m)) + 1;  // square, from the first one
+    const int j = static_cast<int>(std::floor(y / square_m)) + 1;
+    if (i < 0 || j < 0 || i > columns || j > rows) return 1.0;
+    const auto white = [&](int column, int row) {
+      return (column + row) % 2 == (white_first ? 0 : 1);
+    };
+    if (!white(i, j)) return 0.0;
+    std::size_t id = 0;
+    for (int before = 0; before < j * (columns + 1) + i; ++before)
+      id += white(before % (columns + 1), before / (columns + 1)) ? 1 : 0;
+    const double cell = tag_m / cells;
+    const int c = static_cast<int>(std::floor((x - (i - 0.5) * square_m) / cell + 0.5 * cells));
+    const int r = static_cast<int>(std::floor((y - (j - 0.5) * square_m) / cell + 0.5 * cells));
+    if (c < 0 || r < 0 || c >= cells || r >= cells) return 1.0;
+    return tags.at(id)[static_cast<std::size_t>(r) * cells + c] ? 1.0 : 0.0;
+  };
+}
+
+Print ShiftedCircles(int columns, int rows, double step_m, double diameter_m) {
+  return [=](double x, double y) {
+    // The nearest disc may lie in the row above or below.
+    const int nearest = static_cast<int>(std::round(y / step_m));
+    for (int row = std::max(0, nearest - 1); row <= std::min(rows - 1, nearest + 1); ++row) {
+      const double shift = row % 2;
+      const double i = std::clamp(std::round((x / step_m - shift) / 2), 0.0, columns - 1.0);
+      const double dx = x - (2 * i + shift) * step_m, dy = y - row * step_m;
+      if (dx * dx + dy * dy < 0.25 * diameter_m * diameter_m) return 0.0;
+    }
+    return 1.0;
+  };
+}
+
 Eigen::Vector3d SheetPoint(const Sheet& sheet, double x, double y) {
   const double u = x - sheet.centre_x_m, v = y - sheet.centre_y_m;
   return {x, y, sheet.bow_x * u * u + sheet.bow_y * v * v + sheet.bow_xy * u * v};

@@ -36,8 +36,18 @@ Print Chessboard(int columns, int rows, double square_m);
 /// by row from the most significant, 1 white; with a white margin of one cell.
 Print SquareTag(int cells, const std::vector<bool>& white, double side_m);
 
+/// A chessboard like the above with a square tag in the middle of each white square, row by row
+/// from the top left; `tags` holds the cells of each. @param white_first  the top left square is
+/// white
+Print Charuco(int columns, int rows, double square_m, double tag_m, int cells,
+              const std::vector<std::vector<bool>>& tags, bool white_first);
+
 /// A symmetric grid of black discs, the first at the origin.
 Print Circles(int columns, int rows, double spacing_m, double diameter_m);
+
+/// Rows of black discs that lie two steps apart, every other row shifted by one to the right; rows
+/// lie one step apart. The first disc is at the origin.
+Print ShiftedCircles(int columns, int rows, double step_m, double diameter_m);
 
 /// A print lying in the plane z = 0 of its own frame K, bent to z = bow x^2 + bow_y y^2 [1/m]
 /// about (x0, y0).

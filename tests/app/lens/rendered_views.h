@@ -5,6 +5,7 @@
 
 #include "app/lens/board.h"
 #include "firmware-like/lens/luma_view.h"
+#include "tests/app/tracking/tag_scene.h"
 #include "tests/renderer/scene.h"
 
 namespace plumbline {
@@ -24,6 +25,27 @@ struct DrawnView {
   renderer::Camera camera;
   renderer::Sheet sheet;
 };
+
+/// What is printed on a board. @param white_first  of ChArUco: the top left square is white
+inline renderer::Print PrintOf(const Board& board, bool white_first = false) {
+  switch (board.kind) {
+    case BoardKind::kChessboard:
+      break;
+    case BoardKind::kCharuco: {
+      const TagFamily family = TagFamilyOfName(board.family).value();
+      std::vector<std::vector<bool>> tags;
+      for (int id = 0; 2 * id <= (board.columns + 1) * (board.rows + 1); ++id)
+        tags.push_back(test::CellsOf(family, id));
+      return renderer::Charuco(board.columns, board.rows, board.square_m, board.mark_m,
+                               family.cells(), tags, white_first);
+    }
+    case BoardKind::kCircles:
+      return renderer::Circles(board.columns, board.rows, board.square_m, board.mark_m);
+    case BoardKind::kAsymmetricCircles:
+      return renderer::ShiftedCircles(board.columns, board.rows, board.square_m, board.mark_m);
+  }
+  return renderer::Chessboard(board.columns, board.rows, board.square_m);
+}
 
 inline Lens TrueLens(const renderer::Camera& c) {
   return {c.fx,
@@ -69,6 +91,7 @@ inline std::vector<DrawnView> DrawViews(const Capture& capture, const Board& boa
   const Eigen::Vector3d sway(0.3 * U(random), 0.3 * U(random), 0.3 * U(random));
   const double bow_x = capture.bow * U(random), bow_y = capture.bow * U(random);
   const double bow_xy = capture.bow * U(random);
+  const renderer::Print print = PrintOf(board);
   std::vector<DrawnView> views;
   for (int trial = 0; trial < 5000 && static_cast<int>(views.size()) < capture.views; ++trial) {
     const double when =
@@ -92,7 +115,7 @@ inline std::vector<DrawnView> DrawViews(const Capture& capture, const Board& boa
     const double grown = 1 + capture.creep * when + (when > 0 ? capture.step : 0);
     view.camera.fx *= grown;
     view.camera.fy *= grown;
-    view.sheet.print = renderer::Chessboard(board.columns, board.rows, board.square_m);
+    view.sheet.print = print;
     view.sheet.X_CK = X;
     view.sheet.centre_x_m = centre.x();
     view.sheet.centre_y_m = centre.y();

@@ -1,0 +1,181 @@
+#include "app/lens/disc_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <queue>
+
+namespace plumbline {
+namespace {
+
+constexpr double kDarker = 3;  // grey levels under the mean of the surroundings
+constexpr int kLeastArea_px = 16;
+constexpr double kLargestExtent = 0.25;  // of a disc, share of the image's width
+// From the area of the ellipse with the same moments, as a share: a square is 0.045 off; the second
+// number is for the steps of the rim, over the square root of the area.
+constexpr double kAreaOff = 0.025, kStepsOff_px = 0.6;
+constexpr double kMostFlat = 16;      // ratio of the moments: a disc seen at a quarter
+constexpr double kSizesDiffer = 2.2;  // ratio of the areas of neighbours
+constexpr double kOffPlace = 0.3;     // of the shorter step
+constexpr std::size_t kNearest = 8;   // that the first steps are taken from
+constexpr double kLeastSine = 0.5;    // between the two first steps
+constexpr std::size_t kLeastDiscs = 7;
+
+/// Sums over the pixels of one region.
+struct Moments {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+};
+
+std::optional<Disc> DiscOf(const Moments& m, double longest) {
+  if (m.n < kLeastArea_px) return std::nullopt;
+  Disc disc;
+  disc.area = m.n;
+  disc.at = {m.x / m.n, m.y / m.n};
+  disc.spread << m.xx / m.n - disc.at.x() * disc.at.x(), m.xy / m.n - disc.at.x() * disc.at.y(),
+      m.xy / m.n - disc.at.x() * disc.at.y(), m.yy / m.n - disc.at.y() * disc.at.y();
+  disc.spread.diagonal().array() += 1.0 / 12;  // each pixel is a square
+  const double det = disc.spread.determinant(), trace = disc.spread.trace();
+  // The eigenvalues' ratio q gives trace^2 / det = q + 2 + 1 / q.
+  if (!(det > 0) || trace * trace > (kMostFlat + 2 + 1 / kMostFlat) * det) return std::nullopt;
+  if (4 * std::sqrt(trace) > longest) return std::nullopt;
+  const double ellipse = 4 * std::numbers::pi * std::sqrt(det);
+  if (std::abs(disc.area / ellipse - 1) > kAreaOff + kStepsOff_px / std::sqrt(disc.area))
+    return std::nullopt;
+  return disc;
+}
+
+std::vector<int> NearestOf(const std::vector<Disc>& discs, int of) {
+  std::vector<std::pair<double, int>> near;
+  for (std::size_t k = 0; k < discs.size(); ++k) {
+    if (static_cast<int>(k) != of)
+      near.emplace_back((discs[k].at - discs[of].at).squaredNorm(), static_cast<int>(k));
+  }
+  const std::size_t count = std::min(kNearest, near.size());
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+  std::vector<int> nearest;
+  for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
+  return nearest;
+}
+
+bool AlikeInSize(const Disc& a, const Disc& b) {
+  return std::max(a.area, b.area) < kSizesDiffer * std::min(a.area, b.area);
+}
+
+double Cross(const Vec2& a, const Vec2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+struct Axes {
+  Vec2 x, y;
+};
+
+/// The two shortest steps from a disc that are not parallel; they span the whole lattice.
+std::optional<Axes> AxesAt(const std::vector<Disc>& discs, int seed) {
+  std::optional<Vec2> first;
+  for (const int other : NearestOf(discs, seed)) {
+    if (!AlikeInSize(discs[seed], discs[other])) continue;
+    const Vec2 step = discs[other].at - discs[seed].at;
+    if (!first) {
+      first = step;
+    } else if (std::abs(Cross(*first, step)) > kLeastSine * first->norm() * step.norm()) {
+      return Cross(*first, step) > 0 ? Axes{*first, step} : Axes{step, *first};
+    }
+  }
+  return std::nullopt;
+}
+
+/// The disc nearest to a place, or -1.
+int DiscAt(const std::vector<Disc>& discs, const Vec2& place, double within) {
+  int nearest = -1;
+  double least = within * within;
+  for (std::size_t k = 0; k < discs.size(); ++k) {
+    const double distance = (discs[k].at - place).squaredNorm();
+    if (distance >= least) continue;
+    least = distance;
+    nearest = static_cast<int>(k);
+  }
+  return nearest;
+}
+
+std::map<LatticePlace, int> Numbered(const std::vector<Disc>& discs, int seed, const Axes& axes,
+                                     std::vector<bool>& taken) {
+  struct Step {
+    int disc;
+    LatticePlace place;
+    Axes axes;
+  };
+  std::map<LatticePlace, int> lattice;
+  std::queue<Step> open;
+  open.push({seed, {0, 0}, axes});
+  taken[seed] = true;
+  while (!open.empty()) {
+    const Step step = open.front();
+    open.pop();
+    if (!lattice.emplace(step.place, step.disc).second) continue;
+    const double within = kOffPlace * std::min(step.axes.x.norm(), step.axes.y.norm());
+    for (const auto& [dx, dy] :
+         {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}) {
+      const Vec2 way = dx * step.axes.x + dy * step.axes.y;
+      const int next = DiscAt(discs, discs[step.disc].at + way, within);
+      if (next < 0 || taken[next] || !AlikeInSize(discs[step.disc], discs[next])) continue;
+      Axes onward = step.axes;
+      const Vec2 stepped = discs[next].at - discs[step.disc].at;
+      if (dy == 0) onward.x = dx * stepped;
+      if (dx == 0) onward.y = dy * stepped;
+      taken[next] = true;
+      open.push({next, {step.place.x + dx, step.place.y + dy}, onward});
+    }
+  }
+  return lattice;
+}
+
+}  // namespace
+
+std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most) {
+  cv::Mat mean, dark, labels;
+  cv::blur(smooth, mean, {around, around}, {-1, -1}, cv::BORDER_REFLECT);
+  cv::subtract(mean, smooth, dark);  // saturates at zero
+  cv::threshold(dark, dark, kDarker, 255, cv::THRESH_BINARY);
+  const int count = cv::connectedComponents(dark, labels, 4, CV_32S);
+  std::vector<Moments> moments(static_cast<std::size_t>(count));
+  for (int v = 0; v < labels.rows; ++v) {
+    const int* label = labels.ptr<int>(v);
+    for (int u = 0; u < labels.cols; ++u) {
+      if (label[u] == 0) continue;
+      Moments& m = moments[label[u]];
+      m.n += 1;
+      m.x += u;
+      m.y += v;
+      m.xx += static_cast<double>(u) * u;
+      m.xy += static_cast<double>(u) * v;
+      m.yy += static_cast<double>(v) * v;
+    }
+  }
+  std::vector<Disc> discs;
+  for (const Moments& m : moments) {
+    if (const auto disc = DiscOf(m, kLargestExtent * smooth.cols)) discs.push_back(*disc);
+  }
+  std::stable_sort(discs.begin(), discs.end(),
+                   [](const Disc& a, const Disc& b) { return a.area > b.area; });
+  if (discs.size() > most) discs.resize(most);
+  return discs;
+}
+
+std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs) {
+  std::vector<bool> taken(discs.size(), false);
+  std::vector<std::map<LatticePlace, int>> lattices;
+  for (std::size_t seed = 0; seed < discs.size(); ++seed) {
+    if (taken[seed]) continue;
+    const auto axes = AxesAt(discs, static_cast<int>(seed));
+    if (!axes) continue;
+    auto lattice = Numbered(discs, static_cast<int>(seed), *axes, taken);
+    if (lattice.size() >= kLeastDiscs) lattices.push_back(std::move(lattice));
+  }
+  std::stable_sort(lattices.begin(), lattices.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return lattices;
+}
+
+}  // namespace plumbline
