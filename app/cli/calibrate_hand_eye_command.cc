@@ -15,9 +15,9 @@
 #include "app/config/text_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
-#include "app/lens/image_folder.h"
 #include "app/lens/lens_json.h"
 #include "app/tracking/body_reader.h"
+#include "drivers/camera/image_folder.h"
 
 namespace plumbline {
 namespace {
