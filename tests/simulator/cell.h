@@ -71,6 +71,9 @@ void WriteCell(const Cell& cell, const std::string& path);
 /// @throws std::runtime_error for any other name
 Cell ReadyCell(const std::string& robot);
 
+/// A camera as far off as twice the arm is long, beside it and looking a little down on it.
+Cell::Camera CameraBeside(const Cell& cell);
+
 std::vector<std::string> ReadyRobots();
 
 }  // namespace simulator

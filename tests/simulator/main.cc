@@ -64,18 +64,6 @@ Effects Nuisances(const Design& design, Generator& random) {
   return list;
 }
 
-/// A camera as far off as twice the arm is long, beside it and looking a little down on it.
-Cell::Camera CameraBeside(const Cell& cell) {
-  double reach_m = cell.tool.length_m;
-  for (const Joint& joint : cell.joints) reach_m += std::hypot(joint.a_m, joint.d_m);
-  constexpr double kDown = 0.2;  // [rad]
-  Cell::Camera camera;
-  camera.at_m = 2.0 * reach_m * Eigen::Vector3d(0.0, -std::cos(kDown), std::sin(kDown));
-  // z looks along +y and down, x to the right, y down.
-  camera.rpy_rad = {-std::numbers::pi / 2.0 - kDown, 0.0, 0.0};
-  return camera;
-}
-
 /// Effects that formats.md calls the same over these rows.
 json Equivalents(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
   json list = json::array();

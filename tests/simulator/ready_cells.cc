@@ -1,3 +1,4 @@
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -110,6 +111,17 @@ Cell ReadyCell(const std::string& robot) {
   }
   cell.name = robot;
   return cell;
+}
+
+Cell::Camera CameraBeside(const Cell& cell) {
+  double reach_m = cell.tool.length_m;
+  for (const Joint& joint : cell.joints) reach_m += std::hypot(joint.a_m, joint.d_m);
+  constexpr double kDown = 0.2;  // [rad]
+  Cell::Camera camera;
+  camera.at_m = 2.0 * reach_m * Eigen::Vector3d(0.0, -std::cos(kDown), std::sin(kDown));
+  // z looks along +y and down, x to the right, y down.
+  camera.rpy_rad = {-std::numbers::pi / 2.0 - kDown, 0.0, 0.0};
+  return camera;
 }
 
 }  // namespace simulator

@@ -160,6 +160,21 @@ TEST_CASE("effects move the tip by what their definition says") {
   CHECK(Tip(cell, {step}, row).z() - still.z() == Approx(0.0).margin(1e-15));
 }
 
+TEST_CASE("a camera with wrong tags, zoom or lens reads what their definition says") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm = 0.0;
+  const Row row = At(Eigen::Vector2d::Zero());  // the tip at (1, 0, 0)
+  // Below the tip and looking up: (X, Y, Z) in the camera are (1, 0, 2).
+  cell.camera = Cell::Camera{{0.0, 0.0, -2.0}, {0.0, 0.0, 0.0}};
+  const auto off = [&](const std::string& id, const std::string& name) -> Vector3d {
+    return Tip(cell, {Simple(id, {{name, 1e-3, "1"}})}, row) - Tip(cell, {}, row);
+  };
+  CHECK((off("camera_tag_size", "scale") - Vector3d(1e-3, 0, 2e-3)).norm() < 1e-12);
+  CHECK((off("camera_zoom", "scale") - Vector3d(0, 0, 2e-3)).norm() < 1e-12);
+  // r^2 = 1/4.
+  CHECK((off("camera_lens", "k1") - Vector3d(-0.25e-3, 0, -1e-3)).norm() < 1e-12);
+}
+
 TEST_CASE("a pedestal leans under the moment at the base") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm = 0.0;
@@ -175,6 +190,7 @@ TEST_CASE("every family hides the signal asked for, and a fit of its form finds 
     INFO(family);
     Cell cell = ReadyCell("kr210");
     cell.sigma_m = 1e-6;
+    if (NeedsCamera(family)) cell.camera = CameraBeside(cell);
     Generator random(7);
     Design design;
     design.tests = 20;
