@@ -29,54 +29,6 @@ Vec3 MiddleOf(const HandEyeView& view) {
   return sum / static_cast<double>(std::max<std::size_t>(1, view.points_K.size()));
 }
 
-/// Weak knowledge of a lens whose covariance nobody told: what its terms do at the image's corner.
-LensCovariance WideLens(const Lens& lens, const ImageSize& image) {
-  const double corner = std::hypot(image.width, image.height) / (lens.fx + lens.fy);
-  const double c2 = corner * corner;
-  Eigen::Matrix<double, 9, 1> sd;
-  sd << 0.03 * lens.fx, 0.03 * lens.fy, 0.02 * image.width, 0.02 * image.width, 0.3 / c2,
-      0.1 / (c2 * c2), 0.01, 0.01, 0.03 / (c2 * c2 * c2);
-  return LensCovariance(sd.cwiseAbs2().asDiagonal());
-}
-
-HandEyePrior PriorOf(const KnownLens& lens, const HandEyeOptions& options, int joints) {
-  constexpr double kSizeSd = 0.1, kOffsetSd_rad = 0.01;
-  HandEyePrior prior;
-  prior.lens = lens.lens;
-  std::fill_n(prior.active.begin(), kTargetSize, true);
-  prior.active[kTargetSize] = options.free_size;
-  prior.information(kTargetSize, kTargetSize) = 1 / (kSizeSd * kSizeSd);
-  if (options.free_lens) {
-    LensCovariance covariance = lens.covariance;
-    if ((covariance.diagonal().array() <= 0).all()) covariance = WideLens(lens.lens, options.image);
-    std::vector<int> known;  // a term without deviation was dropped by the calibration: it stays
-    for (int i = 0; i < 9; ++i) {
-      if (covariance(i, i) > 0) known.push_back(i);
-    }
-    const auto n = static_cast<Eigen::Index>(known.size());
-    Eigen::MatrixXd part(n, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j)
-        part(i, j) =
-            covariance(known[static_cast<std::size_t>(i)], known[static_cast<std::size_t>(j)]);
-    }
-    const Eigen::MatrixXd information = part.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const int row = kLensFirst + known[static_cast<std::size_t>(i)];
-      prior.active[static_cast<std::size_t>(row)] = true;
-      for (Eigen::Index j = 0; j < n; ++j)
-        prior.information(row, kLensFirst + known[static_cast<std::size_t>(j)]) = information(i, j);
-    }
-  }
-  for (int i = 0; i < joints; ++i) {
-    const int row = kOffsetFirst + i;
-    prior.information(row, row) = 1 / (kOffsetSd_rad * kOffsetSd_rad);
-    // A turn of the first joint is one of what Y or X stands in, one of the last likewise.
-    prior.active[static_cast<std::size_t>(row)] = options.free_joints && i > 0 && i + 1 < joints;
-  }
-  return prior;
-}
-
 /// All that goes on from one set of views.
 class Calibration {
  public:

@@ -50,6 +50,12 @@ struct HandEyePrior {
   Lens lens;  ///< that the information is about
 };
 
+/// The lens within its covariance where it is free (a term without deviation stays as it is, a lens
+/// without any gets weak priors), the size within 10 % where it is, the offsets of the joints but
+/// the first and the last within 10 mrad where they are: those two turn what Y and X stand in.
+/// @param joints  0 where only poses are known
+HandEyePrior PriorOf(const KnownLens& lens, const HandEyeOptions& options, int joints);
+
 struct HandEyeFit {
   bool converged = false;
   double cost = 0;  ///< the sum below

@@ -57,8 +57,9 @@ std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings
   if (second * second < kLeastSecond) return std::nullopt;
   Mat9 K = Mat9::Zero();
   for (const PosePairing& pairing : pairings) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) K.block<3, 3>(3 * i, 3 * j) += pairing.B.R(i, j) * pairing.A.R;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      for (Eigen::Index j = 0; j < 3; ++j)
+        K.block<3, 3>(3 * i, 3 * j) += pairing.B.R(i, j) * pairing.A.R;
     }
   }
   const Eigen::JacobiSVD<Mat9> svd(K, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -93,6 +94,7 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
   constexpr double kAgrees = 4 * 1.4826;  // of the median misfit
   const std::size_t n = pairings.size();
   agreeing.assign(n, true);
+  if (n < 3) return std::nullopt;
   double distance_m = 0;
   for (const PosePairing& pairing : pairings)
     distance_m += pairing.B.p.norm() / static_cast<double>(n);
