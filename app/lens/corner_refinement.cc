@@ -9,21 +9,27 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSmooth_px = 2;
-constexpr int kKernel = 13;        // taps of the smoothing, three standard deviations each way
+constexpr double kSmooth_px = 2, kSmoothAmongTags_px = 1;
+constexpr double kLeak = 2.5;      // standard deviations that an edge reaches beyond its place
+constexpr double kSharp_px = 1;    // of an edge in a good image
 constexpr double kWindow = 0.42;   // of a step, to each side
 constexpr int kMostReach_px = 30;  // of a window from its corner
 constexpr double kLeastArea_px = 60;
 constexpr float kNear_px = 8;         // a gradient's error counts by its distance from the corner
-constexpr double kLeak_px = 3;        // that a smoothed edge reaches beyond its place
 constexpr double kLeastArm_px = 2.5;  // half the width of a cross
 constexpr int kMostSteps = 8;
-constexpr double kStands_px = 0.004;
+constexpr double kStands_px = 0.1;  // the edges do the rest
+constexpr double kArm_px = 5.5;     // half the width of what belongs to an edge
+constexpr int kEdgePasses = 8;
+constexpr double kSlowest = 0.9;  // share of what is missing that a step may leave
+constexpr double kEdgesStand_px = 0.003;
+constexpr double kEdgesMove_px = 1.5;
 constexpr int kMargin_px = 4;
 
 /// The window as an interval of columns for each row.
 class Window {
  public:
+  Window() = default;
   /// q = a x + b y with |a|, |b| <= 1.
   Window(const Vec2& x, const Vec2& y) {
     const double area = x.x() * y.y() - x.y() * y.x();
@@ -76,34 +82,39 @@ struct Sums {
 /// The pixels that count at one corner: a parallelogram, or a cross of two whose middle is shared.
 class Region {
  public:
-  Region(const LatticeSteps& steps, double rim) {
+  Region(const LatticeSteps& steps, double rim, double smooth_px) : steps_(steps) {
     Vec2 x = kWindow * steps.along_row, y = kWindow * steps.down_column;
     const double far = std::max((x + y).cwiseAbs().maxCoeff(), (x - y).cwiseAbs().maxCoeff());
     if (far > kMostReach_px) {
       x *= kMostReach_px / far;
       y *= kMostReach_px / far;
     }
-    if (rim >= kWindow) {
-      parts_.push_back({Window(x, y), 1});
-      return;
-    }
-    // Distances of the tags from the edges, across them.
+    // Half the width of each arm, in steps: as far as the edge's rise reaches, or the tags' rim.
     const double area = std::abs(steps.along_row.x() * steps.down_column.y() -
                                  steps.along_row.y() * steps.down_column.x());
-    const auto arm = [&](const Vec2& across, const Vec2& along) -> Vec2 {
-      const double step_px = area / std::max(along.norm(), 1e-9);  // of `across`, square to `along`
-      const double half_px = std::max(rim * step_px - kLeak_px, kLeastArm_px);
-      return across * std::min(kWindow, half_px / std::max(step_px, 1e-9));
+    const auto thin = [&](const Vec2& across, const Vec2& along) -> Vec2 {
+      const double step_px = std::max(area / std::max(along.norm(), 1e-9), 1e-9);
+      const double half_px =
+          std::max(std::min(kArm_px, rim * step_px - kLeak * std::hypot(smooth_px, kSharp_px)),
+                   kLeastArm_px);
+      return across * std::min(kWindow, half_px / step_px);
     };
-    const Vec2 thin_x = arm(steps.along_row, steps.down_column);
-    const Vec2 thin_y = arm(steps.down_column, steps.along_row);
-    parts_.push_back({Window(x, thin_y), 1});
-    parts_.push_back({Window(thin_x, y), 1});
-    parts_.push_back({Window(thin_x, thin_y), -1});
+    const Vec2 thin_x = thin(steps.along_row, steps.down_column);
+    const Vec2 thin_y = thin(steps.down_column, steps.along_row);
+    row_arm_ = Window(x, thin_y);
+    column_arm_ = Window(thin_x, y);
+    if (rim >= kWindow) {
+      parts_.push_back({Window(x, y), 1});
+    } else {
+      parts_ = {{row_arm_, 1}, {column_arm_, 1}, {Window(thin_x, thin_y), -1}};
+    }
   }
 
   /// Whether there are enough pixels to tell a corner.
   bool enough() const { return parts_.front().window.area_px() >= kLeastArea_px; }
+  const LatticeSteps& steps() const { return steps_; }
+  const Window& row_arm() const { return row_arm_; }
+  const Window& column_arm() const { return column_arm_; }
   int reach() const { return Largest(&Window::reach); }
   int across() const { return Largest(&Window::across); }
   Sums Over(const cv::Mat& smooth, const Vec2& at, int u0, int v0) const {
@@ -123,6 +134,8 @@ class Region {
     for (const Part& part : parts_) largest = std::max(largest, (part.window.*extent)());
     return largest;
   }
+  LatticeSteps steps_;
+  Window row_arm_, column_arm_;
   std::vector<Part> parts_;
 };
 
@@ -181,9 +194,92 @@ std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Regi
   return at;
 }
 
+/// One of the two edges through a corner, near it: s = offset + slope a, s to the left of the unit
+/// vector `along`, a along it, both from the place where it was looked for [px].
+struct Edge {
+  Vec2 along, across;
+  double offset = 0, slope = 0;
+};
+
+/// Weighted least squares over the pixels beside the edge, each with the square of its gradient
+/// across the edge less that along it: the other edge, where the two are not square, counts little.
+///  Nothing where there is no edge.
+std::optional<Edge> EdgeNear(const cv::Mat& smooth, const Vec2& at, const Window& arm,
+                             const Vec2& direction) {
+  const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
+  if (u0 <= arm.across() || v0 <= arm.reach() || u0 + arm.across() + 1 >= smooth.cols ||
+      v0 + arm.reach() + 1 >= smooth.rows)
+    return std::nullopt;
+  Edge edge{direction.normalized(), {}};
+  edge.across = {-edge.along.y(), edge.along.x()};
+  const float nx = static_cast<float>(edge.across.x()), ny = static_cast<float>(edge.across.y());
+  const float dx = static_cast<float>(at.x() - u0), dy = static_cast<float>(at.y() - v0);
+  double w = 0, wa = 0, waa = 0, ws = 0, was = 0;
+  for (int j = -arm.reach(); j <= arm.reach(); ++j) {
+    const float* above = smooth.ptr<float>(v0 + j - 1) + u0;
+    const float* here = smooth.ptr<float>(v0 + j) + u0;
+    const float* below = smooth.ptr<float>(v0 + j + 1) + u0;
+    const auto [first, last] = arm.Columns(j);
+    const float y = static_cast<float>(j) - dy;
+    float rw = 0, rwa = 0, rwaa = 0, rws = 0, rwas = 0;
+    for (int i = first; i <= last; ++i) {
+      const float x = static_cast<float>(i) - dx;
+      const float gx = here[i + 1] - here[i - 1], gy = below[i] - above[i];
+      const float g = nx * gx + ny * gy, aside = ny * gx - nx * gy;
+      const float a = ny * x - nx * y;
+      const float s = nx * x + ny * y;
+      const float g2 = std::max(0.0F, g * g - aside * aside);
+      rw += g2;
+      rwa += g2 * a;
+      rwaa += g2 * a * a;
+      rws += g2 * s;
+      rwas += g2 * a * s;
+    }
+    w += rw;
+    wa += rwa;
+    waa += rwaa;
+    ws += rws;
+    was += rwas;
+  }
+  const double det = w * waa - wa * wa;
+  if (!(det > 1e-6 * waa * w)) return std::nullopt;
+  edge.offset = (waa * ws - wa * was) / det;
+  edge.slope = (w * was - wa * ws) / det;
+  return edge;
+}
+
+/// How far from a place the two edges meet.
+std::optional<Vec2> ToMeeting(const cv::Mat& smooth, const Vec2& at, const Region& region) {
+  const auto row = EdgeNear(smooth, at, region.row_arm(), region.steps().along_row);
+  const auto column = EdgeNear(smooth, at, region.column_arm(), region.steps().down_column);
+  if (!row || !column) return std::nullopt;
+  // across . q - slope along . q = offset, for both.
+  Eigen::Matrix2d lines;
+  lines.row(0) = row->across - row->slope * row->along;
+  lines.row(1) = column->across - column->slope * column->along;
+  return Vec2(lines.inverse() * Vec2(row->offset, column->offset));
+}
+
+/// Where the two edges meet, from a place near it. Arms narrower than the edge's rise move by a
+/// constant share of what is missing: every other step is stretched by it [A. C. Aitken, 1926].
+std::optional<Vec2> Met(const cv::Mat& smooth, const Vec2& start, const Region& region) {
+  Vec2 at = start, before = Vec2::Zero();
+  for (int pass = 0; pass < kEdgePasses; ++pass) {
+    const auto to = ToMeeting(smooth, at, region);
+    if (!to || !to->allFinite()) return std::nullopt;
+    const double left = pass % 2 == 1 ? to->dot(before) / before.squaredNorm() : 0;
+    const Vec2 move = *to / (1 - std::clamp(left, 0.0, kSlowest));
+    at += move;
+    if (!((at - start).norm() < kEdgesMove_px)) return std::nullopt;
+    if (to->norm() < kEdgesStand_px) break;
+    before = *to;
+  }
+  return at;
+}
+
 /// Half of the distance over which a smoothed edge rises, from its steepest slope: an edge of
 /// height h and Gaussian width s has the slope h / (s sqrt(2 pi)).
-double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Region& region) {
+double EdgeWidth(const cv::Mat& smooth, double smooth_px, const Vec2& at, const Region& region) {
   const int reach = std::min(region.reach(), region.across());
   const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
   if (u0 < reach + 1 || v0 < reach + 1 || u0 + reach + 1 >= smooth.cols ||
@@ -201,7 +297,7 @@ double EdgeWidth(const cv::Mat& smooth, const Vec2& at, const Region& region) {
     }
   }
   const double width = (brightest - darkest) / std::max(steepest * 2.5066, 1e-6);
-  return std::sqrt(std::max(0.0, width * width - kSmooth_px * kSmooth_px));
+  return std::sqrt(std::max(0.0, width * width - smooth_px * smooth_px));
 }
 
 }  // namespace
@@ -226,19 +322,21 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
                       static_cast<std::size_t>(image.stride));
   cv::Mat part, smooth;
   whole(cv::Rect(u0, v0, u1 - u0, v1 - v0)).convertTo(part, CV_32F);
-  cv::GaussianBlur(part, smooth, {kKernel, kKernel}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
+  const double smooth_px = rim < kWindow ? kSmoothAmongTags_px : kSmooth_px;
+  const int taps = 6 * static_cast<int>(smooth_px) + 1;  // three standard deviations each way
+  cv::GaussianBlur(part, smooth, {taps, taps}, smooth_px, smooth_px, cv::BORDER_REPLICATE);
   const Vec2 origin(u0, v0);
   std::vector<double> widths;
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
     if (!view.seen[k]) continue;
     const Vec2 start = view.corners_px[k] - origin;
-    const Region region(steps[k], rim);
-    const std::optional<Vec2> refined =
-        region.enough() ? Refined(smooth, start, region) : std::nullopt;
+    const Region region(steps[k], rim, smooth_px);
+    std::optional<Vec2> refined = region.enough() ? Refined(smooth, start, region) : std::nullopt;
+    if (refined) refined = Met(smooth, *refined, region);
     view.seen[k] = refined.has_value();
     if (!refined) continue;
     view.corners_px[k] = *refined + origin;
-    if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, *refined, region));
+    if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, smooth_px, *refined, region));
   }
   if (widths.empty()) return;
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);

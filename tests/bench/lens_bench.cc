@@ -54,7 +54,7 @@ void AddErrors(const std::vector<Vec2>& found, const std::vector<bool>& seen,
   errors.insert(errors.end(), better.begin(), better.end());
 }
 
-void CornersOfOneFrame(int frames) {
+void BoardCorners(int frames) {
   const Board board;
   Capture capture;
   capture.views = frames;
@@ -253,7 +253,7 @@ void Adversarial(int frames) {
 int main(int argc, char** argv) {
   const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
   cv::setNumThreads(1);
-  CornersOfOneFrame(quick ? 6 : 20);
+  BoardCorners(quick ? 6 : 20);
   Solve(quick ? 20 : 200);
   Acceptance(quick ? 20 : 150);
   Adversarial(quick ? 100 : 10000);
