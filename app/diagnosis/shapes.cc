@@ -221,6 +221,7 @@ std::vector<double> ZoomMoments(const LinearProblem& problem) {
   const Eigen::VectorXd zoom =
       AtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
   std::vector<std::pair<double, double>> rows;
+  rows.reserve(static_cast<std::size_t>(clock.size()));
   for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);
   std::sort(rows.begin(), rows.end());
   std::vector<double> moments;
@@ -235,6 +236,7 @@ std::vector<Block> ZoomShapes(const LinearProblem& problem, const Eigen::VectorX
   const std::vector<double> moments = ZoomMoments(problem);
   const Eigen::VectorXd clock = Clock(problem);
   std::vector<std::pair<double, Block>> found;
+  found.reserve(moments.size());
   for (const double moment : moments) {
     const Eigen::MatrixXd begun = (clock.array() >= moment).cast<double>();
     found.emplace_back(Gain(problem, problem.Carried({I::kCameraDepth}, begun), residual),
@@ -242,6 +244,7 @@ std::vector<Block> ZoomShapes(const LinearProblem& problem, const Eigen::VectorX
   }
   KeepBest(found, 1);
   std::vector<Block> blocks;
+  blocks.reserve(found.size());
   for (auto& [gain, block] : found) blocks.push_back(std::move(block));
   return blocks;
 }

@@ -209,7 +209,8 @@ TEST_CASE("joint offsets of the robot are found with the camera") {
     const Eigen::Isometry3d X_CK = X_BC.inverse() * flange(real) * made.target_pose;
     bool inside = X_CK(2, 2) > 0.6;
     for (int k = 0; k < 54; ++k) {
-      const Eigen::Vector3d p_K(0.03 * (k % 9), 0.03 * (k / 9), 0);
+      const int row = k / 9;
+      const Eigen::Vector3d p_K(0.03 * (k % 9), 0.03 * row, 0);
       const Eigen::Vector3d p_C = X_CK * p_K;
       const Eigen::Vector2d pixel = renderer::PixelOf(made.camera, p_C);
       inside = inside && p_C.z() > 0.5 && pixel.x() > 0 && pixel.x() < 1920 && pixel.y() > 0 &&

@@ -73,7 +73,8 @@ inline Made Make(const Making& how, std::uint64_t seed) {
     view.name = "image" + std::to_string(made.views.size()) + ".png";
     bool inside = true;
     for (int k = 0; k < 54; ++k) {
-      const Eigen::Vector3d p_K(0.03 * (k % 9), 0.03 * (k / 9), 0);
+      const int row = k / 9;
+      const Eigen::Vector3d p_K(0.03 * (k % 9), 0.03 * row, 0);
       const Eigen::Vector2d pixel = renderer::PixelOf(made.camera, X_CK * (how.size * p_K));
       inside = inside && pixel.x() > 0 && pixel.x() < made.camera.width && pixel.y() > 0 &&
                pixel.y() < made.camera.height;
