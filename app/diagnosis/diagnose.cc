@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
@@ -170,6 +171,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     rivals = AddRivals(context, found.model, found.weights, diagnosis);
   }
   AddConsidered(context, found.candidates, diagnosis);
+  AddDetectable(*found.pool, found.candidates, diagnosis);
   if (interrupted()) return Error{"interrupted"};
 
   tell(0.7, "what the rest follows");

@@ -101,7 +101,8 @@ struct Diagnosis {
   std::vector<std::string> drivers;  ///< columns
   std::vector<NextPose> next_poses;
   bool next_poses_tell_all = false;  ///< every rival would be ruled out, or shown to be the truth
-  std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by effect id
+  std::map<std::string, double>
+      minimum_detectable_m;  ///< 3-D RMS over the rows, by id; detectable.h
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma
   double sigma_m = 0;        ///< one axis, as used

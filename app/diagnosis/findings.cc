@@ -226,13 +226,6 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
     const Block& block = pool.blocks()[b];
     const auto index = static_cast<int>(b);
     if (block.empirical()) continue;
-    if (pool.Observable(index)) {
-      const double least_m = pool.MinimumDetectable(index);
-      if (least_m > 0) {
-        const auto [entry, fresh] = diagnosis.minimum_detectable_m.emplace(block.id, least_m);
-        if (!fresh) entry->second = std::min(entry->second, least_m);
-      }
-    }
     Considered considered;
     considered.id = block.id;
     if (!pool.Observable(index)) {

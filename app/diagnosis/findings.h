@@ -28,7 +28,7 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    const std::vector<double>& weights, Diagnosis& diagnosis);
 
-/// Every candidate with its fate, and the smallest size of each that would have been seen.
+/// Every candidate with its fate.
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis);
 

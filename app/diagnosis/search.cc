@@ -347,19 +347,19 @@ double Pool::SignalLeft(const Explanation& explanation, const std::string& id,
   return left.norm() / length;
 }
 
-double Pool::MinimumDetectable(int block) const {
+std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const {
   constexpr double kPower90 = 1.2816;
   const Block& of = blocks_[static_cast<std::size_t>(block)];
   const int first = first_[static_cast<std::size_t>(block)];
-  std::vector<double> sizes;
+  std::vector<double> sizes(of.columns.size(), 0.0);
   for (std::size_t k = 0; k < of.columns.size(); ++k) {
     const auto column = static_cast<std::size_t>(first) + k;
     if (length_[column] == 0) continue;
-    const double threshold = UnitCost(block, of.columns[k].unit) + BlockCost(block) + effect_cost_;
+    const double threshold = UnitCost(block, of.columns[k].unit) + block_cost + effect_cost_;
     const double value = (std::sqrt(threshold) + kPower90) / length_[column];
-    sizes.push_back(value * raw_rms_m_[column]);
+    if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
   }
-  return Median(sizes);
+  return sizes;
 }
 
 std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {

@@ -53,8 +53,10 @@ class Pool {
   /// cannot imitate.
   double SignalLeft(const Explanation& explanation, const std::string& id,
                     const std::vector<int>& rival) const;
-  /// Smallest 3-D RMS displacement [m] of a block over the rows that would be found with power 0.9.
-  double MinimumDetectable(int block) const;
+  /// Smallest 3-D RMS displacement over the rows [m] of each column by itself that would be found
+  /// with power 0.9; 0 where that needs more than a sound machine shows.
+  /// @param block_cost  of the choice of the block's shape, as BlockCost
+  std::vector<double> MinimumDetectable(int block, double block_cost) const;
 
   double UnitCost(int block, int unit) const {
     return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];

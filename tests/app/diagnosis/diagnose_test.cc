@@ -1,6 +1,4 @@
 // The engine against data of the simulator (which shares no code with it) and the shared examples.
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,43 +7,16 @@
 #include <fstream>
 #include <functional>
 
-#include "app/config/cell_reader.h"
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/diagnosis.h"
+#include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
 namespace fs = std::filesystem;
 
 namespace {
 
-struct Data {
-  CellModel cell;
-  MeasuredTable table;
-};
-
-Data Read(const fs::path& folder) {
-  FaultList faults;
-  auto cell = ReadCell((folder / "cell.toml").string(), faults);
-  INFO(FaultsText(faults));
-  REQUIRE(cell);
-  auto table = ReadTable((folder / "measured.csv").string(), cell->robot.joints, faults);
-  REQUIRE(table);
-  return {*cell, *table};
-}
-
-/// Fresh data of the simulator.
-Data Simulated(const std::string& options) {
-  static int number = 0;
-  const fs::path folder =
-      fs::temp_directory_path() /
-      ("plumbline-diagnose-" + std::to_string(getpid()) + "-" + std::to_string(++number));
-  const std::string command = std::string(PLUMBLINE_SIMULATE) + " " + options + " --out " +
-                              folder.string() + " > /dev/null";
-  REQUIRE(std::system(command.c_str()) == 0);
-  Data data = Read(folder);
-  fs::remove_all(folder);
-  return data;
-}
+using Data = MeasuredCell;
 
 Result<Diagnosis> Answer(const Data& data) {
   return Diagnose(data.cell, data.table, {});
@@ -392,7 +363,7 @@ TEST_CASE("the shared examples are answered", "[measured]") {
       {"example-04", Verdict::kExplained, {"joint_compliance"}, {}}};
   for (const Expected& of : expected) {
     CAPTURE(of.set);
-    const auto diagnosis = Answer(Read(measured / of.set));
+    const auto diagnosis = Answer(ReadMeasuredCell((measured / of.set).string()));
     REQUIRE(diagnosis);
     CHECK(diagnosis->verdict == of.verdict);
     CHECK(Ids(*diagnosis) == of.ids);

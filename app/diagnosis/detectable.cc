@@ -1,0 +1,89 @@
+#include "app/diagnosis/detectable.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/diagnosis/words.h"
+#include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline {
+namespace {
+
+/// Of one effect, over all its blocks.
+struct Seen {
+  double least_m = 0;                        ///< 0: nothing of it is visible
+  std::set<std::pair<int, int>> hidden;      ///< (joint, spec) of sizes, by a block
+  std::set<std::pair<int, int>> not_hidden;  ///< by another block
+};
+
+void Add(const Pool& pool, int block, double cost, Seen& seen) {
+  const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+  const std::vector<double> least_m = pool.MinimumDetectable(block, cost);
+  for (std::size_t k = 0; k < least_m.size(); ++k) {
+    const TermParameter& parameter =
+        of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
+    const std::pair<int, int> name(parameter.joint, parameter.spec);
+    (least_m[k] > 0 ? seen.not_hidden : seen.hidden).insert(name);
+    seen.least_m = std::max(seen.least_m, least_m[k]);
+  }
+}
+
+/// "joint offset (q1, q6)"; the name alone where nothing of it is visible.
+std::string HiddenText(const std::string& id, const Seen& seen) {
+  const EffectTraits& traits = FindEffect(id)->traits();
+  std::vector<std::string> names;
+  for (const auto& [joint, spec] : seen.hidden) {
+    if (seen.not_hidden.contains({joint, spec})) continue;
+    TermParameter parameter;
+    parameter.spec = spec;
+    parameter.joint = joint;
+    names.push_back(NameFromParameter(traits, parameter));
+  }
+  if (names.empty()) return "";
+  if (seen.least_m == 0) return EffectName(id);
+  return fmt::format("{} ({})", EffectName(id), fmt::join(names, ", "));
+}
+
+}  // namespace
+
+void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& diagnosis) {
+  std::map<std::string, double> costs;
+  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
+    double& cost = costs[pool.blocks()[b].id];
+    cost = std::max(cost, pool.BlockCost(static_cast<int>(b)));
+  }
+  std::map<std::string, Seen> effects;
+  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
+    const Block& block = pool.blocks()[b];
+    if (block.empirical()) continue;
+    Add(pool, static_cast<int>(b), costs[block.id], effects[block.id]);
+  }
+  // The pool has the lines of the joints that followed the residual best only.
+  const std::string periodic = "gear_periodic";
+  const bool searched =
+      std::any_of(candidates.searched.begin(), candidates.searched.end(),
+                  [&](const Effect* effect) { return effect->traits().id == periodic; });
+  if (searched && costs.contains(periodic)) {
+    Pool every(pool.problem());
+    for (int joint = 0; joint < pool.problem().data().cell.robot.size(); ++joint) {
+      for (const double cycles : {1.0, 2.0}) {
+        Add(every, every.Add(PeriodicBlock(joint, cycles, 1)), costs[periodic], effects[periodic]);
+      }
+    }
+  }
+  std::vector<std::string> hidden;
+  for (const auto& [id, seen] : effects) {
+    if (seen.least_m > 0) diagnosis.minimum_detectable_m[id] = seen.least_m;
+    if (std::string text = HiddenText(id, seen); !text.empty()) hidden.push_back(std::move(text));
+  }
+  if (hidden.empty()) return;
+  diagnosis.notes.push_back(fmt::format(
+      "not visible in these rows at any size that a sound machine shows (frames, short levers or "
+      "joints that hardly move hide it): {}",
+      fmt::join(hidden, ", ")));
+}
+
+}  // namespace plumbline

@@ -1,0 +1,71 @@
+// What is told of an answer: sizes that would have been seen, rivals, what noise is believed.
+#include "app/diagnosis/findings.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/app/diagnosis/simulated.h"
+
+using namespace plumbline;
+
+namespace {
+
+Result<Diagnosis> Answer(const MeasuredCell& data) {
+  return Diagnose(data.cell, data.table, {});
+}
+
+double RmsOf(const std::vector<Vec3>& points) {
+  double sum = 0;
+  for (const Vec3& point : points) sum += point.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+/// Of at most `most` hits in `count` trials of chance `p`.
+double ChanceOfAtMost(int most, int count, double p) {
+  double sum = 0;
+  for (int k = 0; k <= most; ++k) {
+    sum += std::exp(std::lgamma(count + 1) - std::lgamma(k + 1) - std::lgamma(count - k + 1) +
+                    k * std::log(p) + (count - k) * std::log(1 - p));
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("what would have been seen is seen nine times of ten, at whichever joint and cycles") {
+  constexpr double kPower = 0.9;
+  const struct {
+    const char* id;
+    std::string name, cycles;
+  } kinds[] = {{"gear_periodic", "q#_amplitude", "q#_cycles"}, {"joint_offset", "q#", ""}};
+  for (const auto& kind : kinds) {
+    int trials = 0, found = 0;
+    for (int seed = 1; seed <= 4; ++seed) {
+      const MeasuredCell clean =
+          Simulated("--family none --robot ur10 --rows 90 --seed " + std::to_string(seed));
+      const auto nothing = Answer(clean);
+      REQUIRE(nothing);
+      const double told_m = nothing->minimum_detectable_m.at(kind.id);
+      for (int joint = 0; joint < 5; ++joint) {
+        const auto named = [&](std::string name) {
+          name.replace(name.find('#'), 1, std::to_string(joint + 1));
+          return name;
+        };
+        std::vector<std::pair<std::string, double>> values = {{named(kind.name), 1e-4}};
+        if (!kind.cycles.empty()) values.emplace_back(named(kind.cycles), 7.3 + 3 * joint + seed);
+        const ActiveEffect effect = EffectWith(clean.cell, kind.id, values);
+        MeasuredCell data = clean;
+        const std::vector<Vec3> moved = DisplacementBy(clean, {effect});
+        const double scale = told_m / RmsOf(moved);
+        for (std::size_t k = 0; k < moved.size(); ++k) data.table.rows[k].p_WT += scale * moved[k];
+        const auto diagnosis = Answer(data);
+        REQUIRE(diagnosis);
+        ++trials;
+        found += diagnosis->verdict == Verdict::kNoEffect ? 0 : 1;
+      }
+    }
+    CAPTURE(kind.id, found, trials);
+    CHECK(ChanceOfAtMost(found, trials, kPower) > 1e-3);
+  }
+}
