@@ -22,26 +22,33 @@ constexpr double kSamePose = 2e-4;        // [rad] or [m]
 constexpr double kStandstill = 1e-4;      // a joint that moved less than this never moved
 constexpr int kFewestRepeatFreedom = 12;  // of a sigma from repeats
 
-/// Rows that repeat another to the last digit were copied, not measured again.
+/// Rows that repeat another to the last digit in every column, the clock among them, were copied,
+/// not measured again. Without a clock they may be a coarse reading twice: they stay, and a note
+/// tells of them.
 void DropCopies(Dataset& data) {
-  std::set<std::vector<double>> seen;
+  std::set<std::pair<std::string, std::vector<double>>> seen;
+  const bool timed = data.table.recorded.time;
   int copies = 0, first = 0;
   std::erase_if(data.table.rows, [&](const MeasuredRow& row) {
-    std::vector<double> numbers(row.q.begin(), row.q.end());
-    for (const double value :
-         {row.t_s, row.payload_kg, row.temp_C, row.range_m, row.p_WT.x(), row.p_WT.y(),
-          row.p_WT.z(), static_cast<double>(std::hash<std::string>{}(row.session))}) {
-      numbers.push_back(value);
+    std::vector<double> numbers = {row.t_s,      row.payload_kg, row.temp_C,   row.range_m,
+                                   row.p_WT.x(), row.p_WT.y(),   row.p_WT.z(), row.q_WT.w(),
+                                   row.q_WT.x(), row.q_WT.y(),   row.q_WT.z(), row.q_step_rad};
+    for (const JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
+      numbers.insert(numbers.end(), of_joints->begin(), of_joints->end());
     }
-    if (seen.insert(std::move(numbers)).second) return false;
+    numbers.insert(numbers.end(), row.further.begin(), row.further.end());
+    if (seen.emplace(row.session, std::move(numbers)).second) return false;
     if (copies++ == 0) first = row.line;
-    return true;
+    return timed;
   });
-  if (copies > 0) {
-    data.notes.push_back(fmt::format(
-        "{} rows repeat an earlier one to the last digit and count once (first: line {})", copies,
-        first));
-  }
+  if (copies == 0) return;
+  data.notes.push_back(
+      timed ? fmt::format(
+                  "{} rows repeat an earlier one to the last digit and count once (first: line {})",
+                  copies, first)
+            : fmt::format("{} rows repeat an earlier one to the last digit (first: line {}); "
+                          "without t_s they may have been measured again and count",
+                          copies, first));
 }
 
 void FindSessions(Dataset& data) {
