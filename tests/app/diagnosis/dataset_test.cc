@@ -36,3 +36,58 @@ TEST_CASE("only what repeats a row in every column and at the same time is a cop
   CHECK(rows_beside([](MeasuredRow& row) { row.qd = 0.1 * row.q; }, true) == Told(1, false));
   CHECK(rows_beside([](MeasuredRow& row) { row.tau = 10 * row.q; }, true) == Told(1, false));
 }
+
+TEST_CASE("repeats that jitter belong together, wherever they lie") {
+  const MeasuredCell base = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 6");
+  constexpr int kVisits = 8;
+  for (const double jitter_rad : {0.0, 1e-5, 5e-5}) {
+    CAPTURE(jitter_rad);
+    std::mt19937_64 generator(7);
+    std::normal_distribution<double> jitter(0, 1);
+    MeasuredCell data = base;
+    data.table.rows.clear();
+    for (int visit = 0; visit < kVisits; ++visit) {
+      for (std::size_t k = 0; k < base.table.rows.size(); ++k) {
+        MeasuredRow row = base.table.rows[k];
+        // The first rows stand on the edges that cells of the tolerance would have.
+        if (k < 10) row.q[0] = 2e-4 * (static_cast<double>(k) + 0.5);
+        for (double& q : row.q) q += jitter_rad * jitter(generator);
+        row.t_s += 1e4 * visit;
+        row.p_WT += Vec3::Constant(1e-5 * jitter(generator));
+        data.table.rows.push_back(row);
+      }
+    }
+    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+    REQUIRE(dataset);
+    CHECK(dataset->clusters == static_cast<int>(base.table.rows.size()));
+    for (int k = 0; k < dataset->rows(); ++k) {
+      CHECK(dataset->cluster_of[static_cast<std::size_t>(k)] ==
+            k % static_cast<int>(base.table.rows.size()));
+    }
+  }
+}
+
+TEST_CASE("a slow path is no pose, and other sessions and payloads are other clusters") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 6");
+  const MeasuredRow first = data.table.rows.front();
+  data.table.rows.clear();
+  for (int k = 0; k < 12000; ++k) {
+    MeasuredRow row = first;
+    row.t_s = k;
+    row.q[1] += 1e-4 * k;  // half the tolerance from row to row
+    data.table.rows.push_back(row);
+  }
+  const Result<Dataset> path = DatasetFrom(data.cell, data.table);
+  REQUIRE(path);
+  CHECK(path->clusters > 5000);
+  data.table.rows.assign(12000, first);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    MeasuredRow& row = data.table.rows[k];
+    row.t_s = static_cast<double>(k);
+    row.payload_kg = k % 2 == 0 ? 0 : 5;
+    row.session = k % 3 == 0 ? "a" : "b";
+  }
+  const Result<Dataset> one_pose = DatasetFrom(data.cell, data.table);
+  REQUIRE(one_pose);
+  CHECK(one_pose->clusters == 4);
+}
