@@ -237,6 +237,22 @@ void SayWhatIsMissing(Dataset& data) {
           "payload_kg: what follows the load is seen through the arm's own weight only");
   missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be told");
   missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
+  if (recorded.time) {
+    double first_s = 1e300, last_s = -1e300;
+    for (const MeasuredRow& row : data.table.rows) {
+      first_s = std::min(first_s, row.t_s);
+      last_s = std::max(last_s, row.t_s);
+    }
+    // A warm-up goes as exp(-t / time constant) from t_s = 0 on. Counted from elsewhere it would
+    // need a base that stands elsewhere and sizes e^(first / time constant) times as large.
+    if (std::abs(first_s) > last_s - first_s) {
+      data.not_recorded.push_back(
+          fmt::format("t_s starts at {:.4g} s and lasts {:.4g} s: a warm-up counts from t_s = 0, "
+                      "one that began "
+                      "with these rows cannot be told; count t_s from its start",
+                      first_s, last_s - first_s));
+    }
+  }
   if (recorded.payload && !data.cell.payload_cog_F) {
     data.notes.emplace_back(
         "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used as a "

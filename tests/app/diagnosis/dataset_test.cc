@@ -91,3 +91,18 @@ TEST_CASE("a slow path is no pose, and other sessions and payloads are other clu
   REQUIRE(one_pose);
   CHECK(one_pose->clusters == 4);
 }
+
+TEST_CASE("a clock that starts far from zero hides a warm-up, and that is said") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --seed 4");
+  const auto told = [&] {
+    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+    REQUIRE(dataset);
+    return std::any_of(
+        dataset->not_recorded.begin(), dataset->not_recorded.end(),
+        [](const std::string& line) { return line.find("t_s starts at") != std::string::npos; });
+  };
+  REQUIRE(data.table.recorded.time);
+  CHECK_FALSE(told());
+  for (MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
+  CHECK(told());
+}
