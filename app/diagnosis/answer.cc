@@ -64,9 +64,11 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   for (const Finding& finding : diagnosis.findings) answer["effects"].push_back(JsonOf(finding));
   answer["rivals"] = Json::array();
   for (const Rival& rival : diagnosis.rivals) {
-    answer["rivals"].push_back({{"instead_of", rival.instead_of},
-                                {"id", rival.id},
-                                {"signal_left", Number(rival.signal_left)}});
+    Json& told = answer["rivals"].emplace_back(Json{{"instead_of", rival.instead_of},
+                                                    {"id", rival.id},
+                                                    {"signal_left", Number(rival.signal_left)}});
+    if (!rival.scope.empty()) told["scope"] = rival.scope;
+    if (!rival.word.empty()) told["word"] = rival.word;
   }
   answer["drivers"] = diagnosis.drivers;
   answer["next_poses"] = next_poses_file.empty() ? Json(nullptr) : Json(next_poses_file);

@@ -31,6 +31,7 @@ struct Finding {
 struct Rival {
   std::string instead_of;  ///< id of the finding
   std::string id;
+  std::string instead_of_word, word;  ///< where they have one: two words of one id are rivals, too
   std::vector<std::string> scope;
   double signal_left = 0;  ///< share of the finding's signal that the refitted rival cannot imitate
   double evidence_gap = 0;    ///< score of the rival minus score of the answer; 16 is 4 sigma

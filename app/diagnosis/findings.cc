@@ -94,8 +94,9 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
         if (a >= 0 && b >= 0) finding.covariance(i, j) = inflation * context.refit.covariance(a, b);
       }
     }
-    const std::vector<int> own = pool.BlocksOf(context.best, id);
-    const Explanation without = pool.Fit(pool.BlocksBeside(context.best, id));
+    const EffectKey key{id, std::string(effects[e].term.word)};
+    const std::vector<int> own = pool.BlocksOf(context.best, key);
+    const Explanation without = pool.Fit(pool.BlocksBeside(context.best, key));
     const double drop = std::max(0.0, without.chi2 - context.best.chi2);
     const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                                    static_cast<double>(without.columns.size()));
@@ -155,24 +156,28 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    const std::vector<double>& weights, Diagnosis& diagnosis) {
   const Pool& pool = context.pool;
-  const std::vector<std::string> ids = EffectIds(pool, context.best);
+  const std::vector<EffectKey> keys = EffectKeys(pool, context.best);
   std::vector<Explanation> told;
-  std::set<std::pair<std::string, std::string>> named;
-  std::size_t refits = 0;
+  std::set<std::pair<EffectKey, EffectKey>> named;
+  std::set<std::pair<std::vector<EffectKey>, std::vector<EffectKey>>> refitted, left;
   const Result<Linearisation> own = Linearise(context.data, model, false, context.options.threads);
   const auto cost = [](const Explanation& explanation) {
     return explanation.score - explanation.chi2;
   };
   for (const Explanation& other : context.ranked) {
-    if (other.score > context.best.score + kWorthRefitting || refits >= kMostRefits) break;
-    const std::vector<std::string> other_ids = EffectIds(pool, other);
-    if (other.blocks.empty() || other_ids.size() > ids.size()) continue;
-    std::vector<std::string> lacking, instead;
-    std::set_difference(ids.begin(), ids.end(), other_ids.begin(), other_ids.end(),
+    if (other.score > context.best.score + kWorthRefitting) break;
+    const std::vector<EffectKey> other_keys = EffectKeys(pool, other);
+    if (other.blocks.empty() || other_keys.size() > keys.size()) continue;
+    std::vector<EffectKey> lacking, instead;
+    std::set_difference(keys.begin(), keys.end(), other_keys.begin(), other_keys.end(),
                         std::back_inserter(lacking));
-    std::set_difference(other_ids.begin(), other_ids.end(), ids.begin(), ids.end(),
+    std::set_difference(other_keys.begin(), other_keys.end(), keys.begin(), keys.end(),
                         std::back_inserter(instead));
-    if (lacking.empty() || instead.empty()) continue;
+    if (lacking.empty() || instead.empty() || refitted.contains({lacking, instead})) continue;
+    if (refitted.size() >= kMostRefits) {
+      left.emplace(lacking, instead);
+      continue;
+    }
     Model start = model;
     start.effects = EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(other));
     RefitOptions options;
@@ -181,20 +186,23 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
     options.threads = context.options.threads;
     for (int k = 0; k < context.data.rows(); ++k) options.rows.push_back(k);
     const Result<Refit> refit = RefitModel(context.data, start, options);
-    ++refits;
     if (!refit) continue;
+    refitted.emplace(lacking, instead);
     const double gap = refit->chi2 + cost(other) - (context.refit.chi2 + cost(context.best));
     if (gap > kRivalGap) continue;
     const Result<Linearisation> theirs =
         Linearise(context.data, refit->model, false, context.options.threads);
-    for (const std::string& lacks : lacking) {
-      for (const std::string& id : instead) {
-        if (!named.emplace(lacks, id).second) continue;
+    for (const EffectKey& lacks : lacking) {
+      for (const EffectKey& key : instead) {
+        if (!named.emplace(lacks, key).second) continue;
         Rival& rival = diagnosis.rivals.emplace_back();
-        rival.instead_of = lacks;
-        rival.id = id;
+        rival.instead_of = lacks.id;
+        rival.instead_of_word = lacks.word;
+        rival.id = key.id;
+        rival.word = key.word;
         for (const ActiveEffect& effect : refit->model.effects) {
-          if (effect.term.effect->traits().id == id) rival.scope = ScopeOf(effect.term);
+          if (effect.term.effect->traits().id == key.id && effect.term.word == key.word)
+            rival.scope = ScopeOf(effect.term);
         }
         rival.signal_left = pool.SignalLeft(context.best, lacks, other.blocks);
         rival.evidence_gap = gap;
@@ -206,6 +214,11 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
     }
     told.push_back(other);
     told.back().score = context.best.score + gap;
+  }
+  if (!left.empty()) {
+    diagnosis.notes.push_back(fmt::format(
+        "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
+        kMostRefits, left.size()));
   }
   return told;
 }

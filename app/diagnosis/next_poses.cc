@@ -88,11 +88,11 @@ std::string Kilograms(const std::vector<double>& payloads_kg) {
 /// The effects in which two explanations differ: "payload mass from tool stiffness".
 std::string Pair(const Pool& pool, const Explanation& answer, const Explanation& rival) {
   const auto names = [&](const Explanation& of, const Explanation& beside) {
-    const std::vector<std::string> others = EffectIds(pool, beside);
+    const std::vector<EffectKey> others = EffectKeys(pool, beside);
     std::vector<std::string> texts;
-    for (const std::string& id : EffectIds(pool, of)) {
-      if (std::find(others.begin(), others.end(), id) == others.end())
-        texts.push_back(EffectName(id));
+    for (const EffectKey& key : EffectKeys(pool, of)) {
+      if (std::find(others.begin(), others.end(), key) == others.end())
+        texts.push_back(EffectName(key.id, key.word, {}));
     }
     return Listed(texts);
   };

@@ -306,28 +306,28 @@ Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
   return coefficients;
 }
 
-std::vector<int> Pool::BlocksOf(const Explanation& explanation, const std::string& id) const {
+std::vector<int> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
   std::vector<int> of;
   for (const int block : explanation.blocks) {
-    if (blocks_[static_cast<std::size_t>(block)].id == id) of.push_back(block);
+    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) == key) of.push_back(block);
   }
   return of;
 }
 
-std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const std::string& id) const {
+std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const EffectKey& key) const {
   std::vector<int> beside;
   for (const int block : explanation.blocks) {
-    if (blocks_[static_cast<std::size_t>(block)].id != id) beside.push_back(block);
+    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) != key) beside.push_back(block);
   }
   return beside;
 }
 
-double Pool::SignalLeft(const Explanation& explanation, const std::string& id,
+double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
                         const std::vector<int>& rival) const {
   Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const int column = explanation.columns[i];
-    if (blocks_[static_cast<std::size_t>(BlockOfColumn(column))].id != id) continue;
+    if (KeyOf(blocks_[static_cast<std::size_t>(BlockOfColumn(column))]) != key) continue;
     field += columns_.col(column) *
              (explanation.values[static_cast<int>(i)] * length_[static_cast<std::size_t>(column)]);
   }
@@ -360,6 +360,18 @@ std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const 
     if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
   }
   return sizes;
+}
+
+EffectKey KeyOf(const Block& block) {
+  return {block.id, std::string(block.term.word)};
+}
+
+std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {
+  std::set<EffectKey> keys;
+  for (const int block : explanation.blocks) {
+    keys.insert(KeyOf(pool.blocks()[static_cast<std::size_t>(block)]));
+  }
+  return {keys.begin(), keys.end()};
 }
 
 std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {

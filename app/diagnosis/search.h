@@ -18,6 +18,13 @@ struct Explanation {
   double score = 0;          ///< chi2 + cost; -2 ln(evidence) up to a constant
 };
 
+/// An effect as an explanation names it: its id, and its word where it has one ("base", "move").
+/// Two words of one id are two explanations.
+struct EffectKey {
+  std::string id, word;
+  auto operator<=>(const EffectKey&) const = default;
+};
+
 /// Scores this far apart, 4 sigma, rule the worse one out.
 inline constexpr double kRivalGap = 16;
 
@@ -47,11 +54,11 @@ class Pool {
   /// (block, column) -> value.
   Coefficients CoefficientsOf(const Explanation& explanation) const;
   /// Blocks of an explanation that belong to an effect, and the others.
-  std::vector<int> BlocksOf(const Explanation& explanation, const std::string& id) const;
-  std::vector<int> BlocksBeside(const Explanation& explanation, const std::string& id) const;
+  std::vector<int> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
+  std::vector<int> BlocksBeside(const Explanation& explanation, const EffectKey& key) const;
   /// Share (0..1) of the displacement that an explanation gives to an effect which a support
   /// cannot imitate.
-  double SignalLeft(const Explanation& explanation, const std::string& id,
+  double SignalLeft(const Explanation& explanation, const EffectKey& key,
                     const std::vector<int>& rival) const;
   /// Smallest 3-D RMS displacement over the rows [m] of each column by itself that would be found
   /// with power 0.9; 0 where that needs more than a sound machine shows.
@@ -112,7 +119,11 @@ struct PeriodicLine {
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual);
 
-/// The ids of an explanation's effects, distinct, ascending.
+EffectKey KeyOf(const Block& block);
+
+/// The effects of an explanation, distinct, ascending.
+std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation);
+/// Their ids.
 std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation);
 
 }  // namespace plumbline

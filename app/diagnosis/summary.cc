@@ -43,8 +43,7 @@ void AddRivals(const Diagnosis& diagnosis, std::string& text) {
   for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMostRivals); ++k) {
     const Rival& rival = diagnosis.rivals[k];
     text += fmt::format("Rival: {} in place of {}, which has {} of its signal left beside it\n",
-                        EffectName(rival.id, rival.scope), EffectName(rival.instead_of),
-                        PercentText(rival.signal_left));
+                        RivalName(rival), ReplacedName(rival), PercentText(rival.signal_left));
   }
   if (diagnosis.rivals.size() > kMostRivals) {
     text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMostRivals);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/candidates.h"
+
 namespace plumbline {
 namespace {
 
@@ -19,7 +21,15 @@ constexpr double kPercent = 100;
 std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   std::vector<std::string> names;
   for (const Finding& finding : diagnosis.findings) {
-    std::string name = EffectName(finding);
+    const EffectTerm& term = finding.effect.term;
+    // The word where a rival differs by it alone.
+    const bool told_apart =
+        std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
+          return rival.id == rival.instead_of && rival.id == term.effect->traits().id &&
+                 rival.instead_of_word == term.word;
+        });
+    std::string name = told_apart ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
+                                  : EffectName(finding);
     if (with_shares) {
       name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
                           names.empty() ? " of the residual" : "");
@@ -49,7 +59,7 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
 std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
   for (const Rival& rival : diagnosis.rivals) {
-    std::string name = EffectName(rival.id, rival.scope);
+    std::string name = RivalName(rival);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   std::string text = Listed(names, "or") + ": these points cannot tell";
@@ -96,6 +106,22 @@ std::string EffectName(std::string_view id, const std::vector<std::string>& scop
   axes.reserve(scope.size());
   for (const std::string& joint : scope) axes.push_back(joint.substr(joint.starts_with('q')));
   return EffectName(id) + (axes.size() == 1 ? " on axis " : " on axes ") + Listed(axes);
+}
+
+std::string EffectName(std::string_view id, std::string_view word,
+                       const std::vector<std::string>& scope) {
+  std::string name = EffectName(id, scope);
+  if (!word.empty()) name += fmt::format(" ({})", word);
+  return name;
+}
+
+std::string RivalName(const Rival& rival) {
+  return EffectName(rival.id, rival.id == rival.instead_of ? rival.word : "", rival.scope);
+}
+
+std::string ReplacedName(const Rival& rival) {
+  return EffectName(rival.instead_of, rival.id == rival.instead_of ? rival.instead_of_word : "",
+                    {});
 }
 
 std::string EffectName(const Finding& finding) {

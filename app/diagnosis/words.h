@@ -14,7 +14,13 @@ std::string EffectName(std::string_view id);
 
 /// "joint compliance on axes 2 and 3"; without the axes where there is no scope.
 std::string EffectName(std::string_view id, const std::vector<std::string>& scope);
+/// "backlash on axis 2 (load)", "a step at one moment (base)": with the word, where it has one.
+std::string EffectName(std::string_view id, std::string_view word,
+                       const std::vector<std::string>& scope);
 std::string EffectName(const Finding& finding);
+/// With the words where they tell a rival from what it would replace.
+std::string RivalName(const Rival& rival);
+std::string ReplacedName(const Rival& rival);
 
 /// The text with a capital at its start.
 std::string Capital(std::string text);

@@ -126,7 +126,7 @@ PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const Ce
   group.caption = fmt::format(
       "How far the prediction with {} is from that with {} at the measured points; dashed: the "
       "noise floor. Arrows {} times their length.",
-      EffectName(rival.id, rival.scope), EffectName(rival.instead_of), FactorText(factor));
+      RivalName(rival), ReplacedName(rival), FactorText(factor));
   return group;
 }
 

@@ -70,8 +70,8 @@ std::string RivalsHtml(const Diagnosis& diagnosis, const Pictures& pictures) {
   std::string html;
   for (std::size_t k = 0; k < diagnosis.rivals.size(); ++k) {
     const Rival& rival = diagnosis.rivals[k];
-    html += "<h3>" + Escape(Capital(EffectName(rival.id, rival.scope))) + " in place of " +
-            Escape(EffectName(rival.instead_of)) + "</h3>\n";
+    html += "<h3>" + Escape(Capital(RivalName(rival))) + " in place of " +
+            Escape(ReplacedName(rival)) + "</h3>\n";
     html += RivalText(rival) + FigureHtml(pictures.rivals[k]);
   }
   return html;

@@ -64,8 +64,8 @@ std::string RivalText(const Rival& rival) {
   return fmt::format(
       "<p>Refitted, {} can imitate all but {} of what {} does at these points; score {} "
       "against the answer's.</p>\n",
-      Escape(EffectName(rival.id, rival.scope)), Escape(PercentText(rival.signal_left)),
-      Escape(EffectName(rival.instead_of)), NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
+      Escape(RivalName(rival)), Escape(PercentText(rival.signal_left)), Escape(ReplacedName(rival)),
+      NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
 }
 
 std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {

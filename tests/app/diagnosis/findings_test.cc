@@ -4,7 +4,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
+#include <set>
+#include <tuple>
 
+#include "app/diagnosis/answer.h"
+#include "app/diagnosis/words.h"
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
@@ -67,5 +72,48 @@ TEST_CASE("what would have been seen is seen nine times of ten, at whichever joi
     }
     CAPTURE(kind.id, found, trials);
     CHECK(ChanceOfAtMost(found, trials, kPower) > 1e-3);
+  }
+}
+
+TEST_CASE("what stepped, base or tool, is told only where the poses turn the tool") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3");
+  const JointVector middle = data.table.rows.front().q;
+  const double half_time_s = data.table.rows[data.table.rows.size() / 2].t_s - 1e-3;
+  const ActiveEffect step =
+      EffectWith(data.cell, "step_event",
+                 {{"time", half_time_s}, {"x", 4e-4}, {"y", 0}, {"z", 3.3e-4}}, "tool");
+  for (const double half_range_deg : {0.5, 40.0}) {
+    CAPTURE(half_range_deg);
+    std::mt19937_64 generator(11);
+    std::uniform_real_distribution<double> within(-half_range_deg, half_range_deg);
+    for (MeasuredRow& row : data.table.rows) {
+      row.q = middle;
+      for (double& q : row.q) q += within(generator) * 0.017453;
+    }
+    Remeasure(data, {step}, 5e-5, 12);
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    REQUIRE(diagnosis->findings.size() == 1);
+    REQUIRE(diagnosis->findings[0].effect.term.effect->traits().id == "step_event");
+    if (half_range_deg > 1) {
+      CHECK(diagnosis->verdict == Verdict::kExplained);
+      CHECK(diagnosis->findings[0].effect.term.word == "tool");
+      continue;
+    }
+    CHECK(diagnosis->verdict == Verdict::kAmbiguous);
+    const auto rival =
+        std::find_if(diagnosis->rivals.begin(), diagnosis->rivals.end(), [&](const Rival& other) {
+          return other.id == "step_event" && other.instead_of == "step_event" &&
+                 other.word != diagnosis->findings[0].effect.term.word;
+        });
+    REQUIRE(rival != diagnosis->rivals.end());
+    CHECK(AnswerJson(*diagnosis, "").find("\"word\": \"" + rival->word) != std::string::npos);
+    CHECK(Headline(*diagnosis).find("(base)") != std::string::npos);
+    CHECK(Headline(*diagnosis).find("(tool)") != std::string::npos);
+    // Each rival is told once, however many shapes of it were near.
+    std::set<std::tuple<std::string, std::string, std::string, std::string>> told;
+    for (const Rival& other : diagnosis->rivals) {
+      CHECK(told.emplace(other.instead_of, other.instead_of_word, other.id, other.word).second);
+    }
   }
 }
