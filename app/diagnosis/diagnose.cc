@@ -12,6 +12,7 @@
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
 
 namespace plumbline {
@@ -50,6 +51,21 @@ void AddSignals(const Dataset& data, const Identified& found, const DiagnosisOpt
   }
 }
 
+/// True where the repeats scatter less than the rest by more than chance and `kRough`: what remains
+/// is no noise, whatever was declared.
+bool RepeatsContradict(const Dataset& data, double rest_sigma_m, double rest_freedom) {
+  constexpr double kChance = 0.01;
+  if (data.repeat_sigma_m <= 0) return false;
+  const double noise_m =
+      std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
+  if (rest_sigma_m < kRough * noise_m) return false;
+  // A variance from a median holds about 0.37 of what the mean of squares would.
+  constexpr double kOfMedian = 0.37;
+  const double ratio = rest_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
+  return FisherTail(ratio * ratio, kOfMedian * rest_freedom, kOfMedian * data.repeat_freedom) <
+         kChance;
+}
+
 void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
            Diagnosis& diagnosis) {
   if (found.unknown) {
@@ -63,6 +79,7 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
   } else {
     diagnosis.verdict = diagnosis.rivals.empty() ? Verdict::kExplained : Verdict::kAmbiguous;
   }
+  diagnosis.noise_in_use_m = std::sqrt(static_cast<double>(data.axes())) * found.sigma_m;
   if (data.sigma_m <= 0 || rest_sigma_m < kRough * data.sigma_m) return;
   diagnosis.notes.push_back(
       fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
@@ -72,7 +89,17 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
                        diagnosis.drivers.end();
     if (signal.p_value < kFollows && !named) diagnosis.drivers.push_back(signal.name);
   }
+  const double freedom = static_cast<double>(data.rows() * data.axes()) -
+                         static_cast<double>(found.best.columns.size());
+  if (RepeatsContradict(data, rest_sigma_m, freedom)) {
+    diagnosis.notes.push_back(
+        fmt::format("repeats scatter by {:.3g} mm on one axis only: what remains is no noise",
+                    1e3 * data.repeat_sigma_m));
+    diagnosis.verdict = Verdict::kUnknown;
+  }
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
+  diagnosis.declared_noise_too_small =
+      diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
 }
 
 /// The model with the remainder's effects, its free frames fitted anew.

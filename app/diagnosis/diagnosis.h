@@ -107,6 +107,10 @@ struct Diagnosis {
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma
   double sigma_m = 0;        ///< one axis, as used
+  /// What remains is far above the declared noise, and no repeats bear that noise out: then it is
+  /// too small, and 3-D `noise_in_use_m` goes before `noise_floor_m`.
+  bool declared_noise_too_small = false;
+  double noise_in_use_m = 0;
   std::string sigma_origin;  ///< "declared", "repeats", "residual"
   HeldOutError held_out;
   std::string held_out_by;        ///< "sessions", "blocks of time", "regions"

@@ -39,9 +39,19 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   return names;
 }
 
+/// Where the rest says that the declared noise cannot be; empty where it can.
+std::string NoiseClause(const Diagnosis& diagnosis) {
+  if (!diagnosis.declared_noise_too_small) return "";
+  return fmt::format("; the declared noise of {} mm is too small for what remains, {} mm",
+                     MillimetreText(diagnosis.noise_floor_m),
+                     MillimetreText(diagnosis.rms_after_m));
+}
+
 std::string NoEffectHeadline(const Diagnosis& diagnosis) {
-  std::string text = fmt::format("nothing stands out of the noise of {} mm",
-                                 MillimetreText(diagnosis.noise_floor_m));
+  const double noise_m =
+      diagnosis.declared_noise_too_small ? diagnosis.noise_in_use_m : diagnosis.noise_floor_m;
+  std::string text =
+      fmt::format("nothing stands out of the noise of {} mm", MillimetreText(noise_m));
   const auto& detectable = diagnosis.minimum_detectable_m;
   if (detectable.empty()) return text;
   const auto smaller = [](const auto& a, const auto& b) { return a.second < b.second; };
@@ -192,11 +202,11 @@ bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
 std::string Headline(const Diagnosis& diagnosis) {
   switch (diagnosis.verdict) {
     case Verdict::kNoEffect:
-      return NoEffectHeadline(diagnosis);
+      return NoEffectHeadline(diagnosis) + NoiseClause(diagnosis);
     case Verdict::kExplained:
-      return Listed(NamesOf(diagnosis, true));
+      return Listed(NamesOf(diagnosis, true)) + NoiseClause(diagnosis);
     case Verdict::kAmbiguous:
-      return AmbiguousHeadline(diagnosis);
+      return AmbiguousHeadline(diagnosis) + NoiseClause(diagnosis);
     case Verdict::kUnknown:
       break;
   }

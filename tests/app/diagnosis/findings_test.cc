@@ -117,3 +117,46 @@ TEST_CASE("what stepped, base or tool, is told only where the poses turn the too
     }
   }
 }
+
+TEST_CASE("declared noise that the rows belie is not repeated as truth") {
+  const char* options = "--family none --robot ur10 --rows 60 --sigma-mm 0.05 --seed 2 --repeats ";
+  MeasuredCell data = Simulated(std::string(options) + "0");
+  const auto right = Answer(data);
+  REQUIRE(right);
+  CHECK(right->verdict == Verdict::kNoEffect);
+  CHECK_FALSE(right->declared_noise_too_small);
+  CHECK(Headline(*right).find("noise of 0.087 mm") != std::string::npos);
+  data.cell.measurement.sigma_m = 5e-6;
+  const auto belied = Answer(data);
+  REQUIRE(belied);
+  REQUIRE(belied->verdict == Verdict::kNoEffect);
+  CHECK(Headline(*belied).find("noise of 0.009 mm;") == std::string::npos);
+  CHECK(Headline(*belied).find("the declared noise of 0.009 mm is too small") != std::string::npos);
+}
+
+TEST_CASE("where repeats bear the noise out, a large rest without a driver is unknown") {
+  MeasuredCell data =
+      Simulated("--family none --robot ur10 --rows 60 --sigma-mm 0.05 --seed 2 --repeats 0");
+  data.cell.measurement.sigma_m = 5e-6;
+  // Every point is measured twice; it repeats within the declared noise, and lies 0.05 mm off.
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> noise(0, 5e-6);
+  const auto once = data.table.rows;
+  for (MeasuredRow row : once) {
+    row.t_s += 1e5;
+    for (double& x : row.p_WT) x += noise(generator);
+    data.table.rows.push_back(row);
+  }
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kUnknown);
+  CHECK(diagnosis->drivers.empty());
+  // With noise as declared, the repeats have it too and nothing is unknown.
+  for (int seed = 1; seed <= 3; ++seed) {
+    const auto right = Answer(
+        Simulated("--family none --robot ur10 --rows 60 --sigma-mm 0.05 --repeats 40 --seed " +
+                  std::to_string(seed)));
+    REQUIRE(right);
+    CHECK(right->verdict == Verdict::kNoEffect);
+  }
+}
