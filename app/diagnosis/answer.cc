@@ -76,10 +76,13 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) {
     answer["minimum_detectable_mm"][id] = Millimetres(size_m);
   }
+  const auto held_out = [&](double metres) {
+    return diagnosis.held_out_by.empty() ? Json(nullptr) : Millimetres(metres);
+  };
   answer["rms_mm"] = {{"before", Millimetres(diagnosis.rms_before_m)},
                       {"after", Millimetres(diagnosis.rms_after_m)},
-                      {"before_held_out", Millimetres(diagnosis.held_out.before_m)},
-                      {"after_held_out", Millimetres(diagnosis.held_out.after_m)},
+                      {"before_held_out", held_out(diagnosis.held_out.before_m)},
+                      {"after_held_out", held_out(diagnosis.held_out.after_m)},
                       {"noise_floor", Millimetres(diagnosis.noise_floor_m)}};
   answer["outlier_rows"] = diagnosis.outlier_rows;
   // A column's name may hold bytes that are no UTF-8; they are replaced, not refused.

@@ -250,8 +250,10 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
               found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
               remainder ? &*remainder : nullptr, options);
   if (interrupted()) return Error{"interrupted"};
-  diagnosis.held_out = ErrorOf(searched, held_out, found.weights, options.bootstrap);
-  diagnosis.held_out_by = "blocks of time";
+  if (const auto error = ErrorOf(searched, held_out, found.weights, options.bootstrap)) {
+    diagnosis.held_out = *error;
+    diagnosis.held_out_by = "blocks of time";
+  }
   std::map<int, std::size_t> held_out_of_line;
   for (std::size_t k = 0; k < searched.table.rows.size(); ++k) {
     held_out_of_line[searched.table.rows[k].line] = k;
@@ -265,7 +267,8 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     trace.before = before[row];
     trace.after = corrected[row];
     trace.fold = -1;
-    if (const auto held = held_out_of_line.find(trace.line); held != held_out_of_line.end()) {
+    if (const auto held = held_out_of_line.find(trace.line);
+        held != held_out_of_line.end() && held_out.predicted[held->second]) {
       trace.fold = held_out.fold_of[held->second];
       trace.held_out_before = held_out.before[held->second];
       trace.held_out_after = held_out.after[held->second];

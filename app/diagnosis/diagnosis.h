@@ -55,14 +55,14 @@ struct Considered {
 struct RowTrace {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
-  int fold = 0;       ///< held-out block it belongs to
+  int fold = 0;       ///< held-out block it belongs to; -1: it was not predicted without itself
   double weight = 1;  ///< of the robust fit; 0: an outlier
   Vec3 p_measured =
       Vec3::Zero();            ///< in W [m]; of a range, the predicted point moved along the ray
   Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
   Vec3 held_out_before = Vec3::Zero();  ///< with frames fitted without this row's block
-  Vec3 held_out_after = Vec3::Zero();   ///< model chosen and fitted without this row's block
+  Vec3 held_out_after = Vec3::Zero();   ///< model chosen and fitted without it (held_out.h)
 };
 
 /// A recorded signal over the rows, for drawing and for naming drivers.
@@ -113,7 +113,7 @@ struct Diagnosis {
   double noise_in_use_m = 0;
   std::string sigma_origin;  ///< "declared", "repeats", "residual"
   HeldOutError held_out;
-  std::string held_out_by;        ///< "sessions", "blocks of time", "regions"
+  std::string held_out_by;        ///< "blocks of time"; empty: no row could be held out
   std::vector<int> outlier_rows;  ///< file lines
   std::vector<Considered> considered;
   std::vector<SignalTrace> signals;

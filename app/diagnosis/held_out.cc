@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
 
@@ -79,6 +80,8 @@ HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>&
   }
   result.before = y;
   result.after = y;
+  result.predicted.assign(y.size(), false);
+  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
   const int folds = std::min(kFolds, data.rows());
   for (int fold = 0; fold < folds; ++fold) {
     if (options.interrupted && options.interrupted()) break;
@@ -114,11 +117,18 @@ HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>&
         }
       }
     }
+    std::vector<int> rows_of_session(data.sessions.size(), 0);
+    for (const int k : training) {
+      if (weights[static_cast<std::size_t>(k)] < kOutlierWeight) continue;
+      ++rows_of_session[static_cast<std::size_t>(data.session_of[static_cast<std::size_t>(k)])];
+    }
     const auto frames_before = FramesFor(data, linear, training, weights, y);
     const auto frames_after = FramesFor(data, linear, training, weights, after);
     for (const int k : test) {
       const auto row = static_cast<std::size_t>(k);
       const auto session = static_cast<std::size_t>(data.session_of[row]);
+      if (rows_of_session[session] * data.axes() < free_numbers) continue;
+      result.predicted[row] = true;
       result.before[row] = y[row] - linear.rows[row].frames * frames_before[session];
       result.after[row] = after[row] - linear.rows[row].frames * frames_after[session];
     }
@@ -126,8 +136,8 @@ HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>&
   return result;
 }
 
-HeldOutError ErrorOf(const Dataset& data, const HeldOut& held_out,
-                     const std::vector<double>& weights, int resamples) {
+std::optional<HeldOutError> ErrorOf(const Dataset& data, const HeldOut& held_out,
+                                    const std::vector<double>& weights, int resamples) {
   struct Sum {
     double before = 0, after = 0, count = 0;
   };
@@ -135,7 +145,7 @@ HeldOutError ErrorOf(const Dataset& data, const HeldOut& held_out,
   Sum total;
   for (int k = 0; k < data.rows(); ++k) {
     const auto row = static_cast<std::size_t>(k);
-    if (weights[row] < 0.5) continue;
+    if (!held_out.predicted[row] || weights[row] < kOutlierWeight) continue;
     Sum& of = clusters[static_cast<std::size_t>(data.cluster_of[row])];
     for (Sum* sum : {&of, &total}) {
       sum->before += held_out.before[row].squaredNorm();
@@ -143,8 +153,8 @@ HeldOutError ErrorOf(const Dataset& data, const HeldOut& held_out,
       sum->count += 1;
     }
   }
+  if (total.count == 0) return std::nullopt;
   HeldOutError error;
-  if (total.count == 0) return error;
   error.before_m = std::sqrt(total.before / total.count);
   error.after_m = std::sqrt(total.after / total.count);
   Random random(77);

@@ -160,3 +160,18 @@ TEST_CASE("where repeats bear the noise out, a large rest without a driver is un
     CHECK(right->verdict == Verdict::kNoEffect);
   }
 }
+
+TEST_CASE("an error of held-out rows is that of rows that were predicted without themselves") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 8");
+  data.table.rows.resize(4);  // three beside each: no fold has rows to learn from
+  const auto few = Answer(data);
+  REQUIRE(few);
+  CHECK(few->held_out_by.empty());
+  for (const RowTrace& row : few->rows) CHECK(row.fold == -1);
+  CHECK(AnswerJson(*few, "").find("\"after_held_out\": null") != std::string::npos);
+  data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 8");
+  const auto more = Answer(data);
+  REQUIRE(more);
+  CHECK_FALSE(more->held_out_by.empty());
+  for (const RowTrace& row : more->rows) CHECK(row.fold >= 0);
+}
