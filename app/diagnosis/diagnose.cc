@@ -190,12 +190,12 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   }
 
   tell(0.65, "judging rivals");
-  const FindingsContext context{searched,     *found.pool,   found.best, refit,
-                                found.ranked, found.sigma_m, options};
+  const FindingsContext context{searched,     *found.pool,   found.best,    refit,
+                                found.ranked, found.weights, found.sigma_m, options};
   AddFindings(context, diagnosis);
   std::vector<Explanation> rivals;
   if (!found.unknown && !found.best.blocks.empty()) {
-    rivals = AddRivals(context, found.model, found.weights, diagnosis);
+    rivals = AddRivals(context, found.model, diagnosis);
   }
   AddConsidered(context, found.candidates, diagnosis);
   AddDetectable(*found.pool, found.candidates, diagnosis);
@@ -216,7 +216,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   }
   if (diagnosis.verdict == Verdict::kAmbiguous) {
     tell(0.75, "where to measure next");
-    AddNextPoses(*found.pool, found.model, found.best, rivals, options, diagnosis);
+    AddNextPoses(*found.pool, found.model, found.weights, found.best, rivals, options, diagnosis);
   }
 
   tell(0.8, "what remains, shrunk");
@@ -274,7 +274,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
       trace.held_out_after = held_out.after[held->second];
     }
   }
-  AddFramesAndDomain(data, refit.model, diagnosis);
+  AddFramesAndDomain(data, refit.model, weights, diagnosis);
   diagnosis.domain.residual_sigma_m =
       std::max(found.sigma_m, diagnosis.held_out.after_m / std::sqrt(data.axes()));
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : options.time_zero_s;

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
 #include "firmware-like/effects/parameter_name.h"
 
@@ -106,9 +107,11 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
     finding.implausible = Implausibility(context.data, effects[e]);
     if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
       Interval seen{1e300, -1e300};
-      for (const MeasuredRow& row : context.data.table.rows) {
-        seen.low = std::min(seen.low, row.t_s);
-        seen.high = std::max(seen.high, row.t_s);
+      for (std::size_t k = 0; k < context.weights.size(); ++k) {
+        if (context.weights[k] < kOutlierWeight) continue;
+        const double t_s = context.data.table.rows[k].t_s;
+        seen.low = std::min(seen.low, t_s);
+        seen.high = std::max(seen.high, t_s);
       }
       finding.effect.seen_t_s = seen;
     }
@@ -154,7 +157,7 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
 }
 
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
-                                   const std::vector<double>& weights, Diagnosis& diagnosis) {
+                                   Diagnosis& diagnosis) {
   const Pool& pool = context.pool;
   const std::vector<EffectKey> keys = EffectKeys(pool, context.best);
   std::vector<Explanation> told;
@@ -181,7 +184,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
     Model start = model;
     start.effects = EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(other));
     RefitOptions options;
-    options.weights = weights;
+    options.weights = context.weights;
     options.sigma_m = context.sigma_m;
     options.threads = context.options.threads;
     for (int k = 0; k < context.data.rows(); ++k) options.rows.push_back(k);
@@ -289,7 +292,8 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    });
 }
 
-void AddFramesAndDomain(const Dataset& data, const Model& model, Diagnosis& diagnosis) {
+void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
+                        Diagnosis& diagnosis) {
   if (data.frames_free() || data.tip_free()) {
     for (int s = 0; s < data.sessions_count(); ++s) {
       const auto at = static_cast<std::size_t>(s);
@@ -305,11 +309,14 @@ void AddFramesAndDomain(const Dataset& data, const Model& model, Diagnosis& diag
     interval.low = std::min(interval.low, value);
     interval.high = std::max(interval.high, value);
   };
-  const MeasuredRow& first = data.table.rows.front();
-  for (const double q : first.q) domain.q.push_back({q, q});
-  if (data.table.recorded.payload) domain.payload_kg = Interval{first.payload_kg, first.payload_kg};
-  if (data.table.recorded.temperature) domain.temp_C = Interval{first.temp_C, first.temp_C};
-  for (const MeasuredRow& row : data.table.rows) {
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] < kOutlierWeight) continue;
+    const MeasuredRow& row = data.table.rows[k];
+    if (domain.q.empty()) {
+      for (const double q : row.q) domain.q.push_back({q, q});
+      if (data.table.recorded.payload) domain.payload_kg = Interval{row.payload_kg, row.payload_kg};
+      if (data.table.recorded.temperature) domain.temp_C = Interval{row.temp_C, row.temp_C};
+    }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
     if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);

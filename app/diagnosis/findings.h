@@ -13,6 +13,7 @@ struct FindingsContext {
   const Explanation& best;
   const Refit& refit;
   const std::vector<Explanation>& ranked;
+  const std::vector<double>& weights;  ///< of the rows of `data`
   double sigma_m;
   const DiagnosisOptions& options;
 };
@@ -26,13 +27,15 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 /// Explanations without a finding that fit as well once refitted; returns those that are told,
 /// their scores those of the refits.
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
-                                   const std::vector<double>& weights, Diagnosis& diagnosis);
+                                   Diagnosis& diagnosis);
 
 /// Every candidate with its fate.
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis);
 
-/// Sessions' frames where they were estimated, and the range that the rows cover.
-void AddFramesAndDomain(const Dataset& data, const Model& model, Diagnosis& diagnosis);
+/// Sessions' frames where they were estimated, and the range that the rows cover which were not
+/// rejected.
+void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
+                        Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -8,6 +8,7 @@
 #include "app/diagnosis/contest.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/pose_candidates.h"
+#include "app/diagnosis/robust.h"
 #include "app/diagnosis/words.h"
 
 namespace plumbline {
@@ -23,23 +24,35 @@ struct Design {
 };
 
 /// Height in W that a tip has reached, or the base's if that is lower: nothing below was tried.
-double LowestTip(const Linearisation& linear, const Model& model) {
+double LowestTip(const Linearisation& linear, const Model& model, const std::vector<int>& rows) {
   double lowest_m = model.frames.back().X_WB.p.z();
-  for (const LinearRow& row : linear.rows) lowest_m = std::min(lowest_m, row.p_W.z());
+  for (const int row : rows) {
+    lowest_m = std::min(lowest_m, linear.rows[static_cast<std::size_t>(row)].p_W.z());
+  }
   return lowest_m;
+}
+
+/// Rows that the answer does not reject: where a wrong joint reading stands nobody was.
+std::vector<int> Kept(const std::vector<double>& weights) {
+  std::vector<int> rows;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] >= kOutlierWeight) rows.push_back(static_cast<int>(k));
+  }
+  return rows;
 }
 
 /// Greedy: the best candidate, then the best beside it, and so on.
 Design DesignAt(const std::vector<double>& payloads_kg, const Pool& pool, const Model& model,
-                const std::vector<Explanation>& explanations, const DiagnosisOptions& options) {
+                const std::vector<int>& kept, const std::vector<Explanation>& explanations,
+                const DiagnosisOptions& options) {
   const Dataset& data = pool.problem().data();
-  Dataset candidates = PoseCandidates(data, payloads_kg);
+  Dataset candidates = PoseCandidates(Thinned(data, kept), payloads_kg);
   const Result<Linearisation> linear = LineariseApart(candidates, model, options.threads);
   Design design;
   Contests contests(pool, explanations);
   for (std::size_t j = 1; j < explanations.size(); ++j) design.untold.insert(j);
   if (!linear) return design;
-  const double lowest_m = LowestTip(pool.problem().linear(), model);
+  const double lowest_m = LowestTip(pool.problem().linear(), model, kept);
   std::set<int> taken;  // clusters: a pose with another payload is the same way to go
   ComeFrom(data.conditions.back(), candidates);
   while (static_cast<int>(design.poses.size()) < options.next_poses) {
@@ -101,9 +114,9 @@ std::string Pair(const Pool& pool, const Explanation& answer, const Explanation&
 
 }  // namespace
 
-void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answer,
-                  const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
-                  Diagnosis& diagnosis) {
+void AddNextPoses(const Pool& pool, const Model& model, const std::vector<double>& weights,
+                  const Explanation& answer, const std::vector<Explanation>& rivals,
+                  const DiagnosisOptions& options, Diagnosis& diagnosis) {
   if (rivals.empty() || options.next_poses <= 0) return;
   std::vector<Explanation> all = {answer};
   all.insert(all.end(), rivals.begin(), rivals.end());
@@ -116,11 +129,12 @@ void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answe
     return Listed(texts, "or");
   };
   const Dataset& data = pool.problem().data();
-  const std::vector<double> seen = PayloadsSeen(data);
-  Design design = DesignAt(seen, pool, model, all, options);
+  const std::vector<int> kept = Kept(weights);
+  const std::vector<double> seen = PayloadsSeen(Thinned(data, kept));
+  Design design = DesignAt(seen, pool, model, kept, all, options);
   const std::vector<double> more = PayloadsBeside(data, seen);
   if (!design.untold.empty() && more != seen) {
-    Design with_more = DesignAt(more, pool, model, all, options);
+    Design with_more = DesignAt(more, pool, model, kept, all, options);
     if (with_more.gain > kWorthAnotherPayload * design.gain) {
       diagnosis.notes.push_back(fmt::format(
           "{} further poses at {} would not tell {}: the proposed poses include some without "

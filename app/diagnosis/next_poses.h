@@ -13,8 +13,8 @@ namespace plumbline {
 /// as it does of rivals that no pose can tell.
 /// @param answer, rivals  explanations of the pool; the rivals' scores are those of refits
 /// @param diagnosis       gets next_poses, next_poses_tell_all and notes
-void AddNextPoses(const Pool& pool, const Model& model, const Explanation& answer,
-                  const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
-                  Diagnosis& diagnosis);
+void AddNextPoses(const Pool& pool, const Model& model, const std::vector<double>& weights,
+                  const Explanation& answer, const std::vector<Explanation>& rivals,
+                  const DiagnosisOptions& options, Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -175,3 +175,37 @@ TEST_CASE("an error of held-out rows is that of rows that were predicted without
   CHECK_FALSE(more->held_out_by.empty());
   for (const RowTrace& row : more->rows) CHECK(row.fold >= 0);
 }
+
+TEST_CASE("rows that are rejected widen neither domain nor times seen nor the poses proposed") {
+  MeasuredCell data =
+      Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints");
+  double highest = -1e9;
+  for (const MeasuredRow& row : data.table.rows) highest = std::max(highest, row.q[0]);
+  MeasuredRow wrong = data.table.rows.back();
+  wrong.q[0] = highest + 1;
+  wrong.t_s += 1e6;
+  wrong.line += 1;
+  data.table.rows.push_back(wrong);
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  REQUIRE(diagnosis->outlier_rows == std::vector<int>{wrong.line});
+  CHECK(diagnosis->domain.q[0].high == highest);
+  REQUIRE_FALSE(diagnosis->next_poses.empty());
+  double lowest = 1e9;
+  for (const MeasuredRow& row : data.table.rows) lowest = std::min(lowest, row.q[0]);
+  for (const NextPose& pose : diagnosis->next_poses) {
+    CHECK(pose.q[0] <= highest + 0.25 * (highest - lowest));
+  }
+  MeasuredCell drifts = Simulated("--family thermal_drift --signal 20 --seed 3");
+  double last_of_drift_s = -1e9;
+  for (const MeasuredRow& row : drifts.table.rows)
+    last_of_drift_s = std::max(last_of_drift_s, row.t_s);
+  drifts.table.rows.push_back(drifts.table.rows.back());
+  drifts.table.rows.back().t_s = 2 * last_of_drift_s;
+  drifts.table.rows.back().p_WT.x() += 0.02;
+  const auto drift = Answer(drifts);
+  REQUIRE(drift);
+  REQUIRE(drift->findings.size() == 1);
+  REQUIRE(drift->findings[0].effect.seen_t_s);
+  CHECK(drift->findings[0].effect.seen_t_s->high == last_of_drift_s);
+}
