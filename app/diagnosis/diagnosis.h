@@ -47,6 +47,7 @@ struct Considered {
   double signal_share =
       0;  ///< of the residual's sum of squares it explains alone, after the frames
   double evidence_gap = 0;  ///< score of the best explanation with it, minus the best's
+  bool beyond_gap = false;  ///< none was listed with it: the gap is larger than this
   bool taken = false;
   std::string reason;  ///< "taken", or why it was refused or could not be offered
 };

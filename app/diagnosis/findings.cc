@@ -264,7 +264,12 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
   for (auto& [id, considered] : by_id) {
     considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
     const auto score = best_with.find(id);
-    considered.evidence_gap = score == best_with.end() ? 0 : score->second - context.best.score;
+    if (score != best_with.end()) {
+      considered.evidence_gap = score->second - context.best.score;
+    } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
+      considered.evidence_gap = context.ranked.back().score - context.best.score;
+      considered.beyond_gap = true;
+    }
     const bool rival = std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(),
                                    [&id = id](const Rival& r) { return r.id == id; });
     if (considered.taken) {

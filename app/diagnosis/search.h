@@ -99,6 +99,9 @@ class Pool {
 /// Most blocks of an explanation; what needs more is not explained but fitted.
 inline constexpr std::size_t kMostBlocks = 30;
 
+/// Explanations that a search lists at most.
+inline constexpr std::size_t kMostListed = 60;
+
 /// The best explanations of distinct effects, best first; the first may be empty ("nothing").
 /// Shapes (cycles, time constants, moments) are searched in the residual of what is promising.
 /// @param most  blocks in an explanation

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t kPairsForTriples = 24;  // triples grow from the best pairs
 constexpr std::size_t kBeam = 4;
-constexpr std::size_t kListed = 60;
 constexpr double kGainToGrow = 2;  // of the score, to go on beyond three effects
 
 class Searching {
@@ -173,7 +172,7 @@ std::vector<Explanation> Searching::Run() {
     for (const Explanation& from : Best(width, size)) Grow(from);
     if (!(Winner().score < before - kGainToGrow)) break;
   }
-  return Best(kListed, 0);
+  return Best(kMostListed, 0);
 }
 
 }  // namespace

@@ -27,8 +27,12 @@ bool Offered(const Considered& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
 }
 
-std::string GapText(double gap) {
-  return NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
+/// Empty where no explanation has the effect and none was left out.
+std::string GapText(const Considered& one) {
+  const double gap = one.evidence_gap;
+  if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
+  return (one.beyond_gap ? "&gt; " : "") +
+         NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
 }
 
 /// Taken ones first, then by evidence, those that could not be offered last.
@@ -48,11 +52,11 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
                   {0, 4});
   for (const Considered& one : all) {
     const bool offered = Offered(one);
-    table.AddRow({Escape(Capital(EffectName(one.id, one.scope))),
-                  offered ? fmt::format("{}", one.parameters) : "",
-                  offered ? Escape(PercentText(one.signal_share)) : "",
-                  offered && !one.taken ? GapText(one.evidence_gap) : "", Escape(one.reason)},
-                 one.taken);
+    table.AddRow(
+        {Escape(Capital(EffectName(one.id, one.scope))),
+         offered ? fmt::format("{}", one.parameters) : "",
+         offered ? Escape(PercentText(one.signal_share)) : "", GapText(one), Escape(one.reason)},
+        one.taken);
   }
   return table.Html() +
          "<p class=\"soft\">Explains alone: share of the residual, frames aligned, that the effect "

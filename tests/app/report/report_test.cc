@@ -235,6 +235,21 @@ TEST_CASE("what stands in files is text, in HTML and in gnuplot") {
   if (HasGnuplot()) CHECK_FALSE(Has(html, "no pictures"));
 }
 
+TEST_CASE("an effect that no listed explanation has gets an open gap, or none") {
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
+  Considered& last = diagnosis.considered.emplace_back();
+  last.id = "latency";
+  last.chi2_drop = 5;
+  last.evidence_gap = 123;
+  last.beyond_gap = true;
+  CHECK(Has(Report(diagnosis), "&gt; 123"));
+  const std::size_t zeros = Count(Report(diagnosis), ">0.0<");
+  diagnosis.considered.back().evidence_gap = 0;
+  diagnosis.considered.back().beyond_gap = false;
+  CHECK_FALSE(Has(Report(diagnosis), "&gt; 123"));
+  CHECK(Count(Report(diagnosis), ">0.0<") == zeros);
+}
+
 TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too") {
   CHECK(Has(Report(Diagnosis{}), "</html>"));
   Diagnosis one = ExampleDiagnosis(Verdict::kExplained);
