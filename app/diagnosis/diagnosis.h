@@ -20,9 +20,11 @@ const char* Describe(Verdict verdict);
 
 /// An effect that the data show.
 struct Finding {
-  ActiveEffect effect;           ///< values in SI
-  Eigen::MatrixXd covariance;    ///< of its values, SI; empty: the rows do not hold them
-  double p_value = 1;            ///< of dropping it, all candidates considered
+  ActiveEffect effect;         ///< values in SI
+  Eigen::MatrixXd covariance;  ///< of its values, SI; empty: the rows do not hold them
+  /// Of dropping it: the tail of chi2 at the parameters kept, times the effects, shapes and choices
+  /// of joints looked at. Not of the effects beside it, which were chosen from the same rows.
+  double p_value = 1;
   double share_of_residual = 0;  ///< of the sum of squares before that leaving it out brings back
   std::string implausible;       ///< empty, or why a sound machine does not show this value
 };

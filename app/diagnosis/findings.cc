@@ -49,11 +49,12 @@ std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
   return {};
 }
 
-double Trials(const Pool& pool, const std::vector<int>& blocks) {
+/// Shapes and choices of joints among which the blocks of an effect were found.
+double Trials(const Pool& pool, const Explanation& explanation, const std::vector<int>& blocks) {
   double trials = 1;
   for (const int block : blocks) {
     const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-    trials *= std::max(1.0, of.trials);
+    trials *= std::max(1.0, of.trials) * std::exp(pool.LogChoices(explanation, block));
   }
   return trials;
 }
@@ -101,8 +102,9 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
     const double drop = std::max(0.0, without.chi2 - context.best.chi2);
     const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                                    static_cast<double>(without.columns.size()));
-    finding.p_value = std::min(1.0, EffectsConsidered(context.data) * Trials(pool, own) *
-                                        ChiSquareTail(drop / inflation, columns));
+    finding.p_value =
+        std::min(1.0, EffectsConsidered(context.data) * Trials(pool, context.best, own) *
+                          ChiSquareTail(drop / inflation, columns));
     finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
     finding.implausible = Implausibility(context.data, effects[e]);
     if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {

@@ -306,6 +306,22 @@ Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
   return coefficients;
 }
 
+double Pool::LogChoices(const Explanation& explanation, int block) const {
+  const Block& of = blocks_[static_cast<std::size_t>(block)];
+  const auto first = static_cast<std::size_t>(first_[static_cast<std::size_t>(block)]);
+  std::set<int> visible, kept;
+  for (std::size_t k = 0; k < of.columns.size(); ++k) {
+    if (length_[first + k] > 0) visible.insert(of.columns[k].unit);
+  }
+  for (const int column : explanation.columns) {
+    if (BlockOfColumn(column) != block) continue;
+    kept.insert(
+        of.columns[static_cast<std::size_t>(local_[static_cast<std::size_t>(column)])].unit);
+  }
+  const auto n = static_cast<double>(visible.size()), k = static_cast<double>(kept.size());
+  return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1);
+}
+
 std::vector<int> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
   std::vector<int> of;
   for (const int block : explanation.blocks) {

@@ -65,6 +65,9 @@ class Pool {
   /// @param block_cost  of the choice of the block's shape, as BlockCost
   std::vector<double> MinimumDetectable(int block, double block_cost) const;
 
+  /// ln of the ways to choose the joints of a block that an explanation kept among those visible.
+  double LogChoices(const Explanation& explanation, int block) const;
+
   double UnitCost(int block, int unit) const {
     return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];
   }

@@ -209,3 +209,29 @@ TEST_CASE("rows that are rejected widen neither domain nor times seen nor the po
   REQUIRE(drift->findings[0].effect.seen_t_s);
   CHECK(drift->findings[0].effect.seen_t_s->high == last_of_drift_s);
 }
+
+TEST_CASE("a p-value pays for the joints that were chosen") {
+  const MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 5");
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  const Model model = Model::Declared(*dataset);
+  const Result<Linearisation> linear = Linearise(*dataset, model, true, 1);
+  REQUIRE(linear);
+  const std::vector<double> weights(static_cast<std::size_t>(dataset->rows()), 1.0);
+  std::vector<int> rows;
+  for (int k = 0; k < dataset->rows(); ++k) rows.push_back(k);
+  const LinearProblem problem(*dataset, std::make_shared<const Linearisation>(*linear), model, rows,
+                              weights, 5e-5, 1);
+  Pool pool(problem);
+  const Candidates candidates = CandidatesFor(*dataset);
+  const auto offsets = std::find_if(candidates.blocks.begin(), candidates.blocks.end(),
+                                    [](const Block& block) { return block.id == "joint_offset"; });
+  REQUIRE(offsets != candidates.blocks.end());
+  const int block = pool.Add(*offsets);
+  Explanation all = pool.Fit({block});
+  const auto visible = static_cast<double>(all.columns.size());
+  REQUIRE(visible >= 5);
+  CHECK(pool.LogChoices(all, block) == Approx(0).margin(1e-12));
+  all.columns.resize(2);
+  CHECK(pool.LogChoices(all, block) == Approx(std::log(visible * (visible - 1) / 2)));
+}
