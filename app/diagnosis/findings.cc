@@ -137,7 +137,10 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
         finding.covariance(0, 0) = gap * gap / 12;
       }
     }
-    if (!Writable(finding)) finding.covariance.resize(0, 0);
+    const bool held = std::all_of(places.begin(), places.end(), [&](int place) {
+      return place < 0 || context.refit.held[static_cast<std::size_t>(place)];
+    });
+    if (!held || !Writable(finding)) finding.covariance.resize(0, 0);
     diagnosis.findings.push_back(std::move(finding));
   }
   for (int j = 0; j < count; ++j) {

@@ -85,15 +85,32 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
   return model;
 }
 
-/// Of a correlation-like matrix; directions that the rows do not hold get no variance of their own
-/// (the parameters there are marked by the deviation of what is held).
-Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& information) {
+/// The inverse of a correlation-like matrix where the rows hold its directions.
+struct Inverse {
+  Eigen::MatrixXd of_held;
+  std::vector<bool> held;  ///< false of a parameter in which a direction lies that no row holds
+};
+
+Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
   constexpr double kHeld = 1e-10;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
   const double least = kHeld * std::max(1e-300, solver.eigenvalues().maxCoeff());
   const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
       [least](double value) { return value > least ? 1 / value : 0.0; });
-  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+  Inverse result;
+  result.of_held = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+  result.held.assign(static_cast<std::size_t>(information.rows()), true);
+  for (Eigen::Index k = 0; k < inverse.size(); ++k) {
+    if (inverse[k] > 0) continue;
+    // Even if it were just held, a direction's share of the variance would be this.
+    for (Eigen::Index i = 0; i < information.rows(); ++i) {
+      const double part = solver.eigenvectors()(i, k);
+      if (part * part / least > result.of_held(i, i)) {
+        result.held[static_cast<std::size_t>(i)] = false;
+      }
+    }
+  }
+  return result;
 }
 
 class AllRows final : public ceres::CostFunction {
@@ -219,9 +236,11 @@ Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOpt
     const Eigen::VectorXd scale =
         information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-    const Eigen::MatrixXd all = scale.asDiagonal() * PseudoInverse(scaled) * scale.asDiagonal();
+    const Inverse inverse = InverseWhereHeld(scaled);
+    const Eigen::MatrixXd all = scale.asDiagonal() * inverse.of_held * scale.asDiagonal();
     refit.covariance.resize(count, count);
     const int first = size - count;
+    refit.held.assign(inverse.held.begin() + first, inverse.held.end());
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
         refit.covariance(i, j) = all(first + i, first + j) *

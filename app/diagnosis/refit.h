@@ -10,6 +10,7 @@ namespace plumbline {
 struct Refit {
   Model model;
   Eigen::MatrixXd covariance;  ///< of the adjusted parameters, SI, frames marginalised
+  std::vector<bool> held;  ///< of each: false where the rows leave it free, whatever `covariance`
   std::vector<std::pair<int, int>> parameters;  ///< (effect, parameter) of each row of `covariance`
   double chi2 = 0;                              ///< weighted, in sigma
 };
