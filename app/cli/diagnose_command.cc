@@ -229,7 +229,8 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
       exit_code = kExitUsage;
     }
   }
-  if (!arguments.quiet) (json_to_out ? err : out) << SummaryText(*diagnosis) << std::flush;
+  if (!arguments.quiet)
+    (json_to_out ? err : out) << SummaryText(*diagnosis, input->cell) << std::flush;
   if (!arguments.model.empty() && (outputs.empty() || outputs[0].option != "--write-model")) {
     return kExitFault;
   }

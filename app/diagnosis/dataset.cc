@@ -363,11 +363,10 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   data.table = measured;
   const bool has_points = data.axes() == 1 ? measured.recorded.range : measured.recorded.position;
   if (!has_points) {
-    return Error{
-        fmt::format("{}: has no {} column{}: nothing was measured; the cell says "
-                    "[measurement] kind, check it and the header",
-                    measured.file, data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm",
-                    data.axes() == 1 ? "" : "s")};
+    return Error{fmt::format(
+        "has no {} column{}: nothing was measured; the cell says "
+        "[measurement] kind, check it and the header",
+        data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm", data.axes() == 1 ? "" : "s")};
   }
   DropCopies(data);
   FindSessions(data);
@@ -375,10 +374,10 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
   const int needed = std::max(kFewestRows, (free_numbers + 3 + data.axes() - 1) / data.axes());
   if (data.rows() < needed) {
-    return Error{fmt::format(
-        "{}: has {} usable rows; at least {} are needed{}: measure more poses, "
-        "spread over the cell (30 or more tell effects apart)",
-        measured.file, data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
+    return Error{
+        fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
+                    "spread over the cell (30 or more tell effects apart)",
+                    data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
   }
   data.conditions = ConditionsOf(cell, data.table);
   for (const MeasuredRow& row : data.table.rows) {

@@ -142,7 +142,8 @@ struct DiagnosisOptions {
 };
 
 /// Finds what the declared cell lacks. Deterministic: the same input gives the same answer.
-/// @return  an error where the data cannot be used at all, with what to do about it
+/// @return  an error where the data cannot be used at all, with what to do about it; the caller
+///          names the file
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
                            const DiagnosisOptions& options);
 

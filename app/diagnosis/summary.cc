@@ -11,6 +11,7 @@ namespace plumbline {
 namespace {
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr double kMmPerMetre = 1e3;
 constexpr std::size_t kMostParameters = 8;
 constexpr std::size_t kMostRivals = 2;
 constexpr std::size_t kMostPoses = 6;
@@ -50,13 +51,21 @@ void AddRivals(const Diagnosis& diagnosis, std::string& text) {
   }
 }
 
-void AddNextPoses(const Diagnosis& diagnosis, std::string& text) {
+void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string& text) {
   const auto& poses = diagnosis.next_poses;
   if (poses.empty()) return;
-  text += "Measure next (joints in degrees; apart: how far the explanations differ there)\n";
+  const auto slides = [&](const Joint& joint) { return joint.type == JointType::kPrismatic; };
+  const bool some_slide = std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(), slides);
+  text += fmt::format(
+      "Measure next (joints in degrees{}; apart: how far the explanations differ "
+      "there)\n",
+      some_slide ? ", linear ones in mm" : "");
   for (std::size_t k = 0; k < std::min(poses.size(), kMostPoses); ++k) {
     text += fmt::format("  {}:", k + 1);
-    for (const double q : poses[k].q) text += fmt::format(" {:8.2f}", q * kDegPerRad);
+    for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
+      const bool linear = slides(cell.robot.joints[static_cast<std::size_t>(i)]);
+      text += fmt::format(" {:8.2f}", poses[k].q[i] * (linear ? kMmPerMetre : kDegPerRad));
+    }
     text += fmt::format("  {:5.1f} kg  {} mm apart\n", poses[k].payload_kg,
                         MillimetreText(poses[k].separation_m));
   }
@@ -89,13 +98,13 @@ std::string DataLine(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-std::string SummaryText(const Diagnosis& diagnosis) {
+std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell) {
   std::string text = Capital(Headline(diagnosis));
   const std::string error = ErrorSentence(diagnosis);
   text += error.empty() ? "\n" : ":\n" + error + '\n';
   AddParameters(diagnosis, text);
   AddRivals(diagnosis, text);
-  AddNextPoses(diagnosis, text);
+  AddNextPoses(diagnosis, cell, text);
   text += DataLine(diagnosis);
   AddRemarks("Not recorded", diagnosis.not_recorded, text);
   AddRemarks("Note", diagnosis.notes, text);

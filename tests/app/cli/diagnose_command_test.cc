@@ -14,6 +14,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
+#include "app/diagnosis/summary.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
@@ -255,4 +256,23 @@ TEST_CASE("progress away from a terminal is a line each ten per cent") {
   INFO(text);
   CHECK(std::count(text.begin(), text.end(), '%') == 11);
   CHECK(text.find(" 50 %  refitting\n") != std::string::npos);
+}
+
+TEST_CASE("a refusal names the file once, and a linear joint is proposed in millimetres") {
+  Desk desk;
+  CHECK(desk.Run(Diagnose) == kExitFault);
+  const std::string refusal = desk.err.str();
+  INFO(refusal);
+  CHECK(refusal.find("has 1 usable rows") != std::string::npos);
+  CHECK(refusal.find("measured.csv") == refusal.rfind("measured.csv"));
+
+  Diagnosis ambiguous = test::ExampleDiagnosis(Verdict::kAmbiguous);
+  REQUIRE_FALSE(ambiguous.next_poses.empty());
+  CellModel cell = test::ExampleCell();
+  cell.robot.joints[0].type = JointType::kPrismatic;
+  ambiguous.next_poses[0].q[0] = 1.2345;
+  const std::string text = SummaryText(ambiguous, cell);
+  INFO(text);
+  CHECK(text.find("linear ones in mm") != std::string::npos);
+  CHECK(text.find("1:  1234.50") != std::string::npos);
 }

@@ -310,6 +310,20 @@ TEST_CASE("mistakes in the data get a refusal that says what to do") {
         }).find("check the DH table") != std::string::npos);
 }
 
+TEST_CASE("radians are recognised on an arm with a linear joint, whose column stays millimetres") {
+  Data data = Simulated("--family none --robot ur10 --rows 40 --seed 8");
+  data.cell.robot.joints[0].type = JointType::kPrismatic;
+  data.cell.robot.joints[0].min = -5;
+  data.cell.robot.joints[0].max = 5;
+  Remeasure(data, {}, 5e-5, 4);
+  for (MeasuredRow& row : data.table.rows) {
+    for (int i = 1; i < row.q.size(); ++i) row.q[i] *= kRadPerDeg;
+  }
+  const auto refused = Answer(data);
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().find("radians") != std::string::npos);
+}
+
 TEST_CASE("few rows, repeated rows, a joint that never moved: an answer, or what is missing") {
   Data few = Simulated("--family none --seed 8");
   few.table.rows.resize(3);
