@@ -1,4 +1,5 @@
-// The search for whole effects: every support up to three, a beam beyond, scored by evidence.
+// The search for whole effects, scored by evidence: all single ones and pairs, what grows beyond
+// from the best.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Supports of effects: all up to three, a beam beyond.
+// Supports of effects: all single ones and pairs, triples of the best pairs, a beam beyond.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
