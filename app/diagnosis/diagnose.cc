@@ -34,9 +34,10 @@ double Rms(const std::vector<Vec3>& residuals, const std::vector<double>& weight
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// What the rest, after all that was found, still follows.
-void AddSignals(const Dataset& data, const Identified& found, const DiagnosisOptions& options,
-                Diagnosis& diagnosis) {
+/// What the rest, after all that was found, still follows. Asked of the rows searched, told with
+/// the values of all.
+void AddSignals(const Dataset& data, const Dataset& all, const Identified& found,
+                const DiagnosisOptions& options, Diagnosis& diagnosis) {
   const LinearProblem few(data, found.linear, found.model, Every(data.rows(), kSignalRows),
                           found.weights, found.sigma_m, options.threads);
   Pool pool(few);
@@ -46,6 +47,9 @@ void AddSignals(const Dataset& data, const Identified& found, const DiagnosisOpt
   }
   const Eigen::VectorXd rest = pool.Residual(pool.Fit(support));
   diagnosis.signals = SignalsOf(few, rest, kFlips);
+  for (std::size_t s = 0; s < diagnosis.signals.size(); ++s) {
+    diagnosis.signals[s].values = all.signals[s].values;
+  }
   for (const PeriodicLine& line : PeriodicLines(few, rest)) {
     diagnosis.spectrum.push_back({line.joint, line.cycles_per_turn, line.amplitude_rad});
   }
@@ -147,7 +151,8 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   if (const auto gross = GrossError(data, *declared, options.threads)) return Error{*gross};
   const std::vector<Vec3> before = ResidualsOf(*declared);
 
-  const Dataset searched = Thinned(data, Every(data.rows(), kSearchedRows));
+  const std::vector<int> searched_rows = Every(data.rows(), kSearchedRows);
+  const Dataset searched = Thinned(data, searched_rows);
   const Result<Identified> identified =
       Identify(searched, *aligned, options,
                [&](double share, const std::string& what) { tell(0.05 + 0.5 * share, what); });
@@ -196,13 +201,16 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   std::vector<Explanation> rivals;
   if (!found.unknown && !found.best.blocks.empty()) {
     rivals = AddRivals(context, found.model, diagnosis);
+    for (Rival& rival : diagnosis.rivals) {
+      if (!rival.shift_W.empty()) rival.rows = searched_rows;
+    }
   }
   AddConsidered(context, found.candidates, diagnosis);
   AddDetectable(*found.pool, found.candidates, diagnosis);
   if (interrupted()) return Error{"interrupted"};
 
   tell(0.7, "what the rest follows");
-  AddSignals(searched, found, options, diagnosis);
+  AddSignals(searched, data, found, options, diagnosis);
   Judge(data, found, RobustSigma(after, data.axes()), diagnosis);
   if (data.reading_sigma_m > 0 && !diagnosis.minimum_detectable_m.empty()) {
     double least_m = 1e300;
@@ -263,6 +271,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     trace.line = data.table.rows[row].line;
     trace.session = data.table.rows[row].session;
     trace.weight = weights[row];
+    trace.outlier = weights[row] < kOutlierWeight;
     trace.p_measured = data.axes() == 3 ? data.table.rows[row].p_WT : fitted->rows[row].p_W;
     trace.before = before[row];
     trace.after = corrected[row];

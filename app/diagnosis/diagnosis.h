@@ -37,7 +37,8 @@ struct Rival {
   std::vector<std::string> scope;
   double signal_left = 0;  ///< share of the finding's signal that the refitted rival cannot imitate
   double evidence_gap = 0;    ///< score of the rival minus score of the answer; 16 is 4 sigma
-  std::vector<Vec3> shift_W;  ///< at each row: the rival's prediction minus the answer's [m]
+  std::vector<Vec3> shift_W;  ///< the rival's prediction minus the answer's [m]
+  std::vector<int> rows;  ///< of each shift: index into Diagnosis::rows (not every row is asked)
 };
 
 /// A candidate and what became of it.
@@ -58,20 +59,22 @@ struct Considered {
 struct RowTrace {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
-  int fold = 0;       ///< held-out block it belongs to; -1: it was not predicted without itself
-  double weight = 1;  ///< of the robust fit; 0: an outlier
+  int fold = 0;          ///< held-out block it belongs to; -1: it was not predicted without itself
+  double weight = 1;     ///< of the robust fit
+  bool outlier = false;  ///< its weight is too small: errors and pictures leave it out
   Vec3 p_measured =
       Vec3::Zero();            ///< in W [m]; of a range, the predicted point moved along the ray
   Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
-  Vec3 held_out_before = Vec3::Zero();  ///< with frames fitted without this row's block
-  Vec3 held_out_after = Vec3::Zero();   ///< model chosen and fitted without it (held_out.h)
+  /// With frames fitted without this row's block; absent where it was not predicted.
+  std::optional<Vec3> held_out_before;
+  std::optional<Vec3> held_out_after;  ///< likewise, model chosen and fitted without it (held_out.h)
 };
 
 /// A recorded signal over the rows, for drawing and for naming drivers.
 struct SignalTrace {
-  std::string name;  ///< column name, with its unit
-  std::vector<double> values;
+  std::string name;            ///< column name, with its unit
+  std::vector<double> values;  ///< of each row of Diagnosis::rows
   double p_value = 1;  ///< that the residual after follows it (permutation, all signals considered)
   double share = 0;    ///< of the remaining sum of squares that it explains
 };

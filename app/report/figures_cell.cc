@@ -1,5 +1,6 @@
 // Panels that show the cell.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "app/diagnosis/words.h"
@@ -59,7 +60,7 @@ std::string FactorText(double factor) {
 std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel& cell) {
   std::vector<Vec3> at, before, after;
   for (const RowTrace& row : diagnosis.rows) {
-    if (row.weight <= 0) continue;
+    if (row.outlier) continue;
     at.push_back(row.p_measured);
     before.push_back(row.before);
     after.push_back(row.after);
@@ -103,12 +104,15 @@ std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel
 PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const CellModel& cell) {
   PanelGroup group;
   std::vector<Vec3> at;
-  for (const RowTrace& row : diagnosis.rows) at.push_back(row.p_measured);
-  if (rival.shift_W.size() != at.size() || at.empty()) return group;
+  for (const int row : rival.rows) {
+    at.push_back(diagnosis.rows[static_cast<std::size_t>(row)].p_measured);
+  }
+  assert(rival.shift_W.size() == at.size());
+  if (at.empty()) return group;
   const double large_mm = LargeArrow_mm(rival.shift_W);
   std::vector<std::vector<double>> rows;
   for (std::size_t k = 0; k < at.size(); k += plot::Stride(at.size())) {
-    rows.push_back({static_cast<double>(k + 1), 1e3 * rival.shift_W[k].norm()});
+    rows.push_back({rival.rows[k] + 1.0, 1e3 * rival.shift_W[k].norm()});
   }
   Panel by_row{"By row", "", plot::Begin(460, 420), ""};
   by_row.script += "set xlabel 'row'\nset ylabel 'difference of the predictions (mm)'\n";

@@ -30,7 +30,7 @@ struct Cloud {
 Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < std::min(signal.values.size(), diagnosis.rows.size()); ++k) {
-    if (diagnosis.rows[k].weight > 0 && std::isfinite(signal.values[k])) order.push_back(k);
+    if (!diagnosis.rows[k].outlier && std::isfinite(signal.values[k])) order.push_back(k);
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return signal.values[a] < signal.values[b];

@@ -36,11 +36,13 @@ std::string Key(const std::string& name, const std::string& value, const std::st
          "</small></dd></div>\n";
 }
 
-/// Sizes of a residual over the rows that are no outliers [m], ascending.
-std::vector<double> Sizes(const Diagnosis& diagnosis, Vec3 RowTrace::*residual) {
+/// Sizes of a residual over the rows that have one and are no outliers [m], ascending.
+template <typename Residual>
+std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residual) {
   std::vector<double> sizes;
   for (const RowTrace& row : diagnosis.rows) {
-    if (row.weight > 0) sizes.push_back((row.*residual).norm());
+    const std::optional<Vec3> of_row = row.*residual;
+    if (of_row && !row.outlier) sizes.push_back(of_row->norm());
   }
   std::sort(sizes.begin(), sizes.end());
   return sizes;
@@ -190,6 +192,13 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
   std::string html = table.Html();
   html += "<p class=\"soft\">Length of the 3-D difference between measured and predicted tip";
   if (!diagnosis.outlier_rows.empty()) html += ", outliers left out";
+  const auto held_out =
+      std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
+                    [](const RowTrace& row) { return row.held_out_after.has_value(); });
+  if (held_out > 0 && held_out < static_cast<std::ptrdiff_t>(diagnosis.rows.size())) {
+    html += fmt::format("; {} of {} rows, evenly spread, were held out in turn", held_out,
+                        diagnosis.rows.size());
+  }
   html += ". The noise floor is &radic;3 times the deviation of one axis";
   return html + (diagnosis.held_out_by.empty() || !corrected
                      ? ".</p>\n"

@@ -78,6 +78,39 @@ TEST_CASE("the size of the tags and the instrument's scale are one where the bas
   }
 }
 
+TEST_CASE("of more rows than are searched every trace belongs to its row") {
+  const Data data = Simulated("--family tool_stiffness --seed 5 --signal 20 --rows 2600 --repeats 0");
+  REQUIRE(data.table.rows.size() == 2600);
+  DiagnosisOptions options;
+  options.bootstrap = 20;
+  const auto diagnosis = Diagnose(data.cell, data.table, options);
+  REQUIRE(diagnosis);
+  REQUIRE(diagnosis->rows.size() == data.table.rows.size());
+  int joints_seen = 0;
+  for (const SignalTrace& signal : diagnosis->signals) {
+    CAPTURE(signal.name);
+    REQUIRE(signal.values.size() == diagnosis->rows.size());
+    if (signal.name != "q2_deg") continue;
+    ++joints_seen;
+    const double scale = signal.values[0] / data.table.rows[0].q[1];
+    for (std::size_t k = 0; k < signal.values.size(); ++k) {
+      REQUIRE(signal.values[k] == Approx(scale * data.table.rows[k].q[1]));
+    }
+  }
+  CHECK(joints_seen == 1);
+  std::size_t held_out = 0;
+  for (const RowTrace& row : diagnosis->rows) {
+    CHECK((row.fold >= 0) == row.held_out_after.has_value());
+    held_out += row.held_out_after ? 1 : 0;
+  }
+  CHECK(held_out > 2000);
+  CHECK(held_out < diagnosis->rows.size());
+  for (const Rival& rival : diagnosis->rivals) {
+    CHECK(rival.rows.size() == rival.shift_W.size());
+    CHECK(rival.rows.back() < 2600);
+  }
+}
+
 TEST_CASE("effects of a camera are neither offered nor paid for where none measures") {
   Data data = Simulated("--family camera_zoom --signal 10 --seed 1");
   auto dataset = DatasetFrom(data.cell, data.table);

@@ -130,6 +130,7 @@ void AddRows(Simulation& simulation, const std::vector<Finding>& truth, Verdict 
     }
     if (k == 15 || k == 52) {
       row.weight = 0;
+      row.outlier = true;
       row.after += Vec3(0.9e-3, -0.4e-3, 0.3e-3);
     }
     row.before = real[k] - declared[k] + row.after;
@@ -188,8 +189,11 @@ void AddConsidered(Diagnosis& diagnosis) {
 void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  Rival rival{"tool_stiffness", "payload_mass", {}, 0.012, 1.4, {}};
-  for (std::size_t k = 0; k < answer.size(); ++k) rival.shift_W.push_back(other[k] - answer[k]);
+  Rival rival{"tool_stiffness", "payload_mass", {}, 0.012, 1.4, {}, {}};
+  for (std::size_t k = 0; k < answer.size(); ++k) {
+    rival.shift_W.push_back(other[k] - answer[k]);
+    rival.rows.push_back(static_cast<int>(k));
+  }
   diagnosis.rivals.push_back(rival);
   diagnosis.next_poses_tell_all = true;
   for (std::size_t k = 0; k < 6; ++k) {

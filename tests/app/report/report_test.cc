@@ -9,7 +9,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/diagnosis/words.h"
+#include "app/report/figures.h"
 #include "app/report/html.h"
+#include "app/report/sections.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
@@ -248,6 +251,54 @@ TEST_CASE("an effect that no listed explanation has gets an open gap, or none") 
   diagnosis.considered.back().beyond_gap = false;
   CHECK_FALSE(Has(Report(diagnosis), "&gt; 123"));
   CHECK(Count(Report(diagnosis), ">0.0<") == zeros);
+}
+
+TEST_CASE("of more rows than are searched each picture and number belongs to its row") {
+  // 3000 rows; every second one took part in the search and was held out.
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
+  const RowTrace row = diagnosis.rows.front();
+  diagnosis.rows.assign(3000, row);
+  diagnosis.outlier_rows.clear();
+  SignalTrace signal{"k", {}, 0.01, 0.5};
+  Rival& rival = diagnosis.rivals.front();
+  rival.shift_W.clear();
+  rival.rows.clear();
+  for (std::size_t k = 0; k < diagnosis.rows.size(); ++k) {
+    RowTrace& of = diagnosis.rows[k];
+    signal.values.push_back(static_cast<double>(k));
+    of.before = Vec3(0, 0, 1e-6 * static_cast<double>(k));
+    of.after = 0.5 * of.before;
+    of.held_out_before.reset();
+    of.held_out_after.reset();
+    if (k % 2 == 1) continue;
+    of.fold = 0;
+    of.held_out_before = Vec3(4e-3, 0, 0);
+    of.held_out_after = Vec3(k == 2000 ? 9e-3 : 3e-3, 0, 0);
+    rival.rows.push_back(static_cast<int>(k));
+    rival.shift_W.emplace_back(0, 0, 1e-6 * static_cast<double>(k));
+  }
+  diagnosis.rows[2000].weight = 0.3;  // shortened so far that it counts as an outlier
+  diagnosis.rows[2000].outlier = true;
+  diagnosis.outlier_rows = {2002};
+  diagnosis.signals = {signal};
+
+  const std::string panel = SignalFigures(diagnosis).panels.at(0).script;
+  // Of 2999 rows every fourth is drawn: value, before and after [mm].
+  CHECK(Has(panel, "\n1200 1.2 0.6 \n"));
+  CHECK(Has(panel, "\n2997 2.997 1.4985 \n"));
+  CHECK_FALSE(Has(panel, "\n2000 "));
+  const PanelGroup pictures = RivalFigures(diagnosis, rival, ExampleCell());
+  REQUIRE(pictures.panels.size() == 2);
+  CHECK(Has(pictures.panels[0].script, "\n2001 2 \n"));
+
+  const std::string table = ErrorTable(diagnosis);
+  const auto held_out = table.find("Held out, corrected model");
+  REQUIRE(held_out != std::string::npos);
+  // Median, 95 % and largest: neither the rows that were in no block nor the outlier.
+  const std::string of_row = table.substr(held_out, table.find("</tr>", held_out) - held_out);
+  CHECK(Count(of_row, MillimetreText(3e-3)) == 3);
+  CHECK_FALSE(Has(of_row, MillimetreText(9e-3)));
+  CHECK(Has(table, "1500 of 3000 rows"));
 }
 
 TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too") {
