@@ -71,7 +71,8 @@ int Import(const Options& options) {
   const Result<std::int64_t> last = journal.value().AppendImport(
       JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
   if (!last) {
-    const bool twice = !options.again && journal.value().ImportedAs(hash);
+    const auto before = journal.value().ImportedAs(hash);
+    const bool twice = !options.again && before && before->has_value();
     return Fail(last.error(), twice ? kExitFault : kExitUsage);
   }
   const auto rows = static_cast<std::int64_t>(table->rows.size());
@@ -173,8 +174,10 @@ std::string Line(const JournalRow& row) {
 
 Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
   std::int64_t last = filter.after_id.value_or(0);
+  const Result<int> joints = journal.JointCount();
+  if (!joints) return Error{joints.error()};
   const Result<bool> shown =
-      journal.ForEach(filter, JointsAsRecorded(journal.JointCount()), [&](const JournalRow& row) {
+      journal.ForEach(filter, JointsAsRecorded(*joints), [&](const JournalRow& row) {
         std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
         last = row.id;
       });

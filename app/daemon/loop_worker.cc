@@ -137,21 +137,26 @@ void LoopWorker::OpenJournal() {
   if (!opened) return Fail(opened.error());
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop));
-  const auto since = journal.LastRestart();
+  const auto restart = journal.LastRestart();
+  const auto last_row = journal.LastRow();
+  const auto last_probe_s = journal.LastProbe_s();
+  if (!restart) return Fail(restart.error());
+  if (!last_row) return Fail(last_row.error());
+  if (!last_probe_s) return Fail(last_probe_s.error());
+  const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
     const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
     if (!noted) return Fail(noted.error());
   }
   JournalFilter filter;
-  filter.after_id =
-      since && since->model_version == models_.applied ? since->after_row : journal.LastRow();
+  filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
   filter.model_version = models_.applied;
   const Result<bool> replayed =
       journal.ForEach(filter, config_.machine.cell.robot.joints,
                       [this](const JournalRow& row) { Judge(row, true); });
   if (!replayed) return Fail(replayed.error());
-  if (const auto last_s = journal.LastProbe_s()) {
-    const double behind_s = journal.EpochUtc_s() + *last_s - ComputerUtcSeconds();
+  if (last_probe_s->has_value()) {
+    const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
       sink_(LogLevel::kWarning,
             fmt::format("the computer's clock is {:.0f} s behind the journal's last probe: one of "
@@ -300,7 +305,9 @@ void LoopWorker::TellReadingError() {
 Result<std::size_t> LoopWorker::StartDiagnosis() {
   JournalFilter filter;
   filter.last = kMostDiagnosedRows;
-  if (const auto since = journal_->LastModel()) filter.after_id = since->after_row;
+  const auto since = journal_->LastModel();
+  if (!since) return Error{since.error()};
+  if (since->has_value()) filter.after_id = (*since)->after_row;
   auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
   if (!rows) return Error{rows.error()};
   const ExportedCsv exported = CsvFromJournal(*rows, config_.machine.cell.robot.joints);

@@ -56,9 +56,12 @@ bool Database::Run(const char* sql) {
   return sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK;
 }
 
-std::int64_t Database::IntegerOf(const char* sql) {
+Result<std::int64_t> Database::IntegerOf(const char* sql) {
   Statement statement(handle_.get(), sql);
-  return statement.Step() == SQLITE_ROW ? statement.Integer(0) : 0;
+  const int code = statement.Step();
+  if (code == SQLITE_ROW) return statement.Integer(0);
+  return Error{fmt::format("{}: cannot be read: {}", path_,
+                           code == SQLITE_DONE ? "what was asked for is not there" : Problem())};
 }
 
 Transaction::Transaction(Database& database)

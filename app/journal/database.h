@@ -62,7 +62,8 @@ class Database {
   static Result<Database> Open(const std::string& path, Mode mode);
 
   bool Run(const char* sql);
-  std::int64_t IntegerOf(const char* sql);
+  /// The first value of the first row. @return why there is none: unreadable, locked, no row
+  Result<std::int64_t> IntegerOf(const char* sql);
   std::string Problem() const { return sqlite3_errmsg(handle_.get()); }
   sqlite3* get() const { return handle_.get(); }
   const std::string& path() const { return path_; }

@@ -173,18 +173,22 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
 
 /// What a file that opened is: a journal of this version, an empty file, or something else.
 std::optional<Error> NotAJournal(Database& database) {
-  const std::int64_t version = database.IntegerOf("PRAGMA user_version");
   // A file that is no database shows it at the first reading.
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
     return Error{fmt::format("{}: {}; move it away to begin a new journal", database.path(),
                              database.Problem())};
   }
-  if (version > Journal::kSchemaVersion) {
-    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             database.path(), version, Journal::kSchemaVersion)};
+  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
+  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
+  for (const Result<std::int64_t>* read : {&version, &tables, &kind}) {
+    if (!*read) return Error{read->error()};
   }
-  const bool empty = database.IntegerOf("SELECT count(*) FROM sqlite_master") == 0;
-  if (!empty && database.IntegerOf("PRAGMA application_id") != kApplicationId) {
+  if (*version > Journal::kSchemaVersion) {
+    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
+                             database.path(), *version, Journal::kSchemaVersion)};
+  }
+  if (*tables > 0 && *kind != kApplicationId) {
     return Error{fmt::format("{}: is a database, but no plumbline journal", database.path())};
   }
   return std::nullopt;
@@ -213,27 +217,37 @@ Result<Journal> Journal::Open(const std::string& path) {
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
-  if (database.IntegerOf("PRAGMA user_version") == 0) {
-    Transaction transaction(database);
-    if (!transaction.begun()) return journal.Failed("cannot be made");
-    // Another process may have made it since.
-    if (database.IntegerOf("PRAGMA user_version") == 0) {
-      const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
-                                           kApplicationId, kSchemaVersion);
-      if (!database.Run(kSchema) || !database.Run(mark.c_str()) || !transaction.Commit()) {
-        return journal.Failed("cannot be made");
-      }
-    }
-  }
-  if (database.IntegerOf("PRAGMA user_version") == 1) {
-    Transaction transaction(database);
-    if (!transaction.begun()) return journal.Failed("cannot be brought to schema 2");
-    if (database.IntegerOf("PRAGMA user_version") == 1 &&
-        (!database.Run(kFromSchema1) || !transaction.Commit())) {
-      return journal.Failed("cannot be brought to schema 2");
-    }
-  }
+  const Result<bool> ready = journal.BringToThisSchema();
+  if (!ready) return Error{ready.error()};
+  const Result<bool> timed = journal.ReadEpoch();
+  if (!timed) return Error{timed.error()};
   return journal;
+}
+
+Result<bool> Journal::BringToThisSchema() {
+  Result<std::int64_t> version = database_.IntegerOf("PRAGMA user_version");
+  if (!version) return Error{version.error()};
+  if (*version == kSchemaVersion) return true;
+  const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to schema 2";
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed(failed);
+  version = database_.IntegerOf("PRAGMA user_version");  // another process may have made it since
+  if (!version) return Error{version.error()};
+  const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
+                                       kApplicationId, kSchemaVersion);
+  if (*version == 0 && (!database_.Run(kSchema) || !database_.Run(mark.c_str()))) {
+    return Failed(failed);
+  }
+  if (*version == 1 && !database_.Run(kFromSchema1)) return Failed(failed);
+  if (!transaction.Commit()) return Failed(failed);
+  return true;
+}
+
+Result<bool> Journal::ReadEpoch() {
+  const Result<std::int64_t> epoch = database_.IntegerOf("SELECT utc_s FROM epoch");
+  if (!epoch) return Error{epoch.error()};
+  epoch_utc_s_ = static_cast<double>(*epoch);
+  return true;
 }
 
 Result<Journal> Journal::OpenForReading(const std::string& path) {
@@ -241,15 +255,17 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   if (!opened) return Error{opened.error()};
   Journal journal(std::move(opened).value());
   if (auto problem = NotAJournal(journal.database_)) return *std::move(problem);
-  if (journal.database_.IntegerOf("PRAGMA user_version") == 0) {
-    return Error{fmt::format("{}: is empty, no journal yet", path)};
-  }
-  if (journal.database_.IntegerOf("PRAGMA user_version") == 1) {
+  const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
+  if (!version) return Error{version.error()};
+  if (*version == 0) return Error{fmt::format("{}: is empty, no journal yet", path)};
+  if (*version == 1) {
     return Error{
         fmt::format("{}: written by an older plumbline; it becomes readable once this "
                     "version's plumblined, or an import, has opened it",
                     path)};
   }
+  const Result<bool> timed = journal.ReadEpoch();
+  if (!timed) return Error{timed.error()};
   return journal;
 }
 
@@ -282,11 +298,13 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
                                            bool again) {
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("nothing imported");
-  if (const auto before = ImportedAs(content_hash); before && !again) {
+  const Result<std::optional<std::string>> before = ImportedAs(content_hash);
+  if (!before) return Error{before.error()};
+  if (before->has_value() && !again) {
     return Error{
         fmt::format("{}: its rows are in the journal already (imported as {}); --again "
                     "takes them a second time",
-                    file, *before)};
+                    file, **before)};
   }
   Result<std::int64_t> last = AppendInside(rows, joints);
   if (!last) return last;
@@ -300,11 +318,13 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   return last;
 }
 
-std::optional<std::string> Journal::ImportedAs(std::uint64_t content_hash) {
+Result<std::optional<std::string>> Journal::ImportedAs(std::uint64_t content_hash) {
   Statement known(database_.get(), "SELECT file FROM import WHERE content_hash = ?");
   known.Bind(1, static_cast<std::int64_t>(content_hash));
-  if (known.Step() != SQLITE_ROW) return std::nullopt;
-  return known.Text(0);
+  const int code = known.Step();
+  if (code == SQLITE_DONE) return std::optional<std::string>();
+  if (code != SQLITE_ROW) return Failed("cannot be read");
+  return std::optional(known.Text(0));
 }
 
 Result<bool> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
@@ -366,40 +386,47 @@ Result<bool> Journal::NoteRestart(int model_version, const std::string& reason) 
   return true;
 }
 
-std::optional<Journal::Restart> Journal::RestartBy(const char* sql) {
+Result<std::optional<Journal::Restart>> Journal::RestartBy(const char* sql) {
   Statement statement(database_.get(), sql);
-  if (statement.Step() != SQLITE_ROW) return std::nullopt;
-  return Restart{statement.Integer(0), static_cast<int>(statement.Integer(1))};
+  const int code = statement.Step();
+  if (code == SQLITE_DONE) return std::optional<Restart>();
+  if (code != SQLITE_ROW) return Failed("cannot be read");
+  return std::optional(Restart{statement.Integer(0), static_cast<int>(statement.Integer(1))});
 }
 
-std::optional<Journal::Restart> Journal::LastRestart() {
+Result<std::optional<Journal::Restart>> Journal::LastRestart() {
   return RestartBy("SELECT after_row, model_version FROM monitor_restart ORDER BY id DESC LIMIT 1");
 }
 
-std::optional<Journal::Restart> Journal::LastModel() {
+Result<std::optional<Journal::Restart>> Journal::LastModel() {
   return RestartBy(
       "SELECT after_row, model_version FROM monitor_restart WHERE reason = 'model'"
       " ORDER BY id DESC LIMIT 1");
 }
 
-std::optional<double> Journal::LastProbe_s() {
+Result<std::optional<double>> Journal::LastProbe_s() {
   Statement newest(database_.get(),
                    "SELECT t_s FROM measurement WHERE source = 'plc' ORDER BY id DESC LIMIT 1");
-  if (newest.Step() != SQLITE_ROW) return std::nullopt;
+  const int code = newest.Step();
+  if (code == SQLITE_DONE) return std::optional<double>();
+  if (code != SQLITE_ROW) return Failed("cannot be read");
   return newest.NumberIfThere(0);
 }
 
-std::int64_t Journal::LastRow() {
+Result<std::int64_t> Journal::LastRow() {
   return database_.IntegerOf("SELECT coalesce(max(id), 0) FROM measurement");
 }
 
-std::int64_t Journal::Count() {
+Result<std::int64_t> Journal::Count() {
   return database_.IntegerOf("SELECT count(*) FROM measurement");
 }
 
-int Journal::JointCount() {
-  return static_cast<int>(
-      database_.IntegerOf("SELECT json_array_length(q) FROM measurement ORDER BY id DESC LIMIT 1"));
+Result<int> Journal::JointCount() {
+  const Result<std::int64_t> count = database_.IntegerOf(
+      "SELECT coalesce((SELECT json_array_length(q) FROM measurement ORDER BY id DESC LIMIT 1), "
+      "0)");
+  if (!count) return Error{count.error()};
+  return static_cast<int>(*count);
 }
 
 std::uint64_t ContentHash(std::string_view text) {

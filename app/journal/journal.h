@@ -41,7 +41,7 @@ class Journal {
                                     std::uint64_t content_hash, bool again);
 
   /// The file that content was imported as; nothing where it was not.
-  std::optional<std::string> ImportedAs(std::uint64_t content_hash);
+  Result<std::optional<std::string>> ImportedAs(std::uint64_t content_hash);
 
   /// Marks what the monitor found of a row. Called when the row is written and judged.
   Result<bool> Mark(std::int64_t id, bool wild, bool alarm);
@@ -62,30 +62,32 @@ class Journal {
   /// (another one came into force) or "person"
   Result<bool> NoteRestart(int model_version, const std::string& reason);
   /// The newest restart of any reason, and the newest for a model; nothing where there is none.
-  std::optional<Restart> LastRestart();
-  std::optional<Restart> LastModel();
+  Result<std::optional<Restart>> LastRestart();
+  Result<std::optional<Restart>> LastModel();
 
   /// UTC where t_s of probes is 0, whole seconds since 1970: when the journal was made. It never
-  /// changes.
-  double EpochUtc_s() {
-    return static_cast<double>(database_.IntegerOf("SELECT utc_s FROM epoch"));
-  }
+  /// changes; read once, when the journal is opened.
+  double EpochUtc_s() const { return epoch_utc_s_; }
   /// The time of the newest probe; nothing where there is none.
-  std::optional<double> LastProbe_s();
+  Result<std::optional<double>> LastProbe_s();
 
-  std::int64_t Count();
-  std::int64_t LastRow();
+  Result<std::int64_t> Count();
+  /// 0 where there is none.
+  Result<std::int64_t> LastRow();
   /// Number of joints of the newest row; 0 where there is none.
-  int JointCount();
+  Result<int> JointCount();
 
  private:
   explicit Journal(Database database) : database_(std::move(database)) {}
   Result<std::int64_t> AppendInside(const std::vector<JournalRow>& rows,
                                     const std::vector<Joint>& joints);
-  std::optional<Restart> RestartBy(const char* sql);
+  Result<std::optional<Restart>> RestartBy(const char* sql);
+  Result<bool> BringToThisSchema();
+  Result<bool> ReadEpoch();
   Error Failed(const char* what) const;
 
   Database database_;
+  double epoch_utc_s_ = 0;
 };
 
 /// FNV-1a, to recognise a file that was imported before.

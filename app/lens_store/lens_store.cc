@@ -154,13 +154,16 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
     damaged = code == SQLITE_NOTADB || code == SQLITE_CORRUPT;
     return store.Failed("cannot be read");
   }
-  const std::int64_t version = database.IntegerOf("PRAGMA user_version");
-  if (version > kSchemaVersion) {
+  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
+  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
+  if (!version || !tables || !kind) return store.Failed("cannot be read");
+  if (*version > kSchemaVersion) {
     return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             path, version, kSchemaVersion)};
+                             path, *version, kSchemaVersion)};
   }
-  const bool empty = database.IntegerOf("SELECT count(*) FROM sqlite_master") == 0;
-  if (!empty && database.IntegerOf("PRAGMA application_id") != kApplicationId) {
+  const bool empty = *tables == 0;
+  if (!empty && *kind != kApplicationId) {
     return Error{fmt::format("{}: is a database, but no lens store of plumbline", path)};
   }
   if (!PassesCheck(database)) {
@@ -175,9 +178,9 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
     const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
                                          kApplicationId, kSchemaVersion);
     // Another process may have made it since.
-    const bool made = transaction.begun() &&
-                      (database.IntegerOf("PRAGMA user_version") != 0 ||
-                       (database.Run(kSchema) && database.Run(mark.c_str()))) &&
+    const Result<std::int64_t> present = database.IntegerOf("PRAGMA user_version");
+    const bool made = transaction.begun() && present &&
+                      (*present != 0 || (database.Run(kSchema) && database.Run(mark.c_str()))) &&
                       transaction.Commit();
     if (!made) return store.Failed("cannot be made");
   }

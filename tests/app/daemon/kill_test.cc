@@ -38,7 +38,7 @@ std::string Config(const RunningCell& cell, const std::string& state) {
 std::int64_t IntegerIn(const std::string& file, const char* sql) {
   auto database = Database::Open(file, Database::Mode::kRead);
   REQUIRE(database.ok());
-  return database.value().IntegerOf(sql);
+  return *database.value().IntegerOf(sql);
 }
 
 /// `plumbline model apply N`, killed after a while; nothing: left to end.

@@ -90,7 +90,7 @@ TEST_CASE("rows come back as they were written, absent values absent") {
   CheckSame((*rows)[1], bare);
   CHECK((*rows)[1].range_m == 2.5);
   CHECK((*rows)[1].id == 2);
-  CHECK(journal.value().JointCount() == 6);
+  CHECK(*journal.value().JointCount() == 6);
 }
 
 TEST_CASE("filters choose rows") {
@@ -173,7 +173,7 @@ TEST_CASE("two writers do not lose rows") {
   std::thread first(write), second(write);
   first.join();
   second.join();
-  CHECK(Journal::Open(path).value().Count() == 200);
+  CHECK(*Journal::Open(path).value().Count() == 200);
 }
 
 TEST_CASE("a process killed while it writes loses nothing that it had reported") {
@@ -210,7 +210,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
 
     auto journal = Journal::Open(path);
     REQUIRE(journal.ok());
-    const std::int64_t count = journal.value().Count();
+    const std::int64_t count = *journal.value().Count();
     CHECK(count >= reported);
     CHECK(count <= reported + 2);
     CHECK(count % 2 == 0);
@@ -321,7 +321,41 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
   CHECK(*(*rows)[1].t_s == Approx(60.5));
   CHECK((*rows)[1].session == "c");
   CHECK(*(*rows)[2].t_s == 137);  // imported: its own
-  CHECK(journal.value().LastProbe_s() == Approx(60.5));
+  CHECK(**journal.value().LastProbe_s() == Approx(60.5));
+}
+
+TEST_CASE("a journal that cannot be read tells that, not zero") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/journal.sqlite";
+  auto journal = Journal::Open(file);
+  REQUIRE(journal.ok());
+  CHECK(*journal.value().LastRow() == 0);
+  CHECK(*journal.value().JointCount() == 0);
+  CHECK_FALSE(journal.value().LastProbe_s()->has_value());
+  CHECK_FALSE(journal.value().LastRestart()->has_value());
+  REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
+  CHECK(*journal.value().LastRow() == 1);
+  const double epoch_s = journal.value().EpochUtc_s();
+  CHECK(epoch_s > 1.7e9);
+  {
+    auto raw = Database::Open(file, Database::Mode::kWrite);
+    REQUIRE(raw.value().Run(
+        "DROP TABLE measurement; DROP TABLE import; DROP TABLE monitor_restart; DROP TABLE epoch"));
+  }
+  CHECK(journal.value().EpochUtc_s() == epoch_s);  // as it was opened
+  CHECK_FALSE(journal.value().LastRow().ok());
+  CHECK_FALSE(journal.value().Count().ok());
+  CHECK_FALSE(journal.value().JointCount().ok());
+  CHECK_FALSE(journal.value().LastProbe_s().ok());
+  CHECK_FALSE(journal.value().LastRestart().ok());
+  CHECK_FALSE(journal.value().LastModel().ok());
+  CHECK_FALSE(journal.value().ImportedAs(1).ok());
+  CHECK_FALSE(journal.value().AppendImport({}, Joints(), "a.csv", 1, false).ok());
+  // Without its epoch the times of probes would count from 1970.
+  const auto opened = Journal::OpenForReading(file);
+  REQUIRE_FALSE(opened.ok());
+  CHECK_THAT(opened.error(), Catch::Contains("epoch"));
+  CHECK_FALSE(Journal::Open(file).ok());
 }
 
 TEST_CASE("what only some rows have is left out and told, never zero") {
