@@ -1,22 +1,11 @@
 #include "app/daemon/loop_worker.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <pthread.h>
 
 #include <algorithm>
-#include <filesystem>
 
-#include "app/config/cell_reader.h"
-#include "app/config/text_file.h"
-#include "app/config/utc_text.h"
 #include "app/daemon/utc_clock.h"
-#include "app/journal/journal_csv.h"
-#include "app/model_store/durable_file.h"
-#include "app/model_store/model_change.h"
-#include "app/model_store/model_json.h"
-#include "app/model_store/usable_model.h"
-#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/monitor/run_length.h"
 
 namespace plumbline {
@@ -27,11 +16,6 @@ using namespace std::chrono_literals;
 constexpr auto kPeriod = 20ms;
 constexpr auto kJournalRetry = 5s;
 constexpr auto kModelsRefresh = 1s;
-constexpr std::int64_t kMostDiagnosedRows = 12000;  // the newest: about a minute's work
-
-std::string Folder(const DaemonConfig& config) {
-  return config.state_directory + "/diagnosis";
-}
 
 MonitorDesign DesignFrom(const LoopConfig& loop) {
   MonitorWish wish;
@@ -268,160 +252,25 @@ void LoopWorker::ConsiderDiagnosis() {
   const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
-  const Result<std::size_t> rows = StartDiagnosis();
-  diagnosis_failed_ = !rows;
-  if (rows) {
-    sink_(LogLevel::kNotice, fmt::format("diagnosis started over {} measured points", *rows));
-    TellReadingError();
+  Result<DiagnosisRun> started =
+      DiagnosisRun::Start(config_, models_.applied, *journal_, alarm_row_, sink_);
+  diagnosis_failed_ = !started;
+  if (started) {
+    diagnosis_.emplace(std::move(started).value());
   } else {
-    sink_(LogLevel::kError, "diagnosis not started: " + rows.error());
+    sink_(LogLevel::kError, "diagnosis not started: " + started.error());
   }
-}
-
-/// Says how much of what is diagnosed the steps of the joint registers hide.
-void LoopWorker::TellReadingError() {
-  const CellModel& cell = config_.machine.cell;
-  const LoadedArm arm(cell);
-  double largest_rad = 0;
-  std::vector<double> radii_m;
-  for (const JournalRow& row : diagnosed_rows_) {
-    if (row.q_step_rad.value_or(0) <= 0) continue;
-    LoadedState state;
-    arm.AtActual(row.q, {}, {}, state);
-    largest_rad = std::max(largest_rad, *row.q_step_rad);
-    radii_m.push_back(RadiusHolding95Percent(ReadingCovariance(arm, state, *row.q_step_rad)));
-  }
-  if (radii_m.empty()) return;
-  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-  std::nth_element(radii_m.begin(), middle, radii_m.end());
-  if (*middle < cell.measurement.sigma_m.value_or(config_.loop.probe_sigma_m)) return;
-  sink_(LogLevel::kWarning,
-        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
-                    "counts as noise of the diagnosis, and effects below it cannot be seen; use "
-                    "finer registers (universal-robots-fine)",
-                    radii_m.size(), 1e3 * largest_rad, 1e3 * *middle));
-}
-
-Result<std::size_t> LoopWorker::StartDiagnosis() {
-  JournalFilter filter;
-  filter.last = kMostDiagnosedRows;
-  const auto since = journal_->LastModel();
-  if (!since) return Error{since.error()};
-  if (since->has_value()) filter.after_id = (*since)->after_row;
-  auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
-  if (!rows) return Error{rows.error()};
-  const ExportedCsv exported = CsvFromJournal(*rows, config_.machine.cell.robot.joints);
-  const std::string folder = Folder(config_);
-  std::error_code error;
-  std::filesystem::remove_all(folder, error);
-  std::filesystem::create_directories(folder, error);
-  if (error) return Error{fmt::format("{}: {}", folder, error.message())};
-  const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
-  if (!written) return Error{written.error()};
-  const Result<ModelStore> store = ModelStore::Open(config_.state_directory);
-  if (!store || models_.applied == 0) return Error{"the model store cannot be used"};
-  Result<DiagnosisProcess> started = DiagnosisProcess::Start(
-      {PlumblineProgram(), "diagnose", store->ModelFile(models_.applied), folder + "/measured.csv",
-       "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
-       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal_->EpochUtc_s())},
-      folder + "/output.txt");
-  if (!started) return Error{started.error()};
-  diagnosis_.emplace(std::move(started).value());
-  diagnosis_began_ = Clock::now();
-  diagnosed_rows_ = std::move(rows).value();
-  return exported.ids.size();
 }
 
 void LoopWorker::WatchDiagnosis() {
   if (!diagnosis_) return;
-  const auto ended = diagnosis_->Poll();
-  const std::chrono::duration<double> spent = Clock::now() - diagnosis_began_;
-  if (!ended && spent.count() < config_.loop.diagnosis_timeout_s) return;
+  const std::optional<DiagnosisRun::Outcome> outcome = diagnosis_->Poll(config_);
+  if (!outcome) return;
   diagnosis_.reset();
-  std::string failure = ended ? *ended
-                              : fmt::format("not done within loop.diagnosis_timeout_s = {:g} s",
-                                            config_.loop.diagnosis_timeout_s);
-  if (failure.empty()) {
-    const Result<std::string> taken = TakeDiagnosis();
-    if (taken) {
-      sink_(LogLevel::kNotice, *taken);
-    } else {
-      failure = taken.error();
-    }
-  }
-  diagnosis_failed_ = !failure.empty();
-  if (diagnosis_failed_) {
-    sink_(LogLevel::kError,
-          fmt::format("diagnosis failed: {}; its files are in {}", failure, Folder(config_)));
-  }
-  diagnosed_rows_.clear();
-}
-
-/// Turns the files of a finished diagnosis into a proposal. @return the line to log
-Result<std::string> LoopWorker::TakeDiagnosis() {
-  const std::string folder = Folder(config_);
-  const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
-  if (!json) return Error{"diagnosis.json: " + json.error()};
-  Result<ModelFacts> read = ModelFactsFromDiagnosis(*json);
-  if (!read) return Error{read.error()};
-  ModelFacts facts = std::move(read).value();
-  if (facts.verdict == "no_effect") {
-    return std::string("diagnosis: no_effect, nothing stands out of the noise; nothing proposed");
-  }
-  const std::string errors =
-      facts.rms_before_mm && facts.rms_after_mm
-          ? fmt::format("held out {:.3f} -> {:.3f} mm", *facts.rms_before_mm, *facts.rms_after_mm)
-          : "nothing was held out";
-  const std::string what = fmt::format(
-      "diagnosis: {} ({}), {}", facts.verdict,
-      facts.effects.empty() ? "no effect" : fmt::format("{}", fmt::join(facts.effects, ", ")),
-      errors);
-  if (facts.rms_before_mm && facts.rms_after_mm && *facts.rms_after_mm >= *facts.rms_before_mm) {
-    return what + "; nothing proposed";
-  }
-  const Result<std::string> model = ReadTextFile(folder + "/corrected.toml");
-  if (!model) return Error{"corrected.toml: " + model.error()};
-  FaultList faults;
-  const auto cell = CellFromText(*model, folder + "/corrected.toml", faults);
-  if (!cell) return Error{"the corrected model has faults: " + FaultsText(faults)};
-  std::vector<ModelPose> poses;
-  for (const JournalRow& row : diagnosed_rows_) {
-    poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
-  }
-  const Result<double> change_m = LargestChange(config_.machine.cell, *cell, poses);
-  if (change_m) facts.change_mm = 1e3 * *change_m;
-  facts.from = fmt::format("drift alarm of row {} of the journal", alarm_row_);
-  facts.based_on = models_.applied;
-
-  Result<ModelStore> store = ModelStore::Open(config_.state_directory);
-  if (!store) return Error{store.error()};
-  const std::string report = folder + "/report.html";
-  const Result<int> number =
-      store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
-  if (!number) return Error{number.error()};
-  models_.proposed = *number;
-  if (config_.loop.apply == LoopConfig::Apply::kAutomatic) {
-    const std::string objection = WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts));
-    if (objection.empty()) {
-      const Result<bool> applied = store.value().Apply(*number);
-      if (!applied) return Error{applied.error()};
-      reload_();
-      return fmt::format("{}; version {} applied, as loop.apply says", what, *number);
-    }
-    return fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
-  }
-  return fmt::format("{}; version {} proposed: `plumbline model apply {}`", what, *number, *number);
-}
-
-std::string LoopWorker::WhyNotAutomatic(const ModelFacts& facts) const {
-  if (facts.verdict != "explained") return "the verdict is not \"explained\"";
-  if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
-  if (!facts.change_mm) return "how far it moves the tip cannot be told";
-  if (*facts.change_mm > 1e3 * config_.loop.max_change_m) {
-    return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,
-                       1e3 * config_.loop.max_change_m);
-  }
-  return {};
+  diagnosis_failed_ = !outcome->failure.empty();
+  if (outcome->proposed != 0) models_.proposed = outcome->proposed;
+  sink_(diagnosis_failed_ ? LogLevel::kError : LogLevel::kNotice, outcome->told);
+  if (outcome->applied) reload_();
 }
 
 /// A proposal may come from a person, or be withdrawn by one.

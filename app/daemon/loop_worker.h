@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "app/config/daemon_config.h"
-#include "app/daemon/diagnosis_process.h"
+#include "app/daemon/diagnosis_run.h"
 #include "app/daemon/log.h"
 #include "app/daemon/loop_link.h"
 #include "app/journal/journal.h"
@@ -55,11 +55,7 @@ class LoopWorker {
   void Judge(const JournalRow& row, bool replayed);
   Vec3 ShiftOver(const DriftAlarm& alarm);
   void ConsiderDiagnosis();
-  Result<std::size_t> StartDiagnosis();
-  void TellReadingError();
   void WatchDiagnosis();
-  Result<std::string> TakeDiagnosis();
-  std::string WhyNotAutomatic(const ModelFacts& facts) const;
   void RefreshModels();
   void Tell();
   void Fail(const std::string& what);
@@ -80,9 +76,8 @@ class LoopWorker {
   ModelState models_;
   std::optional<Journal> journal_;
   std::optional<DriftMonitor> monitor_;
-  std::optional<DiagnosisProcess> diagnosis_;
-  Clock::time_point diagnosis_began_, journal_tried_, models_read_;
-  std::vector<JournalRow> diagnosed_rows_;
+  std::optional<DiagnosisRun> diagnosis_;
+  Clock::time_point journal_tried_, models_read_;
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
   bool diagnosis_failed_ = false;

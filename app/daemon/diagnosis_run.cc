@@ -1,0 +1,184 @@
+#include "app/daemon/diagnosis_run.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/config/utc_text.h"
+#include "app/journal/journal_csv.h"
+#include "app/model_store/durable_file.h"
+#include "app/model_store/model_change.h"
+#include "app/model_store/model_json.h"
+#include "app/model_store/usable_model.h"
+#include "firmware-like/deflection/uncertainty.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::int64_t kMostDiagnosedRows = 12000;  // the newest: about a minute's work
+
+std::string Folder(const DaemonConfig& config) {
+  return config.state_directory + "/diagnosis";
+}
+
+/// Says how much of what is diagnosed the steps of the joint registers hide.
+void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
+                      const DiagnosisRun::Sink& sink) {
+  const CellModel& cell = config.machine.cell;
+  const LoadedArm arm(cell);
+  double largest_rad = 0;
+  std::vector<double> radii_m;
+  for (const JournalRow& row : rows) {
+    if (row.q_step_rad.value_or(0) <= 0) continue;
+    LoadedState state;
+    arm.AtActual(row.q, {}, {}, state);
+    largest_rad = std::max(largest_rad, *row.q_step_rad);
+    radii_m.push_back(RadiusHolding95Percent(ReadingCovariance(arm, state, *row.q_step_rad)));
+  }
+  if (radii_m.empty()) return;
+  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
+  std::nth_element(radii_m.begin(), middle, radii_m.end());
+  if (*middle < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
+  sink(LogLevel::kWarning,
+       fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
+                   "counts as noise of the diagnosis, and effects below it cannot be seen; use "
+                   "finer registers (universal-robots-fine)",
+                   radii_m.size(), 1e3 * largest_rad, 1e3 * *middle));
+}
+
+}  // namespace
+
+Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied_model,
+                                         Journal& journal, std::int64_t alarm_row,
+                                         const Sink& sink) {
+  JournalFilter filter;
+  filter.last = kMostDiagnosedRows;
+  const auto since = journal.LastModel();
+  if (!since) return Error{since.error()};
+  if (since->has_value()) filter.after_id = (*since)->after_row;
+  auto rows = journal.Read(filter, config.machine.cell.robot.joints);
+  if (!rows) return Error{rows.error()};
+  const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
+  const std::string folder = Folder(config);
+  std::error_code error;
+  std::filesystem::remove_all(folder, error);
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{fmt::format("{}: {}", folder, error.message())};
+  const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
+  if (!written) return Error{written.error()};
+  const Result<ModelStore> store = ModelStore::Open(config.state_directory);
+  if (!store || applied_model == 0) return Error{"the model store cannot be used"};
+  Result<DiagnosisProcess> started = DiagnosisProcess::Start(
+      {PlumblineProgram(), "diagnose", store->ModelFile(applied_model), folder + "/measured.csv",
+       "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
+       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal.EpochUtc_s())},
+      folder + "/output.txt");
+  if (!started) return Error{started.error()};
+  sink(LogLevel::kNotice,
+       fmt::format("diagnosis started over {} measured points", exported.ids.size()));
+  TellReadingError(config, *rows, sink);
+  return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
+                      std::move(rows).value());
+}
+
+std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& config) {
+  const auto ended = process_.Poll();
+  const std::chrono::duration<double> spent = Clock::now() - began_;
+  Outcome outcome;
+  if (!ended) {
+    if (spent.count() < config.loop.diagnosis_timeout_s) return std::nullopt;
+    process_.Kill();
+    outcome.failure = fmt::format("not done within loop.diagnosis_timeout_s = {:g} s",
+                                  config.loop.diagnosis_timeout_s);
+  } else if (!ended->empty()) {
+    outcome.failure = *ended;
+  } else {
+    const Result<Outcome> taken = Take(config);
+    if (taken) return *taken;
+    outcome.failure = taken.error();
+  }
+  outcome.told =
+      fmt::format("diagnosis failed: {}; its files are in {}", outcome.failure, Folder(config));
+  return outcome;
+}
+
+/// Turns the files of a finished diagnosis into a proposal.
+Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) const {
+  const std::string folder = Folder(config);
+  const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
+  if (!json) return Error{"diagnosis.json: " + json.error()};
+  Result<ModelFacts> read = ModelFactsFromDiagnosis(*json);
+  if (!read) return Error{read.error()};
+  ModelFacts facts = std::move(read).value();
+  Outcome outcome;
+  if (facts.verdict == "no_effect") {
+    outcome.told = "diagnosis: no_effect, nothing stands out of the noise; nothing proposed";
+    return outcome;
+  }
+  const std::string errors =
+      facts.rms_before_mm && facts.rms_after_mm
+          ? fmt::format("held out {:.3f} -> {:.3f} mm", *facts.rms_before_mm, *facts.rms_after_mm)
+          : "nothing was held out";
+  const std::string what = fmt::format(
+      "diagnosis: {} ({}), {}", facts.verdict,
+      facts.effects.empty() ? "no effect" : fmt::format("{}", fmt::join(facts.effects, ", ")),
+      errors);
+  if (facts.rms_before_mm && facts.rms_after_mm && *facts.rms_after_mm >= *facts.rms_before_mm) {
+    outcome.told = what + "; nothing proposed";
+    return outcome;
+  }
+  const Result<std::string> model = ReadTextFile(folder + "/corrected.toml");
+  if (!model) return Error{"corrected.toml: " + model.error()};
+  FaultList faults;
+  const auto cell = CellFromText(*model, folder + "/corrected.toml", faults);
+  if (!cell) return Error{"the corrected model has faults: " + FaultsText(faults)};
+  std::vector<ModelPose> poses;
+  for (const JournalRow& row : rows_) {
+    poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
+  }
+  const Result<double> change_m = LargestChange(config.machine.cell, *cell, poses);
+  if (change_m) facts.change_mm = 1e3 * *change_m;
+  facts.from = fmt::format("drift alarm of row {} of the journal", alarm_row_);
+  facts.based_on = applied_model_;
+
+  Result<ModelStore> store = ModelStore::Open(config.state_directory);
+  if (!store) return Error{store.error()};
+  const std::string report = folder + "/report.html";
+  const Result<int> number =
+      store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
+  if (!number) return Error{number.error()};
+  outcome.proposed = *number;
+  if (config.loop.apply != LoopConfig::Apply::kAutomatic) {
+    outcome.told =
+        fmt::format("{}; version {} proposed: `plumbline model apply {}`", what, *number, *number);
+    return outcome;
+  }
+  const std::string objection = WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts, config.loop));
+  if (!objection.empty()) {
+    outcome.told =
+        fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
+    return outcome;
+  }
+  const Result<bool> applied = store.value().Apply(*number);
+  if (!applied) return Error{applied.error()};
+  outcome.applied = true;
+  outcome.told = fmt::format("{}; version {} applied, as loop.apply says", what, *number);
+  return outcome;
+}
+
+std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop) {
+  if (facts.verdict != "explained") return "the verdict is not \"explained\"";
+  if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
+  if (!facts.change_mm) return "how far it moves the tip cannot be told";
+  if (*facts.change_mm > 1e3 * loop.max_change_m) {
+    return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,
+                       1e3 * loop.max_change_m);
+  }
+  return {};
+}
+
+}  // namespace plumbline
