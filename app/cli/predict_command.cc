@@ -146,10 +146,10 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, row.payload_kg)};
     }
-    const bool extrapolated =
-        OutsideDomain(known->second.cell, row.q,
-                      poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
-                      poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt);
+    const bool extrapolated = OutsideDomain(
+        known->second.cell, row.q,
+        poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
+        poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
     const double declared_m =
         RadiusHolding95Percent(DeflectionCovariance(arm, state, deflection_sd));
     const double radius95_m = known->second.uncertainty.Radius95_m(

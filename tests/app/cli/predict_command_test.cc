@@ -104,6 +104,45 @@ const std::string kGoodRow = "0,-90,90,0,0,0,60\n";
 
 }  // namespace
 
+TEST_CASE("a time that the effect of time has not seen is extrapolated") {
+  const std::string file = "tests/virtual_cell/demo/cockpit-cell.toml";
+  FaultList faults;
+  auto cell = ReadCell(file, faults);
+  REQUIRE(cell);
+  WrittenEffect drift;
+  drift.id = "thermal_drift";
+  for (const auto& [name, value, unit] : {std::tuple("x", 1.0, "mm"),
+                                          {"y", 0.0, "mm"},
+                                          {"z", 0.0, "mm"},
+                                          {"time_constant", 600.0, "s"}}) {
+    EffectParameter parameter;
+    parameter.name = name;
+    parameter.value = value;
+    parameter.unit = unit;
+    drift.parameters.push_back(parameter);
+  }
+  drift.seen_t_s = Interval{100, 5000};
+  cell->effects = {drift};
+  Domain domain;
+  domain.q.assign(static_cast<std::size_t>(cell->robot.size()), Interval{-7, 7});
+  cell->domain = domain;
+  const auto extrapolated = [&](const std::string& csv) {
+    const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    INFO(FaultsText(faults));
+    REQUIRE(poses);
+    std::vector<bool> of_rows;
+    const auto predicted = Predict(*cell, *poses, 0.1);
+    REQUIRE(predicted.ok());
+    for (const Prediction& one : *predicted) of_rows.push_back(one.extrapolated);
+    return of_rows;
+  };
+  const std::string joints = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg";
+  const std::string pose = "0,-90,90,0,0,0";
+  CHECK(extrapolated("t_s," + joints + "\n99," + pose + "\n100," + pose + "\n5000," + pose +
+                     "\n5001," + pose + "\n") == std::vector<bool>{true, false, false, true});
+  CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{false});  // not recorded
+}
+
 TEST_CASE("a row whose payload is impossible is named and left out") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow + "0,-90,90,0,0,0,-1\n0,-90,90,0,0,0,5001\n");
