@@ -63,6 +63,10 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   auto rows = journal.Read(filter, config.machine.cell.robot.joints);
   if (!rows) return Error{rows.error()};
   const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
+  for (const std::string& note : exported.notes) sink(LogLevel::kNotice, "diagnosis: " + note);
+  std::erase_if(rows.value(), [&exported](const JournalRow& row) {
+    return !std::binary_search(exported.ids.begin(), exported.ids.end(), row.id);
+  });
   const std::string folder = Folder(config);
   std::error_code error;
   std::filesystem::remove_all(folder, error);

@@ -1,9 +1,11 @@
 #include "app/journal/journal_csv.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
+#include <map>
 
 #include "app/config/toml_reader.h"
 
@@ -12,10 +14,13 @@ namespace {
 
 constexpr double kMmPerMetre = 1 / kMetrePerMm;
 
+constexpr std::size_t kNewest = 50;  // rows: what an alarm came from stands among them
+
 /// One column: its name, what a row writes there (nothing: not recorded).
 struct CsvColumn {
   std::string name;
   std::function<std::optional<std::string>(const JournalRow&)> text;
+  std::string recorded_as = {};  ///< what a row lacks that lacks it; empty: the name
 };
 
 std::string Fixed(double value, int decimals) {
@@ -38,7 +43,8 @@ void AddJoints(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints
                          const JointVector& all = row.*values;
                          if (all.size() <= index) return std::nullopt;
                          return Fixed(all[index] / unit, decimals);
-                       }});
+                       },
+                       fmt::format("{}1_{}{}..", prefix, slides ? "mm" : "deg", suffix)});
   }
 }
 
@@ -50,8 +56,108 @@ void AddTorques(std::vector<CsvColumn>& columns, const std::vector<Joint>& joint
                        [=](const JournalRow& row) -> std::optional<std::string> {
                          if (row.tau.size() <= index) return std::nullopt;
                          return Fixed(row.tau[index], 4);
-                       }});
+                       },
+                       "tau1_Nm.."});
   }
+}
+
+/// t_s on one clock: imported rows count it from their file's moment, probes from the journal's.
+CsvColumn TimeColumn(const std::vector<const JournalRow*>& rows, bool& two_clocks) {
+  const auto imported = [](const JournalRow& row) {
+    return row.source == JournalRow::Source::kImport;
+  };
+  std::ptrdiff_t of_imports = 0, of_probes = 0;
+  for (const JournalRow* row : rows) {
+    if (row->t_s) ++(imported(*row) ? of_imports : of_probes);
+  }
+  two_clocks = of_imports > 0 && of_probes > 0;
+  const bool imports = of_imports >= of_probes;
+  return {"t_s",
+          [imports, imported](const JournalRow& row) {
+            return imported(row) == imports ? FixedIfThere(row.t_s, 6) : std::nullopt;
+          },
+          two_clocks ? "t_s of the same clock" : ""};
+}
+
+/// True where rows to be left out are under a tenth of all, and under a tenth of the newest: what
+/// is diagnosed must not be what is missing.
+bool AreFew(const std::vector<bool>& left_out) {
+  const auto under_a_tenth = [&](std::size_t of_the_newest) {
+    const auto first = left_out.end() - static_cast<std::ptrdiff_t>(of_the_newest);
+    const auto count = static_cast<std::size_t>(std::count(first, left_out.end(), true));
+    return 10 * count < of_the_newest;
+  };
+  return under_a_tenth(left_out.size()) && under_a_tenth(std::min(kNewest, left_out.size()));
+}
+
+std::string LeftOut(const std::vector<std::int64_t>& ids, const std::string& lacking) {
+  return ids.size() == 1 ? fmt::format("row {}: left out, it has no {}", ids.front(), lacking)
+                         : fmt::format("{} rows, the first being row {}: left out, they have no {}",
+                                       ids.size(), ids.front(), lacking);
+}
+
+/// Takes the columns that the rows have out of `columns`, and out of `rows` the few that lack one
+/// of them; notes both.
+std::vector<CsvColumn> ColumnsKept(std::vector<CsvColumn> columns, bool two_clocks,
+                                   std::vector<const JournalRow*>& rows,
+                                   std::vector<std::string>& notes) {
+  struct Lack {
+    std::size_t column;
+    std::vector<bool> by_row;
+    std::ptrdiff_t count;
+  };
+  std::vector<Lack> lacks;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    Lack& lack = lacks.emplace_back(Lack{c, {}, 0});
+    for (const JournalRow* row : rows) lack.by_row.push_back(!columns[c].text(*row));
+    lack.count = std::count(lack.by_row.begin(), lack.by_row.end(), true);
+  }
+  // Those that most rows have first: each lets further rows be left out.
+  std::stable_sort(lacks.begin(), lacks.end(),
+                   [](const Lack& a, const Lack& b) { return a.count < b.count; });
+  std::vector<bool> left_out(rows.size(), false), kept(columns.size(), false);
+  for (const Lack& lack : lacks) {
+    const CsvColumn& column = columns[lack.column];
+    const auto with = static_cast<std::ptrdiff_t>(rows.size()) - lack.count;
+    if (with == 0) continue;
+    std::vector<bool> further = left_out;
+    for (std::size_t k = 0; k < rows.size(); ++k) further[k] = further[k] || lack.by_row[k];
+    if (further == left_out || AreFew(further)) {
+      left_out = std::move(further);
+      kept[lack.column] = true;
+    } else if (column.name == "t_s" && two_clocks) {
+      notes.emplace_back(
+          "column t_s: left out, imported rows count it from another moment than probes do");
+    } else {
+      notes.push_back(fmt::format("column {}: left out, only {} of {} rows have it", column.name,
+                                  with, rows.size()));
+    }
+  }
+  std::map<std::string, std::vector<std::int64_t>> ids_lacking;
+  std::vector<const JournalRow*> whole;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (!left_out[k]) {
+      whole.push_back(rows[k]);
+      continue;
+    }
+    std::vector<std::string> lacking;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (!kept[c] || columns[c].text(*rows[k])) continue;
+      const std::string& as = columns[c].recorded_as;
+      const std::string& name = as.empty() ? columns[c].name : as;
+      if (lacking.empty() || lacking.back() != name) lacking.push_back(name);
+    }
+    ids_lacking[fmt::format("{}", fmt::join(lacking, ", "))].push_back(rows[k]->id);
+  }
+  for (const auto& [lacking, ids] : ids_lacking) {
+    notes.push_back(LeftOut(ids, lacking) + " as the others do");
+  }
+  rows = std::move(whole);
+  std::vector<CsvColumn> used;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (kept[c]) used.push_back(std::move(columns[c]));
+  }
+  return used;
 }
 
 enum class Kind { kPosition, kRange, kPose, kNothing };
@@ -129,31 +235,25 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   ExportedCsv exported;
   const Kind kind = KindOfMost(all_rows);
   std::vector<const JournalRow*> rows;
+  std::vector<std::int64_t> without_point;
   for (const JournalRow& row : all_rows) {
     const bool fits = kind == Kind::kRange ? row.range_m.has_value() : row.measured_W.has_value();
     if (fits) {
       rows.push_back(&row);
-      exported.ids.push_back(row.id);
     } else {
-      exported.notes.push_back(fmt::format("row {}: left out, it has no {}", row.id,
-                                           kind == Kind::kRange ? "range" : "position"));
+      without_point.push_back(row.id);
     }
+  }
+  if (!without_point.empty()) {
+    exported.notes.push_back(LeftOut(without_point, kind == Kind::kRange ? "range" : "position"));
   }
 
   std::vector<CsvColumn> columns;
   columns.push_back({"session", [](const JournalRow& row) {
                        return row.session.empty() ? std::nullopt : std::optional(row.session);
                      }});
-  const auto imported =
-      static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const JournalRow* row) {
-        return row->source == JournalRow::Source::kImport && row->t_s;
-      }));
-  if (imported == 0 || imported == rows.size()) {
-    columns.push_back({"t_s", [](const JournalRow& row) { return FixedIfThere(row.t_s, 6); }});
-  } else {
-    exported.notes.push_back(
-        "column t_s: left out, imported rows count it from another moment than probes do");
-  }
+  bool two_clocks = false;
+  columns.push_back(TimeColumn(rows, two_clocks));
   AddJoints(columns, joints, "q", "", &JournalRow::q, 7);
   AddJoints(columns, joints, "qd", "_s", &JournalRow::qd, 6);
   AddJoints(columns, joints, "qdd", "_s2", &JournalRow::qdd, 6);
@@ -171,18 +271,8 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   }
   AddMeasured(columns, kind);
 
-  std::vector<CsvColumn> used;
-  for (CsvColumn& column : columns) {
-    const auto with = static_cast<std::size_t>(
-        std::count_if(rows.begin(), rows.end(),
-                      [&column](const JournalRow* row) { return column.text(*row).has_value(); }));
-    if (with == rows.size() && with > 0) {
-      used.push_back(std::move(column));
-    } else if (with > 0) {
-      exported.notes.push_back(fmt::format("column {}: left out, only {} of {} rows have it",
-                                           column.name, with, rows.size()));
-    }
-  }
+  const std::vector<CsvColumn> used =
+      ColumnsKept(std::move(columns), two_clocks, rows, exported.notes);
   const auto line = [&](auto field) {
     for (std::size_t i = 0; i < used.size(); ++i) {
       exported.text += (i == 0 ? "" : ",") + field(used[i]);
@@ -191,6 +281,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   };
   line([](const CsvColumn& column) { return column.name; });
   for (const JournalRow* row : rows) {
+    exported.ids.push_back(row->id);
     line([row](const CsvColumn& column) { return *column.text(*row); });
   }
   return exported;

@@ -14,15 +14,16 @@ std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table);
 
 struct ExportedCsv {
   std::string text;                ///< header and one line a row
-  std::vector<std::string> notes;  ///< columns left out, and why
+  std::vector<std::string> notes;  ///< columns and rows left out, and why
   std::vector<std::int64_t> ids;   ///< of the rows written, in their order (line 2 is ids[0])
 };
 
-/// A measured.csv (formats.md) of journal rows. A column is written where every row has its value;
-/// one that only some rows have is left out, and that is noted, as a missing value must never look
-/// like zero. Rows without a measured point of the kind that most of them have are left out, and
-/// that is noted too. t_s is what the journal has; where probes and imported rows stand together it
-/// is left out, as they count from different moments.
+/// A measured.csv (formats.md) of journal rows. A missing value must never look like zero: a column
+/// is written where every row written has its value. Where few rows lack it (under a tenth of all,
+/// and of the newest fifty) these rows are left out, else the column is. Rows without a measured
+/// point of the kind that most of them have are left out. All of that is noted. t_s is what the
+/// journal has; probes and imported rows count it from different moments, so that those which are
+/// fewer lack it.
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows, const std::vector<Joint>& joints);
 
 }  // namespace plumbline

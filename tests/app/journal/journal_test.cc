@@ -358,6 +358,64 @@ TEST_CASE("a journal that cannot be read tells that, not zero") {
   CHECK_FALSE(Journal::Open(file).ok());
 }
 
+TEST_CASE("few rows that lack a column are left out; where many lack it, the column is") {
+  std::vector<JournalRow> rows;
+  for (int i = 1; i <= 97; ++i) {
+    rows.push_back(FullRow(i));
+    rows.back().id = i;
+    rows.back().source = JournalRow::Source::kImport;
+  }
+  const auto lacks = [](JournalRow& row) {
+    row.t_s.reset();
+    row.temp_C.reset();
+    row.qd.resize(0);
+  };
+  lacks(rows.back());
+  const ExportedCsv few = CsvFromJournal(rows, Joints());
+  FaultList faults;
+  const auto back = TableFromCsv(few.text, "m.csv", Joints(), faults);
+  REQUIRE(back);
+  CHECK(back->rows.size() == 96);
+  CHECK((back->recorded.time && back->recorded.temperature && back->recorded.qd));
+  CHECK(few.ids.size() == 96);
+  CHECK(few.ids.back() == 96);
+  REQUIRE(few.notes.size() == 1);
+  CHECK(few.notes[0] == "row 97: left out, it has no t_s, qd1_deg_s.., temp_C as the others do");
+
+  // A tenth of all, and a tenth of the newest fifty, which may be what an alarm came from.
+  struct Case {
+    std::size_t first, last;
+  };
+  for (const Case& c : {Case{10, 19}, Case{92, 96}}) {
+    CAPTURE(c.first, c.last);
+    std::vector<JournalRow> more = rows;
+    for (std::size_t k = c.first; k <= c.last; ++k) lacks(more[k]);
+    const ExportedCsv many = CsvFromJournal(more, Joints());
+    const auto table = TableFromCsv(many.text, "m.csv", Joints(), faults);
+    REQUIRE(table);
+    CHECK(table->rows.size() == 97);
+    CHECK_FALSE((table->recorded.time || table->recorded.temperature || table->recorded.qd));
+    CHECK(table->recorded.payload);
+    const std::string notes = fmt::format("{}", fmt::join(many.notes, "\n"));
+    CHECK_THAT(notes, Catch::Contains(fmt::format("column temp_C: left out, only {} of 97",
+                                                  c.last < 96 ? 86 : 92)));
+  }
+}
+
+TEST_CASE("one probe among many imported rows is left out, not the time of all") {
+  std::vector<JournalRow> rows;
+  for (int i = 1; i <= 60; ++i) {
+    rows.push_back(FullRow(i));
+    rows.back().id = i;
+    if (i != 30) rows.back().source = JournalRow::Source::kImport;
+  }
+  const ExportedCsv exported = CsvFromJournal(rows, Joints());
+  CHECK(exported.ids.size() == 59);
+  CHECK_THAT(exported.text.substr(0, 40), Catch::Contains("t_s"));
+  REQUIRE(exported.notes.size() == 1);
+  CHECK(exported.notes[0] == "row 30: left out, it has no t_s of the same clock as the others do");
+}
+
 TEST_CASE("what only some rows have is left out and told, never zero") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3), FullRow(4)};
   rows[1].temp_C.reset();
