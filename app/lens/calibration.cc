@@ -14,6 +14,7 @@ constexpr double kHalvesDisagree = 45;    // chi^2 of 9 degrees of freedom, 1e-6
 constexpr double kLeastCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kLeastTilt_rad = 0.15;  // spread of the board's normals
+constexpr double kFarEnough = 0.9;       // of the way to the image's corner; for the words alone
 constexpr double kBlurred = 2.5;         // times the middle width of the edges
 constexpr double kMisfit = 3;            // times the middle RMS of the views
 constexpr double kUnevenBoard = 0.4;     // share of a view's variance that all views share
@@ -108,6 +109,19 @@ double TiltSpread(const LensFit& fit) {
   return widest;
 }
 
+/// From the image's middle to the farthest corner that was used, share of the way to the image's
+/// corner.
+double Reach(const LensFit& fit, std::span<const BoardView> views, ImageSize size) {
+  const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  double farthest = 0;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    for (std::size_t k = 0; k < views[j].corners_px.size(); ++k) {
+      if (fit.used[j][k]) farthest = std::max(farthest, (views[j].corners_px[k] - middle).norm());
+    }
+  }
+  return farthest / middle.norm();
+}
+
 double LargestBow(const LensFit& fit, const Board& board) {
   double lowest = 0, highest = 0;
   for (int k = 0; k < board.corners(); ++k) {
@@ -148,12 +162,14 @@ void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize
   if (chi2 < kHalvesDisagree) return;
   reasons.push_back(fmt::format(
       "the first and the second half of the frames give different lenses (f {:.1f} and {:.1f} px, "
-      "chi^2 {:.0f} of 9): the lens moved, or the board bent; take the frames anew",
-      early->shared[kFx], late->shared[kFx], chi2));
+      "board bowed by {:.2f} and {:.2f} mm, chi^2 {:.0f} of 9): the lens moved, or the board bent; "
+      "fix the board to a stiff plate, and take the frames anew",
+      early->shared[kFx], late->shared[kFx], 1e3 * LargestBow(*early, board),
+      1e3 * LargestBow(*late, board), chi2));
 }
 
-void JudgeUncertainty(const LensFit& fit, const CalibrationOptions& options,
-                      LensCalibration& answer) {
+void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
+                      const CalibrationOptions& options, LensCalibration& answer) {
   answer.uncertainty =
       UncertaintyOf(answer.lens, answer.covariance, answer.size, options.distance_m);
   if (answer.uncertainty.max_px <= options.acceptable_px) return;
@@ -161,10 +177,19 @@ void JudgeUncertainty(const LensFit& fit, const CalibrationOptions& options,
       "the projection is uncertain by {:.2g} px at the worst place of the image; {:.2g} px is "
       "allowed: ",
       answer.uncertainty.max_px, options.acceptable_px);
-  reason += TiltSpread(fit) < kLeastTilt_rad
-                ? "the views are too much alike; tilt the board by 20 to 40 degrees, to the left, "
-                  "to the right, up and down"
-                : "take further views, tilted and close to the corners of the image";
+  const double reach = Reach(fit, views, answer.size);
+  if (TiltSpread(fit) < kLeastTilt_rad) {
+    reason +=
+        "the views are too much alike; tilt the board by 20 to 40 degrees, to the left, to the "
+        "right, up and down";
+  } else if (reach < kFarEnough) {
+    reason += fmt::format(
+        "the board was seen only as far as {:.0f} % of the way from the middle to the corners of "
+        "the image, and what the lens does beyond is a guess; hold it into the corners",
+        100 * reach);
+  } else {
+    reason += "take further views, tilted and close to the corners of the image";
+  }
   answer.reasons.push_back(std::move(reason));
 }
 
@@ -207,7 +232,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
   JudgeStandstill(*fit, widening, answer.reasons);
   JudgeHalves(board, kept, size, widening, answer.reasons);
-  JudgeUncertainty(*fit, options, answer);
+  JudgeUncertainty(*fit, kept, options, answer);
   if (shared > kUnevenBoard) {
     answer.reasons.push_back(fmt::format(
         "the board is not what it should be: {:.0f} % of the corners' error is the same in all "

@@ -1,5 +1,5 @@
 // The lens calibration: corners, the solve, what is claimed against what is true, and what is
-// accepted; OpenCV in the same run as the peer. lens_bench [--quick]
+// accepted; OpenCV and mrcal in the same run as the peers. lens_bench [--quick]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/peers/mrcal_peer.h"
 
 using namespace plumbline;
 
@@ -36,6 +37,13 @@ double Rms(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value * value;
   return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Per cent of the values within -2..2.
+double ShareWithin2(const std::vector<double>& z) {
+  const auto within =
+      std::count_if(z.begin(), z.end(), [](double value) { return std::abs(value) < 2; });
+  return z.empty() ? 0 : 100.0 * static_cast<double>(within) / static_cast<double>(z.size());
 }
 
 /// Squared errors of all corners; the board may be found turned by half a turn.
@@ -120,6 +128,7 @@ void Solve(int seeds) {
       capture.f = f;
       capture.kind = kind;
       std::vector<double> ours, theirs, whole, errors, their_errors, z, image_z;
+      std::vector<double> mrcal_errors, mrcal_z, our_errors_there;
       for (int seed = 1; seed <= seeds; ++seed) {
         const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
         const renderer::Camera truth = renderer::ZoomLens(f);
@@ -136,6 +145,12 @@ void Solve(int seeds) {
         const LensCalibration c = CalibrateLens(board, views, kSize);
         whole.push_back(Computed_ms() - start);
         image_z.push_back(LargestDifference(TrueLens(truth), c.lens, kSize) / c.uncertainty.max_px);
+        if (const auto mrcal =
+                SolveWithMrcal(board, views, kSize, LensOfShared(fit->shared), fit->X_CK)) {
+          mrcal_errors.push_back(100 * (mrcal->lens.fx / truth.fx - 1));
+          mrcal_z.push_back((mrcal->lens.fx - truth.fx) / mrcal->fx_sd);
+          our_errors_there.push_back(errors.back());
+        }
         if (seed > 10) continue;
         double fx = 0;
         theirs.push_back(OpenCvSolve(board, views, fx));
@@ -149,6 +164,15 @@ void Solve(int seeds) {
           f, kind == Capture::Kind::kVaried ? "varied" : "burst ", Median(ours), Median(theirs),
           Median(ours) / Median(theirs), Rms(errors), Rms(their_errors), Rms(z), Median(image_z),
           Median(whole));
+      if (!HasMrcal()) {
+        fmt::print("  mrcal: SKIPPED, not installed when this was built (libmrcal-dev)\n");
+        continue;
+      }
+      fmt::print(
+          "  mrcal, same corners     fx error {:.4f} % | ours {:.4f} %; spread of z {:.2f} | ours "
+          "{:.2f}; within two claimed deviations {:.1f} % | ours {:.1f} % (95.4 % is right)\n",
+          Rms(mrcal_errors), Rms(our_errors_there), Rms(mrcal_z), Rms(z), ShareWithin2(mrcal_z),
+          ShareWithin2(z));
     }
   }
 }

@@ -1,0 +1,29 @@
+// The calibration library mrcal as a peer, on the same corners.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "app/lens/board.h"
+#include "app/lens/lens_model.h"
+
+namespace plumbline {
+
+struct MrcalFit {
+  Lens lens;
+  double fx_sd =
+      0;  ///< claimed, its way: by the noise of the observations as the residuals tell it
+};
+
+/// Solves with mrcal's defaults for calibrating a camera (all parameters of its OpenCV5 model,
+/// poses, a board that may be bowed, regularisation, no outliers), from the lens and the poses
+/// given.
+/// @return  nothing where the build has no mrcal, or where it does not solve
+std::optional<MrcalFit> SolveWithMrcal(const Board& board, std::span<const BoardView> views,
+                                       ImageSize size, const Lens& start,
+                                       std::span<const Pose> X_CK);
+
+/// Whether the build found it.
+bool HasMrcal();
+
+}  // namespace plumbline
