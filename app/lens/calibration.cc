@@ -122,12 +122,14 @@ double Reach(const LensFit& fit, std::span<const BoardView> views, ImageSize siz
   return farthest / middle.norm();
 }
 
-double LargestBow(const LensFit& fit, const Board& board) {
+/// Difference of the highest and the lowest place of the board over its plane [m].
+/// @param bow  kBowX, kBowY, kBowXY
+double LargestBow(const Vec3& bow, const Board& board) {
   double lowest = 0, highest = 0;
   for (int k = 0; k < board.corners(); ++k) {
     const Vec2 at = board.Corner(k) - board.Centre();
-    const double z = fit.shared[kBowX] * at.x() * at.x() + fit.shared[kBowY] * at.y() * at.y() +
-                     fit.shared[kBowXY] * at.x() * at.y();
+    const double z =
+        bow.x() * at.x() * at.x() + bow.y() * at.y() * at.y() + bow.z() * at.x() * at.y();
     lowest = std::min(lowest, z);
     highest = std::max(highest, z);
   }
@@ -162,10 +164,11 @@ void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize
   if (chi2 < kHalvesDisagree) return;
   reasons.push_back(fmt::format(
       "the first and the second half of the frames give different lenses (f {:.1f} and {:.1f} px, "
-      "board bowed by {:.2f} and {:.2f} mm, chi^2 {:.0f} of 9): the lens moved, or the board bent; "
-      "fix the board to a stiff plate, and take the frames anew",
-      early->shared[kFx], late->shared[kFx], 1e3 * LargestBow(*early, board),
-      1e3 * LargestBow(*late, board), chi2));
+      "chi^2 {:.0f} of 9) and differ by {:.2f} mm in the board's shape: the lens moved, or the "
+      "board "
+      "bent; fix the board to a stiff plate, and take the frames anew",
+      early->shared[kFx], late->shared[kFx], chi2,
+      1e3 * LargestBow((late->shared - early->shared).segment<3>(kBowX), board)));
 }
 
 void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
@@ -224,7 +227,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   answer.lens = LensOfShared(fit->shared);
   answer.rms_px = fit->rms_px;
   answer.sigma_px = fit->sigma_px;
-  answer.board_bow_m = LargestBow(*fit, board);
+  answer.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);
   answer.coverage = Coverage(kept, size);
   const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
   const double widening =
