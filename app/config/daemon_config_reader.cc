@@ -9,6 +9,7 @@
 
 #include "app/config/cell_reader.h"
 #include "app/config/file_kind.h"
+#include "app/config/limits.h"
 #include "app/config/point_reader.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
@@ -29,7 +30,7 @@ constexpr NumberRange kMaxTranslation{0.01, 1000, kMetrePerMm};
 constexpr NumberRange kMaxRotation{0.001, 90, kRadPerDeg};
 constexpr NumberRange kSingularValue{0, 1};
 constexpr NumberRange kShare{0, 1};
-constexpr NumberRange kMass{0, 5000};
+constexpr NumberRange kMass{0, kLargestPayload_kg};
 constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
 
 /// Finds and reads the files that a configuration names.

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "app/config/limits.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -15,7 +16,7 @@ namespace {
 constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
 constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
 constexpr NumberRange kToolPoint{-5000, 5000, kMetrePerMm};
-constexpr NumberRange kPayload{0, 5000};
+constexpr NumberRange kPayload{0, kLargestPayload_kg};
 
 using FrameTable = std::map<std::string, Pose>;
 

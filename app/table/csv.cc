@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "app/config/limits.h"
+#include "app/config/nearest_word.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 
@@ -138,6 +140,7 @@ class TableReader {
  private:
   void AddHeaderFault(std::string_view column, std::string what);
   void AddColumn(std::string_view name);
+  std::string DidYouMean(std::string_view name) const;
   bool Recorded(Quantity quantity, bool required);
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
@@ -154,6 +157,19 @@ class TableReader {
 void TableReader::AddHeaderFault(std::string_view column, std::string what) {
   header_faulty_ = true;
   faults_.Add({Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
+}
+
+/// A hint at the column that a further one may stand for, of those that are not there.
+std::string TableReader::DidYouMean(std::string_view name) const {
+  std::vector<std::string> absent;
+  for (const Column& column : known_) {
+    if (column.quantity == Quantity::kOrientation) continue;  // of two characters: near to all
+    if (std::find(fields_.begin(), fields_.end(), column.name) == fields_.end()) {
+      absent.push_back(column.name);
+    }
+  }
+  const std::string nearest = NearestWord(name, absent, 0);
+  return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
 }
 
 void TableReader::AddColumn(std::string_view name) {
@@ -180,7 +196,7 @@ void TableReader::AddColumn(std::string_view name) {
         {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
     table_.further.emplace_back(name);
     faults_.Add({Fault::Severity::kWarning, table_.file, 1, ShownName(name),
-                 "is no column of the format: taken as a further signal"});
+                 "is no column of the format: taken as a further signal" + DidYouMean(name)});
   }
 }
 
@@ -267,6 +283,9 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       row.tau[column.index] = value;
       break;
     case Quantity::kPayload:
+      if (value < 0 || value > kLargestPayload_kg) {
+        return fmt::format("{:g} is outside 0..{:g}", value, kLargestPayload_kg);
+      }
       row.payload_kg = value;
       break;
     case Quantity::kTemperature:

@@ -130,6 +130,32 @@ TEST_CASE("Columns beyond the format are signals where they hold numbers, and sa
   CHECK(table->rows[1].further == std::vector<double>{6.2});
 }
 
+TEST_CASE("A column that is nearly one of the format is asked about") {
+  const std::pair<const char*, const char*> asked[] = {{"payload_g", "payload_kg"},
+                                                       {"paylod_kg", "payload_kg"},
+                                                       {"temp_F", "temp_C"},
+                                                       {"x", "x_mm"}};
+  for (const auto& [name, meant] : asked) {
+    FaultList faults;
+    CAPTURE(name);
+    REQUIRE(Read(std::string("q1_deg,q2_mm,") + name + "\n1,2,3\n", faults));
+    CHECK_THAT(FaultsText(faults), Catch::Contains(std::string("did you mean ") + meant + "?"));
+  }
+  FaultList faults;
+  REQUIRE(Read("q1_deg,q2_mm,payload_kg,payload_g,operator\n1,2,3,4,5\n", faults));
+  CHECK_THAT(FaultsText(faults), !Catch::Contains("did you mean"));
+}
+
+TEST_CASE("A payload that no robot carries is not read, in whatever table") {
+  FaultList faults;
+  const auto table = Read("q1_deg,q2_mm,payload_kg\n1,2,5000\n1,2,60000\n1,2,-1\n", faults);
+  REQUIRE(table);
+  CHECK(table->rows.size() == 1);
+  CHECK(FaultsText(faults) ==
+        "measured.csv:3 payload_kg: warning: 60000 is outside 0..5000; row not used\n"
+        "measured.csv:4 payload_kg: warning: -1 is outside 0..5000; row not used\n");
+}
+
 TEST_CASE("Each row that cannot be read is named by line and reason, and the others stay") {
   const std::string header = "q1_deg,q2_mm,range_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n";
   const std::string last = "4,5,6,1,0,0,0\n";
