@@ -1,6 +1,7 @@
 #include "app/cli/predict_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -27,20 +28,6 @@ struct Options {
 };
 
 constexpr int kThreads = 2;
-constexpr double kLargestPayload_kg = 5000;  // as in plumbline.toml
-
-/// Takes the rows out whose payload is none, and names them like rows that cannot be read.
-void LeaveOutImpossiblePayloads(MeasuredTable& poses, FaultList& faults) {
-  if (!poses.recorded.payload) return;
-  std::erase_if(poses.rows, [&](const MeasuredRow& row) {
-    if (row.payload_kg >= 0 && row.payload_kg <= kLargestPayload_kg) return false;
-    faults.Add(
-        {Fault::Severity::kWarning, poses.file, row.line, "payload_kg",
-         fmt::format("{:g} is outside 0..{:g}; row not used", row.payload_kg, kLargestPayload_kg)});
-    poses.unreadable_lines.push_back(row.line);
-    return true;
-  });
-}
 
 std::string CsvOf(const std::vector<Prediction>& predictions) {
   std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated\n";
@@ -53,14 +40,59 @@ std::string CsvOf(const std::vector<Prediction>& predictions) {
   return text;
 }
 
+/// What the instrument's unknown frame or tip leaves open, where neither the cell nor measured rows
+/// tell it; nothing where all is known.
+std::optional<std::string> WhatIsFree(const Options& options, const CellModel& cell) {
+  const Measurement& measurement = cell.measurement;
+  if (!options.align.empty() || !cell.sessions.empty()) return std::nullopt;
+  if (measurement.frame_known && measurement.tool_known) return std::nullopt;
+  const char* free = measurement.tool_known    ? "frame = \"unaligned\""
+                     : measurement.frame_known ? "tool = \"unknown\""
+                                               : "frame = \"unaligned\" and tool = \"unknown\"";
+  return fmt::format(
+      "{}: its [measurement] says {}, and no [[session]] says where: the tip in the instrument's "
+      "frame is not known. Give rows measured there by --align MEASURED.csv, or predict with the "
+      "corrected cell of `plumbline diagnose`",
+      options.cell, free);
+}
+
+/// True where the cell would bend under a payload that the rows do not tell, other than in the rows
+/// that it was fitted to.
+bool PayloadNotRecorded(const CellModel& cell, const MeasuredTable& poses) {
+  const bool fitted_without = cell.domain && !cell.domain->payload_kg;
+  return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
+}
+
+void WarnOfPayload(const Options& options, const CellModel& cell, const MeasuredTable& poses) {
+  if (poses.recorded.payload && !cell.payload_cog_F) {
+    std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
+              << " cannot be used; the payload is taken as 0\n";
+  }
+  if (PayloadNotRecorded(cell, poses)) {
+    std::cerr << options.poses
+              << ": warning: has no column payload_kg: the payload is not recorded and is taken as "
+                 "0 kg; every pose counts as extrapolated\n";
+  }
+}
+
+/// "lines 3, 7"; of many the first.
+std::string LinesText(const std::vector<int>& lines) {
+  constexpr std::size_t kTold = 20;
+  const std::vector<int> told(
+      lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(kTold, lines.size())));
+  return fmt::format("line{} {}{}", lines.size() == 1 ? "" : "s", fmt::join(told, ", "),
+                     lines.size() > kTold ? fmt::format(" and {} more", lines.size() - kTold) : "");
+}
+
 int Refused(const Options& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
 }
 
 int Run(const Options& options) {
+  const bool to_out = options.out == "-";
   for (const std::string& input : {options.cell, options.poses, options.align}) {
-    if (!SameFile(options.out, input)) continue;
+    if (to_out || !SameFile(options.out, input)) continue;
     std::cerr << "plumbline predict: --out is " << input << " itself; choose another file\n";
     return kExitUsage;
   }
@@ -68,18 +100,17 @@ int Run(const Options& options) {
   std::optional<CellModel> cell = ReadCell(options.cell, faults);
   std::optional<MeasuredTable> poses, measured;
   if (cell) poses = ReadTable(options.poses, cell->robot.joints, faults);
-  if (poses) LeaveOutImpossiblePayloads(*poses, faults);
   if (cell && !options.align.empty()) {
     measured = ReadTable(options.align, cell->robot.joints, faults);
-    if (measured) LeaveOutImpossiblePayloads(*measured, faults);
     if (!measured) poses.reset();
   }
   std::cerr << FaultsText(faults);
   if (!cell || !poses) return Refused(options);
-  if (poses->recorded.payload && !cell->payload_cog_F) {
-    std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
-              << " cannot be used; the payload is taken as 0\n";
+  if (const auto free = WhatIsFree(options, *cell)) {
+    std::cerr << *free << '\n';
+    return Refused(options);
   }
+  WarnOfPayload(options, *cell, *poses);
   if (measured) {
     const Result<CellModel> realigned = Realigned(*cell, *measured, kThreads);
     if (!realigned) {
@@ -93,7 +124,9 @@ int Run(const Options& options) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return Refused(options);
   }
-  if (const auto why = WriteTextFile(options.out, CsvOf(*predictions))) {
+  if (to_out) {
+    std::cout << CsvOf(*predictions);
+  } else if (const auto why = WriteTextFile(options.out, CsvOf(*predictions))) {
     std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
                              why->message);
     return kExitUsage;
@@ -101,10 +134,22 @@ int Run(const Options& options) {
   const auto extrapolated =
       std::count_if(predictions->begin(), predictions->end(),
                     [](const Prediction& prediction) { return prediction.extrapolated; });
-  std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n", options.out,
-                           predictions->size(), predictions->size() == 1 ? "" : "s", extrapolated);
-  // Rows that could not be read are missing in the output: say so to the shell as well.
-  return poses->unreadable_lines.empty() ? kExitOk : kExitFault;
+  std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n",
+                           to_out ? "standard output" : options.out, predictions->size(),
+                           predictions->size() == 1 ? "" : "s", extrapolated);
+  const bool certain =
+      std::all_of(predictions->begin(), predictions->end(),
+                  [](const Prediction& prediction) { return prediction.radius95_m == 0; });
+  if (certain && !predictions->empty()) {
+    std::cerr << "u_mm is 0 throughout: nothing in this model yields, and its other errors are not "
+                 "known; `plumbline diagnose` tells them from measured points\n";
+  }
+  if (poses->unreadable_lines.empty()) return kExitOk;
+  std::cerr << fmt::format(
+      "{}: {} not predicted and without a row in the output: from there on its rows are not those "
+      "of the poses; mend the poses and predict again\n",
+      options.poses, LinesText(poses->unreadable_lines));
+  return kExitFault;
 }
 
 }  // namespace
@@ -146,10 +191,11 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, row.payload_kg)};
     }
-    const bool extrapolated = OutsideDomain(
+    const bool outside = OutsideDomain(
         known->second.cell, row.q,
         poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
         poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
+    const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses);
     const double declared_m =
         RadiusHolding95Percent(DeflectionCovariance(arm, state, deflection_sd));
     const double radius95_m = known->second.uncertainty.Radius95_m(
@@ -170,7 +216,10 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "--align", options->align,
       "Measured rows, MEASURED.csv: estimate what [measurement] leaves free (frame, "
       "tool) for this session first");
-  command->add_option("--out", options->out, "Predicted tip positions, a CSV file")->required();
+  command
+      ->add_option("--out", options->out,
+                   "Predicted tip positions, a CSV file; - is standard output")
+      ->required();
   command
       ->add_option("--deflection-sd", options->deflection_sd,
                    "Standard deviation of a declared deflection, as a share of it")
@@ -179,7 +228,9 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 %\n"
       "of points measured there (the instrument's noise included, once the model was fitted),\n"
-      "and extrapolated (1: outside [domain], or outside the joint limits where there is none).\n\n"
+      "and extrapolated (1: outside [domain], or outside the joint limits where there is none; or\n"
+      "the cell has a [payload] and the poses do not tell payload_kg, which is then taken as 0).\n"
+      "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"
       "  plumbline predict corrected.toml poses.csv --align session2.csv --out predicted.csv\n\n"

@@ -21,8 +21,9 @@ struct Prediction {
   bool extrapolated = false;
 };
 
-/// Predicts every row with the frames of its session (CellOfSession). A row without a payload
-/// column carries nothing.
+/// Predicts every row with the frames of its session (CellOfSession). Rows without a payload
+/// column carry nothing, and are extrapolated where the cell has a [payload] and was not fitted to
+/// such rows.
 /// @param deflection_sd  see DeflectionCovariance
 /// @return               one prediction a row, or why the cell cannot be predicted
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,

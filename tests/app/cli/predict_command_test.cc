@@ -150,10 +150,58 @@ TEST_CASE("a row whose payload is impossible is named and left out") {
   CHECK_THAT(folder.told, Catch::Contains("poses.csv:3 payload_kg: warning: -1 is outside 0..5000; "
                                           "row not used"));
   CHECK_THAT(folder.told, Catch::Contains("poses.csv:4 payload_kg: warning: 5001 is outside"));
-  CHECK_THAT(folder.told, Catch::Contains("out.csv: 1 pose predicted"));
+  CHECK_THAT(folder.told, Catch::Contains("out.csv: 1 pose predicted") &&
+                              Catch::Contains("lines 3, 4 not predicted and without a row"));
   folder.WritePoses(kGoodRow);
   CHECK(folder.Run("out.csv") == 0);
   CHECK(folder.Run("no/such/folder.csv") == 2);
+}
+
+TEST_CASE("a payload that is not recorded is no zero: told, and every row is extrapolated") {
+  PredictFolder folder;
+  std::ofstream(folder.File("poses.csv"))
+      << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_g\n0,-90,90,0,0,0,60000\n";
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told,
+             Catch::Contains("payload_g: warning: is no column of the format: taken as a further "
+                             "signal; did you mean payload_kg?") &&
+                 Catch::Contains("payload is not recorded and is taken as 0 kg") &&
+                 Catch::Contains("1 extrapolated"));
+  CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1\n"));
+  folder.WritePoses(kGoodRow);
+  CHECK(folder.Run("out.csv") == 0);
+  CHECK_THAT(folder.told, !Catch::Contains("not recorded") && Catch::Contains("0 extrapolated"));
+}
+
+TEST_CASE("a cell whose frame or tool is unknown is predicted only where they are told") {
+  const char* measured_as[] = {"\n[measurement]\nkind = \"position\"\nframe = \"unaligned\"\n",
+                               "\n[measurement]\nkind = \"position\"\ntool = \"unknown\"\n"};
+  for (const char* measurement : measured_as) {
+    CAPTURE(measurement);
+    PredictFolder folder;
+    folder.WritePoses(kGoodRow);
+    const std::string whole = folder.Content("cell.toml");
+    const std::string cell = whole.substr(0, whole.find("\n[measurement]")) + measurement;
+    std::ofstream(folder.File("cell.toml")) << cell;
+    CHECK(folder.Run("out.csv") == 1);
+    CHECK_THAT(folder.told,
+               Catch::Contains("--align MEASURED.csv") && Catch::Contains("out.csv: not written"));
+    CHECK_FALSE(std::filesystem::exists(folder.File("out.csv")));
+    std::ofstream(folder.File("cell.toml"))
+        << cell << "[[session]]\nid = \"1\"\nbase_xyz_mm = [1.0, 2.0, 3.0]\n";
+    CHECK(folder.Run("out.csv") == 0);
+  }
+}
+
+TEST_CASE("--out - is standard output, as everywhere") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  const test::Answer answer =
+      test::RunCommand(AddPredictCommand, "predict " + folder.File("cell.toml") + " " +
+                                              folder.File("poses.csv") + " --out -");
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Catch::StartsWith("x_mm,y_mm,z_mm,u_mm,extrapolated\n"));
+  CHECK_FALSE(std::filesystem::exists("-"));
 }
 
 TEST_CASE("--out that is an input is refused") {
