@@ -201,7 +201,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
     if (!input.error().empty()) err << input.error() << '\n';
     return exit_code;
   }
-  const Interruption interruption;
+  Interruption interruption;
   Progress progress(err, arguments.quiet);
   DiagnosisOptions options;
   options.threads = arguments.threads;
@@ -218,7 +218,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
     return kExitFault;
   }
   const std::vector<Output> outputs = OutputsOf(arguments, *input, *diagnosis, err);
-  if (Interruption::Asked()) return Interrupted(err);
+  if (!interruption.TooLate()) return Interrupted(err);
   const bool json_to_out = arguments.json == "-";
   for (const Output& output : outputs) {
     if (output.path == "-") {

@@ -22,7 +22,18 @@ Interruption::Interruption() {
   sigaction(SIGTERM, &action, &old_terminate_);
 }
 
+bool Interruption::TooLate() {
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  sigemptyset(&ignore.sa_mask);
+  sigaction(SIGINT, &ignore, nullptr);
+  sigaction(SIGTERM, &ignore, nullptr);
+  too_late_ = !Asked();
+  return too_late_;
+}
+
 Interruption::~Interruption() {
+  if (too_late_) return;
   sigaction(SIGINT, &old_interrupt_, nullptr);
   sigaction(SIGTERM, &old_terminate_, nullptr);
 }

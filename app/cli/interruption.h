@@ -16,7 +16,13 @@ class Interruption {
 
   static bool Asked();
 
+  /// Too late from here on: the results are about to be written, and whoever is told 130 would take
+  /// them for the old ones. Both signals are passed over until the end of the process, or until
+  /// another Interruption. @return false where one came before: then nothing may be written
+  bool TooLate();
+
  private:
+  bool too_late_ = false;
   struct sigaction old_interrupt_ {};
   struct sigaction old_terminate_ {};
 };

@@ -9,7 +9,9 @@ bool SameFile(const std::string& one, const std::string& other) {
   if (one.empty() || other.empty()) return false;
   std::error_code missing;
   if (fs::equivalent(one, other, missing)) return true;  // links, hard ones too
-  return fs::weakly_canonical(one, missing) == fs::weakly_canonical(other, missing);
+  // A new file's name stays relative in weakly_canonical: "a.x" and "./a.x" would be two.
+  return fs::weakly_canonical(fs::absolute(one, missing), missing) ==
+         fs::weakly_canonical(fs::absolute(other, missing), missing);
 }
 
 }  // namespace plumbline

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/diagnosis/summary.h"
@@ -211,6 +212,18 @@ TEST_CASE("an output that is an input, or another output, is refused") {
   }
 }
 
+TEST_CASE("a file to be made is one file however it is spelt") {
+  const std::string here = fs::current_path().string();
+  for (const std::string& other : {std::string("./no-such.x"), here + "/no-such.x",
+                                   std::string("config/../no-such.x"), here + "/./no-such.x"}) {
+    CAPTURE(other);
+    CHECK(SameFile("no-such.x", other));
+    CHECK(SameFile(other, "no-such.x"));
+  }
+  CHECK_FALSE(SameFile("no-such.x", "config/no-such.x"));
+  CHECK_FALSE(SameFile("", ""));
+}
+
 TEST_CASE("an engine that cannot answer is a fault of the input") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
@@ -240,6 +253,22 @@ TEST_CASE("a signal ends the work with 130, and no file has changed") {
     CHECK(desk.Files() == 2);
     CHECK(desk.err.str().find("no file was changed") != std::string::npos);
   }
+}
+
+TEST_CASE("a signal while the files are replaced comes too late, and does not end the process") {
+  Desk desk;
+  desk.arguments.json = desk.File("d.json");
+  const auto late = [](const auto&, const auto&, const DiagnosisOptions&) {
+    return Result<Diagnosis>(test::ExampleDiagnosis(Verdict::kExplained));
+  };
+  CHECK(desk.Run(late) == kExitOk);
+  CHECK(desk.Has("d.json"));
+  for (const int signal : {SIGINT, SIGTERM}) std::raise(signal);  // the process lives on
+  CHECK(desk.Run(late) == kExitOk);
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<Diagnosis> {
+    std::raise(SIGINT);  // the next work can be interrupted again
+    return Error{"interrupted"};
+  }) == kExitInterrupted);
 }
 
 TEST_CASE("progress away from a terminal is a line each ten per cent") {
