@@ -189,7 +189,7 @@ void AddConsidered(Diagnosis& diagnosis) {
 void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  Rival rival{"tool_stiffness", "payload_mass", {}, 0.012, 1.4, {}, {}};
+  Rival rival{"tool_stiffness", "payload_mass", "", "", {}, 0.012, 1.4, {}, {}};
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
     rival.rows.push_back(static_cast<int>(k));
