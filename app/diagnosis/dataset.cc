@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
-#include <tuple>
 
+#include "app/diagnosis/clusters.h"
 #include "app/diagnosis/statistics.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
@@ -18,9 +17,6 @@ namespace plumbline {
 namespace {
 
 constexpr int kFewestRows = 4;
-constexpr double kSamePose = 2e-4;    // [rad] or [m], from row to row
-constexpr double kWidestPose = 2e-3;  // a chain longer than this is a path, no pose
-constexpr double kSamePayload_kg = 0.01;
 constexpr double kStandstill = 1e-4;      // a joint that moved less than this never moved
 constexpr int kFewestRepeatFreedom = 12;  // of a sigma from repeats
 
@@ -59,130 +55,6 @@ void FindSessions(Dataset& data) {
     const auto [entry, fresh] = known.emplace(row.session, data.sessions_count());
     if (fresh) data.sessions.push_back(row.session);
     data.session_of.push_back(entry->second);
-  }
-}
-
-/// A row as a point: joints and payload, in units of what counts as the same.
-std::vector<double> Place(const MeasuredRow& row) {
-  std::vector<double> place(row.q.begin(), row.q.end());
-  for (double& q : place) q /= kSamePose;
-  place.push_back(row.payload_kg / kSamePayload_kg);
-  return place;
-}
-
-using Places = std::vector<std::vector<double>>;
-
-/// Cuts rows wherever one coordinate has a gap of more than one, until no coordinate has any: what
-/// is cut apart has no chain between its parts. Each part is appended to `parts`.
-void CutAtGaps(const Places& places, std::vector<int> rows, std::vector<std::vector<int>>& parts) {
-  for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
-    const auto at = [&](int row) { return places[static_cast<std::size_t>(row)][axis]; };
-    std::sort(rows.begin(), rows.end(), [&](int a, int b) { return at(a) < at(b); });
-    const auto gap = [&](int a, int b) { return at(b) - at(a) > 1; };
-    auto cut = std::adjacent_find(rows.begin(), rows.end(), gap);
-    if (cut == rows.end()) continue;
-    auto from = rows.begin();
-    while (cut != rows.end()) {
-      CutAtGaps(places, {from, cut + 1}, parts);
-      from = cut + 1;
-      cut = std::adjacent_find(from, rows.end(), gap);
-    }
-    CutAtGaps(places, {from, rows.end()}, parts);
-    return;
-  }
-  parts.push_back(std::move(rows));
-}
-
-/// Single linkage among rows: those within one of each other in every coordinate belong together.
-/// @return  a number for each of `rows`, the same of those that belong together
-std::vector<int> Linked(const Places& places, const std::vector<int>& rows) {
-  const auto count = static_cast<int>(rows.size());
-  std::vector<int> leader(rows.size());
-  std::iota(leader.begin(), leader.end(), 0);
-  const auto leader_of = [&](int k) {
-    while (leader[static_cast<std::size_t>(k)] != k) {
-      const int up = leader[static_cast<std::size_t>(k)];
-      k = leader[static_cast<std::size_t>(k)] = leader[static_cast<std::size_t>(up)];
-    }
-    return k;
-  };
-  const auto place = [&](int k) -> const std::vector<double>& {
-    return places[static_cast<std::size_t>(rows[static_cast<std::size_t>(k)])];
-  };
-  // Swept along the coordinate in which they spread most.
-  std::size_t widest = 0;
-  double width = -1;
-  for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
-    double low = 1e300, high = -1e300;
-    for (int k = 0; k < count; ++k) {
-      low = std::min(low, place(k)[axis]);
-      high = std::max(high, place(k)[axis]);
-    }
-    if (high - low > width) {
-      width = high - low;
-      widest = axis;
-    }
-  }
-  std::vector<int> order(leader);
-  std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return place(a)[widest] < place(b)[widest]; });
-  for (int i = 0; i < count; ++i) {
-    const int a = order[static_cast<std::size_t>(i)];
-    for (int j = i + 1; j < count; ++j) {
-      const int b = order[static_cast<std::size_t>(j)];
-      if (place(b)[widest] - place(a)[widest] > 1) break;
-      const bool near = std::equal(place(a).begin(), place(a).end(), place(b).begin(),
-                                   [](double x, double y) { return std::abs(x - y) <= 1; });
-      if (near) leader[static_cast<std::size_t>(leader_of(b))] = leader_of(a);
-    }
-  }
-  for (int k = 0; k < count; ++k) leader[static_cast<std::size_t>(k)] = leader_of(k);
-  return leader;
-}
-
-/// Rows of one session with the same joints and payload measure the same point: neighbours within a
-/// tolerance, chained, so that no edge cuts repeats apart. A chain that is no pose any more, a slow
-/// path, is cut into cells.
-void FindClusters(Dataset& data) {
-  Places places;
-  for (const MeasuredRow& row : data.table.rows) places.push_back(Place(row));
-  std::vector<std::vector<int>> of_session(data.sessions.size()), parts;
-  for (int k = 0; k < data.rows(); ++k) {
-    of_session[static_cast<std::size_t>(data.session_of[static_cast<std::size_t>(k)])].push_back(k);
-  }
-  for (std::vector<int>& rows : of_session) CutAtGaps(places, std::move(rows), parts);
-  // (part, chain, cell of a path) of each row
-  std::vector<std::tuple<std::size_t, int, std::vector<long>>> names(places.size());
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    const std::vector<int> chains = Linked(places, parts[part]);
-    std::map<int, std::pair<std::vector<double>, std::vector<double>>> extent;
-    for (std::size_t k = 0; k < chains.size(); ++k) {
-      const std::vector<double>& place = places[static_cast<std::size_t>(parts[part][k])];
-      auto& [low, high] = extent.try_emplace(chains[k], place, place).first->second;
-      for (std::size_t axis = 0; axis < place.size(); ++axis) {
-        low[axis] = std::min(low[axis], place[axis]);
-        high[axis] = std::max(high[axis], place[axis]);
-      }
-    }
-    for (std::size_t k = 0; k < chains.size(); ++k) {
-      const auto row = static_cast<std::size_t>(parts[part][k]);
-      const auto& [low, high] = extent[chains[k]];
-      double wide = 0;
-      for (std::size_t axis = 0; axis < low.size(); ++axis) {
-        wide = std::max(wide, high[axis] - low[axis]);
-      }
-      auto& [of_part, chain, cell] = names[row];
-      of_part = part;
-      chain = chains[k];
-      if (wide <= kWidestPose / kSamePose) continue;
-      for (const double x : places[row]) cell.push_back(std::lround(x));
-    }
-  }
-  std::map<std::tuple<std::size_t, int, std::vector<long>>, int> known;
-  for (const auto& name : names) {
-    const auto [entry, fresh] = known.emplace(name, data.clusters);
-    if (fresh) ++data.clusters;
-    data.cluster_of.push_back(entry->second);
   }
 }
 
@@ -385,7 +257,9 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
     data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
   }
   data.torques_known = GravityLoads(cell).known(0) || measured.recorded.tau;
-  FindClusters(data);
+  const Clusters clusters = ClustersOf(data.table.rows, data.session_of);
+  data.cluster_of = clusters.of_row;
+  data.clusters = clusters.count;
   FindSignals(data);
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto moved = [&](const MeasuredRow& row) {
