@@ -111,6 +111,13 @@ int Show(const Options& options) {
                              fmt::join(facts->effects, ", "), Millimetres(facts->rms_before_mm),
                              Millimetres(facts->rms_after_mm));
   }
+  for (const std::string& implausible : facts->implausible) {
+    std::cout << "# implausible on a sound machine: " << implausible << '\n';
+  }
+  if (facts->remainder_share) {
+    std::cout << fmt::format("# {:.0f} % of the correction has no name\n",
+                             100 * *facts->remainder_share);
+  }
   if (facts->change_mm) {
     std::cout << fmt::format("# changes the predicted tip by up to {:.3f} mm\n", *facts->change_mm);
   }

@@ -177,6 +177,12 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
 std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
+  if (!facts.implausible.empty()) {
+    return fmt::format("implausible on a sound machine: {}", fmt::join(facts.implausible, "; "));
+  }
+  if (facts.remainder_share) {
+    return fmt::format("{:.0f} % of the correction has no name", 100 * *facts.remainder_share);
+  }
   if (!facts.change_mm) return "how far it moves the tip cannot be told";
   if (*facts.change_mm > 1e3 * loop.max_change_m) {
     return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,

@@ -85,6 +85,17 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                       {"after_held_out", held_out(diagnosis.held_out.after_m)},
                       {"noise_floor", Millimetres(diagnosis.noise_floor_m)}};
   answer["outlier_rows"] = diagnosis.outlier_rows;
+  answer["implausible"] = Json::array();
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.implausible.empty()) continue;
+    answer["implausible"].push_back(std::string(finding.effect.term.effect->traits().id) + ": " +
+                                    finding.implausible);
+  }
+  answer["remainder"] = nullptr;
+  if (!diagnosis.remainder.empty()) {
+    answer["remainder"] = {{"parameters", Number(diagnosis.remainder_parameters)},
+                           {"share_of_correction", Number(diagnosis.remainder_share)}};
+  }
   // A column's name may hold bytes that are no UTF-8; they are replaced, not refused.
   return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }

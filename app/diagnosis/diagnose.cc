@@ -106,6 +106,17 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
       diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
 }
 
+/// The share of what the model moves at the rows that is not the named effects': sums of squares.
+double UnnamedShare(const std::vector<RowTrace>& rows, const std::vector<Vec3>& by_the_named) {
+  double named = 0, unnamed = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].outlier) continue;
+    named += (rows[k].before - by_the_named[k]).squaredNorm();
+    unnamed += (by_the_named[k] - rows[k].after).squaredNorm();
+  }
+  return named + unnamed > 0 ? unnamed / (named + unnamed) : 0;
+}
+
 /// The model with the remainder's effects, its free frames fitted anew.
 Result<Model> WithRemainder(const Dataset& data, Model model, const std::vector<Finding>& remainder,
                             const std::vector<double>& weights, double sigma_m,
@@ -282,6 +293,10 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
       trace.held_out_before = held_out.before[held->second];
       trace.held_out_after = held_out.after[held->second];
     }
+  }
+  if (remainder) {
+    diagnosis.remainder_parameters = remainder->held;
+    diagnosis.remainder_share = UnnamedShare(diagnosis.rows, after);
   }
   AddFramesAndDomain(data, refit.model, weights, diagnosis);
   diagnosis.domain.residual_sigma_m =

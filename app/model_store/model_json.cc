@@ -21,6 +21,17 @@ std::optional<double> NumberIn(const json& object, const char* name) {
   return found->get<double>();
 }
 
+/// The texts of a list; none where it is absent.
+std::vector<std::string> TextsIn(const json& object, const char* name) {
+  std::vector<std::string> texts;
+  const auto found = object.find(name);
+  if (found == object.end() || !found->is_array()) return texts;
+  for (const json& text : *found) {
+    if (text.is_string()) texts.push_back(text.get<std::string>());
+  }
+  return texts;
+}
+
 std::string TextIn(const json& object, const char* name) {
   const auto found = object.find(name);
   return found != object.end() && found->is_string() ? found->get<std::string>() : "";
@@ -37,6 +48,8 @@ std::string JsonFrom(const ModelFacts& facts) {
   Put(object, "rms_before_mm", facts.rms_before_mm);
   Put(object, "rms_after_mm", facts.rms_after_mm);
   Put(object, "change_mm", facts.change_mm);
+  if (!facts.implausible.empty()) object["implausible"] = facts.implausible;
+  Put(object, "remainder_share", facts.remainder_share);
   return object.dump(1) + "\n";
 }
 
@@ -66,11 +79,9 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.from = TextIn(object, "from");
   facts.verdict = TextIn(object, "verdict");
   facts.report = TextIn(object, "report");
-  if (const auto effects = object.find("effects"); effects != object.end()) {
-    for (const json& effect : *effects) {
-      if (effect.is_string()) facts.effects.push_back(effect.get<std::string>());
-    }
-  }
+  facts.effects = TextsIn(object, "effects");
+  facts.implausible = TextsIn(object, "implausible");
+  facts.remainder_share = NumberIn(object, "remainder_share");
   if (const auto based_on = NumberIn(object, "based_on")) {
     facts.based_on = static_cast<int>(*based_on);
   }
@@ -114,6 +125,13 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
     for (const json& effect : *effects) {
       if (effect.is_object()) facts.effects.push_back(TextIn(effect, "id"));
     }
+  }
+  facts.implausible = TextsIn(object, "implausible");
+  if (const auto remainder = object.find("remainder");
+      remainder != object.end() && !remainder->is_null()) {
+    // Whatever its size: a model that carries one is not explained by names alone.
+    facts.remainder_share =
+        remainder->is_object() ? NumberIn(*remainder, "share_of_correction").value_or(1.0) : 1.0;
   }
   const auto rms = object.find("rms_mm");
   if (rms == object.end() || !rms->is_object()) return Error{"the diagnosis tells no rms_mm"};

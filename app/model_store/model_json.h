@@ -14,8 +14,9 @@ std::string JsonFrom(const ModelState& state);
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text);
 std::optional<ModelState> ModelStateFromJson(const std::string& text);
 
-/// The facts in a DIAGNOSIS.json (formats.md): verdict, effects, held-out error before and after
-/// (absent where nothing was held out). @return why it cannot be used
+/// The facts in a DIAGNOSIS.json (formats.md): verdict, effects, what is implausible or unnamed,
+/// held-out error before and after (absent where nothing was held out). @return why it cannot be
+/// used
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text);
 
 }  // namespace plumbline

@@ -252,6 +252,12 @@ TEST_CASE("what is not explained, or does not help, is never applied unasked") {
   const Case cases[] = {
       {"ambiguous", "\"explained\"", "\"ambiguous\"", "not applied: the verdict", 2},
       {"nothing held out", "\"before_held_out\": 9", "\"x\": 9", "nothing was held out", 2},
+      {"implausible", "\"rivals\": []",
+       "\"rivals\": [], \"implausible\": [\"joint_compliance: softer than any gear\"]",
+       "not applied: implausible on a sound machine: joint_compliance: softer than any gear", 2},
+      {"unnamed", "\"rivals\": []",
+       "\"rivals\": [], \"remainder\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
+       "not applied: 80 % of the correction has no name", 2},
       {"worse", "\"after_held_out\": 0.05", "\"after_held_out\": 9.5", "nothing proposed", 0},
       {"no effect", "\"explained\"", "\"no_effect\"", "nothing stands out", 0},
       {"no verdict", "\"explained\"", "\"perhaps\"", "diagnosis failed", 0},

@@ -30,9 +30,10 @@ TEST_CASE("the keys are those of the format, in its order, with every verdict") 
   for (const auto& [verdict, word] : cases) {
     CAPTURE(word);
     const Json answer = Json::parse(AnswerJson(ExampleDiagnosis(verdict), ""));
-    CHECK(KeysOf(answer) == std::vector<std::string>{
-                                "schema", "verdict", "effects", "rivals", "drivers", "next_poses",
-                                "minimum_detectable_mm", "rms_mm", "outlier_rows"});
+    CHECK(KeysOf(answer) == std::vector<std::string>{"schema", "verdict", "effects", "rivals",
+                                                     "drivers", "next_poses",
+                                                     "minimum_detectable_mm", "rms_mm",
+                                                     "outlier_rows", "implausible", "remainder"});
     CHECK(answer["schema"] == 1);
     CHECK(answer["verdict"] == word);
     CHECK(answer["next_poses"].is_null());
@@ -61,6 +62,20 @@ TEST_CASE("effects carry names, values and deviations in file units") {
   diagnosis.rms_before_m = 8.64123456789012345e-3;
   CHECK(Json::parse(AnswerJson(diagnosis, ""))["rms_mm"]["before"].get<double>() ==
         8.64123456789012345e-3 * 1e3);
+}
+
+TEST_CASE("what is implausible, and what the model carries without a name, is told") {
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
+  Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  CHECK(answer["implausible"] == Json::array());
+  CHECK(answer["remainder"].is_null());
+  diagnosis.findings[1].implausible = "alpha is that of no metal";
+  diagnosis.remainder = {diagnosis.findings[0]};
+  diagnosis.remainder_parameters = 9.5;
+  diagnosis.remainder_share = 0.8;
+  answer = Json::parse(AnswerJson(diagnosis, ""));
+  CHECK(answer["implausible"] == Json({"thermal_growth: alpha is that of no metal"}));
+  CHECK(answer["remainder"] == Json({{"parameters", 9.5}, {"share_of_correction", 0.8}}));
 }
 
 TEST_CASE("a choice is a parameter whose value is a word") {
