@@ -206,6 +206,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   DiagnosisOptions options;
   options.threads = arguments.threads;
   options.time_zero_s = arguments.time_zero_s;
+  options.order_unknown = arguments.order_unknown;
   options.progress = [&progress](double share, const std::string& doing) {
     progress(share, doing);
   };
@@ -260,6 +261,10 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return UtcFromText(text) ? "" : text + " is no UTC such as 2026-11-21T07:30:00Z";
       });
+  command->add_flag(
+      "--order-unknown", arguments->order_unknown,
+      "The robot made other moves between the rows, as between probes of a running\n"
+      "cell: effects of the last move (approach lag, backlash by move) are not offered");
   command->add_option("--threads", arguments->threads, "Threads to work with")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));

@@ -22,6 +22,7 @@ struct DiagnoseArguments {
   std::string report;      ///< empty: none
   std::string next_poses;  ///< empty: next_poses.csv beside the JSON file, where poses are proposed
   std::optional<double> time_zero_s;  ///< see DiagnosisOptions
+  bool order_unknown = false;         ///< likewise
   int threads = 2;
   bool quiet = false;
 };

@@ -112,9 +112,10 @@ int Export(const Options& options) {
         fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
         kExitUsage);
   }
-  std::cerr << fmt::format("{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose)\n",
-                           options.file, exported.ids.size(),
-                           TextFromUtc(journal.value().EpochUtc_s()));
+  std::cerr << fmt::format(
+      "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "
+      "moves between probes are not recorded (--order-unknown)\n",
+      options.file, exported.ids.size(), TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 

@@ -79,7 +79,8 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   Result<DiagnosisProcess> started = DiagnosisProcess::Start(
       {PlumblineProgram(), "diagnose", store->ModelFile(applied_model), folder + "/measured.csv",
        "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
-       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal.EpochUtc_s())},
+       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal.EpochUtc_s()),
+       "--order-unknown"},
       folder + "/output.txt");
   if (!started) return Error{started.error()};
   sink(LogLevel::kNotice,

@@ -28,7 +28,7 @@ bool Has(const Dataset& data, Signal signal) {
     case Signal::kAcceleration:
       return recorded.qdd;
     case Signal::kOrder:
-      return data.rows() > 2;
+      return recorded.order && data.rows() > 2;
     case Signal::kPayload:
       return recorded.payload && data.cell.payload_cog_F.has_value();
     case Signal::kTorques:
@@ -41,7 +41,7 @@ bool Has(const Dataset& data, Signal signal) {
   return false;
 }
 
-const char* Lack(Signal signal) {
+const char* Lack(const Dataset& data, Signal signal) {
   switch (signal) {
     case Signal::kTime:
       return "t_s was not recorded";
@@ -52,7 +52,8 @@ const char* Lack(Signal signal) {
     case Signal::kAcceleration:
       return "qdd was not recorded";
     case Signal::kOrder:
-      return "too few rows for an order of execution";
+      return data.table.recorded.order ? "too few rows for an order of execution"
+                                       : "the robot's moves between the probes are not recorded";
     case Signal::kPayload:
       return "payload_kg was not recorded, or the cell has no [payload] cog_mm";
     case Signal::kTorques:
@@ -224,7 +225,7 @@ Candidates CandidatesFor(const Dataset& data) {
     const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
                                       [&](Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
-      candidates.not_offered.push_back({id, Lack(*lacking)});
+      candidates.not_offered.push_back({id, Lack(data, *lacking)});
       continue;
     }
     // From the first row on it has nothing to search; from a moment on it has.
@@ -253,7 +254,7 @@ Candidates CandidatesFor(const Dataset& data) {
           [&](const WordNeed& need) { return need.word == word && !Has(data, need.signal); });
       if (lacking_word != traits.word_needs.end()) {
         candidates.not_offered.push_back(
-            {fmt::format("{} ({})", id, word), Lack(lacking_word->signal)});
+            {fmt::format("{} ({})", id, word), Lack(data, lacking_word->signal)});
         continue;
       }
       candidates.blocks.push_back(WholeBlock(data, *effect, word));

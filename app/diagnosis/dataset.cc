@@ -108,6 +108,8 @@ void SayWhatIsMissing(Dataset& data) {
   missing(recorded.payload,
           "payload_kg: what follows the load is seen through the arm's own weight only");
   missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be told");
+  missing(recorded.order,
+          "the robot's moves between the probes: backlash by move and approach lag cannot be told");
   missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
   if (recorded.time) {
     double first_s = 1e300, last_s = -1e300;

@@ -143,6 +143,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   if (cell_zero_s && options.time_zero_s) {
     for (MeasuredRow& row : on_cells_clock.rows) row.t_s += *options.time_zero_s - *cell_zero_s;
   }
+  if (options.order_unknown) on_cells_clock.recorded.order = false;
   const Result<Dataset> read = DatasetFrom(cell, on_cells_clock);
   if (!read) return Error{read.error()};
   const Dataset& data = *read;

@@ -140,6 +140,8 @@ struct DiagnosisOptions {
   int next_poses = 6;
   /// UTC where the rows' t_s is 0, in seconds since 1970; absent: as the cell has it, or not known.
   std::optional<double> time_zero_s = std::nullopt;
+  /// The robot made moves between the rows that are not recorded (probes of a running cell).
+  bool order_unknown = false;
   /// Told of progress: a share of 0..1 and what is being done. May be empty.
   std::function<void(double, const std::string&)> progress;
   /// Asked now and then; true ends the work early (Diagnose returns an error "interrupted").

@@ -25,6 +25,7 @@ struct RecordedColumns {
   bool range = false;
   bool orientation = false;
   bool q_step = false;
+  bool order = true;  ///< between two rows of a session the robot made no other move
 
   bool operator==(const RecordedColumns&) const = default;
 };

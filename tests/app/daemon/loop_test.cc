@@ -38,7 +38,7 @@ VirtualCellOptions Idle() {
 /// What `plumbline diagnose CELL MEASURED --json D --write-model C --report R` is replaced by.
 constexpr const char* kTrueAnswer = R"script(#!/bin/sh
 set -e
-[ "$1" = diagnose ] && [ "$4" = --json ] && [ "${10}" = --time-zero ] && [ "$6" = --write-model ] && [ "$8" = --report ]
+[ "$1" = diagnose ] && [ "$4" = --json ] && [ "${10}" = --time-zero ] && [ "${12}" = --order-unknown ] && [ "$6" = --write-model ] && [ "$8" = --report ]
 head -1 "$3" | grep -q '^session,t_s,q1_deg,.*,payload_kg,.*x_mm,y_mm,z_mm$'
 cat "$2" - > "$7" <<END
 [[effect]]

@@ -79,7 +79,8 @@ TEST_CASE("the size of the tags and the instrument's scale are one where the bas
 }
 
 TEST_CASE("of more rows than are searched every trace belongs to its row") {
-  const Data data = Simulated("--family tool_stiffness --seed 5 --signal 20 --rows 2600 --repeats 0");
+  const Data data =
+      Simulated("--family tool_stiffness --seed 5 --signal 20 --rows 2600 --repeats 0");
   REQUIRE(data.table.rows.size() == 2600);
   DiagnosisOptions options;
   options.bootstrap = 20;
@@ -109,6 +110,29 @@ TEST_CASE("of more rows than are searched every trace belongs to its row") {
     CHECK(rival.rows.size() == rival.shift_W.size());
     CHECK(rival.rows.back() < 2600);
   }
+}
+
+TEST_CASE("where moves between the rows are not recorded, no effect of order is offered") {
+  const Data data = Simulated("--family backlash_move --seed 3 --signal 20");
+  DiagnosisOptions options;
+  options.order_unknown = true;
+  const auto diagnosis = Diagnose(data.cell, data.table, options);
+  REQUIRE(diagnosis);
+  int refused = 0;
+  for (const Considered& one : diagnosis->considered) {
+    if (one.id != "approach_lag" && one.id != "backlash (move)") continue;
+    CAPTURE(one.id);
+    CHECK_FALSE(one.taken);
+    CHECK_THAT(one.reason, Catch::Contains("moves between the probes are not recorded"));
+    ++refused;
+  }
+  CHECK(refused == 2);
+  const std::vector<std::string> ids = Ids(*diagnosis);
+  CHECK(std::find(ids.begin(), ids.end(), "approach_lag") == ids.end());
+  for (const Finding& finding : diagnosis->findings) CHECK(finding.effect.term.word != "move");
+  CHECK(std::any_of(
+      diagnosis->not_recorded.begin(), diagnosis->not_recorded.end(),
+      [](const std::string& what) { return what.find("moves between") != std::string::npos; }));
 }
 
 TEST_CASE("effects of a camera are neither offered nor paid for where none measures") {
