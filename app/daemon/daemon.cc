@@ -201,7 +201,7 @@ int RunDaemon(const std::string& config_file) {
     return 1;
   }
   const DaemonConfig* const config = &in_force->config;
-  const Result<FileLock> announced = AnnounceDaemon(config->state_directory);
+  const Result<DaemonMark> announced = AnnounceDaemon(config->state_directory);
   if (!announced) {
     Log(config->loop.enabled ? LogLevel::kError : LogLevel::kWarning,
         fmt::format("state directory: {}; `plumbline model` cannot tell this daemon",

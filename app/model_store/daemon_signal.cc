@@ -2,16 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
-
-#include "app/config/text_file.h"
+#include <optional>
 
 namespace plumbline {
 namespace {
@@ -20,35 +18,79 @@ std::string PidFile(const std::string& state_directory) {
   return state_directory + "/daemon.pid";
 }
 
-}  // namespace
-
-Result<FileLock> AnnounceDaemon(const std::string& state_directory) {
-  std::error_code ignored;  // told by the lock that cannot be taken
-  std::filesystem::create_directories(state_directory, ignored);
-  Result<FileLock> lock = FileLock::Take(PidFile(state_directory), FileLock::Wait::kNo);
-  if (lock && !lock->Write(fmt::format("{}\n", getpid()))) {
-    return Error{
-        fmt::format("{}: cannot be written: {}", PidFile(state_directory), std::strerror(errno))};
-  }
+struct flock WholeFile() {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
   return lock;
 }
 
-Result<Notified> NotifyDaemon(const std::string& state_directory) {
+/// The process that holds the lock; nothing where none does, 0 where it is not of this container.
+std::optional<pid_t> HolderOf(int fd) {
+  struct flock lock = WholeFile();
+  if (fcntl(fd, F_GETLK, &lock) != 0 || lock.l_type == F_UNLCK) return std::nullopt;
+  return lock.l_pid;
+}
+
+/// Debian 12's <sys/pidfd.h> is no C++, hence the system calls themselves.
+int OpenProcess(pid_t pid) {
+  return static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+}
+
+}  // namespace
+
+DaemonMark::~DaemonMark() {
+  if (fd_ < 0) return;
+  static_cast<void>(ftruncate(fd_, 0) == 0);  // the lock is what counts
+  close(fd_);
+}
+
+Result<DaemonMark> AnnounceDaemon(const std::string& state_directory) {
+  std::error_code ignored;  // told by the file that cannot be opened
+  std::filesystem::create_directories(state_directory, ignored);
   const std::string path = PidFile(state_directory);
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return Notified::kNoDaemon;
-  const bool free = flock(fd, LOCK_SH | LOCK_NB) == 0;
-  close(fd);
-  if (free) return Notified::kNoDaemon;
-  const Result<std::string> text = ReadTextFile(path);
-  pid_t pid = 0;
-  if (text) std::from_chars(text->data(), text->data() + text->size(), pid);
-  if (pid <= 1) return Notified::kNoDaemon;  // it is just starting, and reads the store itself
-  if (kill(pid, SIGHUP) != 0) {
-    return Error{
-        fmt::format("the daemon (process {}) could not be told: {}", pid, std::strerror(errno))};
+  const auto failed = [&path](const char* what) {
+    return Error{fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
+  };
+  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (fd < 0) return failed("cannot be opened");
+  struct flock lock = WholeFile();
+  if (fcntl(fd, F_SETLK, &lock) != 0) {
+    const bool held = errno == EAGAIN || errno == EACCES;
+    const Error why = failed(held ? "is held by another process" : "cannot be locked");
+    close(fd);
+    return why;
   }
-  return Notified::kYes;
+  DaemonMark mark(fd);
+  const std::string text = fmt::format("{}\n", getpid());
+  if (ftruncate(fd, 0) != 0 ||
+      pwrite(fd, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
+    return failed("cannot be written");
+  }
+  return mark;
+}
+
+Result<Notified> NotifyDaemon(const std::string& state_directory) {
+  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return Notified::kNoDaemon;
+  const std::optional<pid_t> pid = HolderOf(fd);
+  const int process = pid.value_or(0) > 0 ? OpenProcess(*pid) : -1;
+  // The process that was opened is the holder only if it still is: a process id is given anew.
+  const bool same = HolderOf(fd) == pid;
+  close(fd);
+  if (!pid || !same) {
+    if (process >= 0) close(process);
+    return Notified::kNoDaemon;
+  }
+  if (*pid <= 0) return Error{"the daemon is that of another container, and cannot be told"};
+  const bool told =
+      process >= 0 && syscall(SYS_pidfd_send_signal, process, SIGHUP, nullptr, 0) == 0;
+  const int why = errno;
+  if (process >= 0) close(process);
+  if (told) return Notified::kYes;
+  if (why == ESRCH) return Notified::kNoDaemon;  // it has just ended
+  return Error{
+      fmt::format("the daemon (process {}) could not be told: {}", *pid, std::strerror(why))};
 }
 
 }  // namespace plumbline

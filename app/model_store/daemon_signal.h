@@ -3,18 +3,36 @@
 
 #include <string>
 
-#include "app/model_store/durable_file.h"
+#include "firmware-like/result.h"
 
 namespace plumbline {
 
-/// Taken by the daemon for its whole life: `daemon.pid` in the state directory, locked, with the
-/// process id in it. An old file without a lock means nothing.
-/// @return the lock, or why another daemon has it
-Result<FileLock> AnnounceDaemon(const std::string& state_directory);
+/// The daemon's mark on its state directory: `daemon.pid`, under a record lock (fcntl) of its
+/// process, held as long as the object lives and freed by the kernel however the process ends. The
+/// kernel tells whose lock it is; the process id in the file is for people, and the file is empty
+/// where no daemon runs. No other code of the process may open the file: closing it would free the
+/// lock.
+class DaemonMark {
+ public:
+  DaemonMark(DaemonMark&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
+  DaemonMark(const DaemonMark&) = delete;
+  DaemonMark& operator=(const DaemonMark&) = delete;
+  DaemonMark& operator=(DaemonMark&&) = delete;
+  ~DaemonMark();
+
+ private:
+  friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory);
+  explicit DaemonMark(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+/// Taken by the daemon for its whole life, after it blocked SIGHUP: it may be told at once.
+/// @return the mark, or why another daemon has it
+Result<DaemonMark> AnnounceDaemon(const std::string& state_directory);
 
 enum class Notified { kYes, kNoDaemon };
-/// Sends SIGHUP to the daemon of that directory. @return whether there is one, or why it could not
-/// be told (another user's)
+/// Sends SIGHUP to the daemon of that directory; takes no lock, so that a daemon may start at the
+/// same moment. @return whether there is one, or why it could not be told (another user's)
 Result<Notified> NotifyDaemon(const std::string& state_directory);
 
 }  // namespace plumbline

@@ -61,8 +61,4 @@ FileLock::~FileLock() {
   if (fd_ >= 0) close(fd_);
 }
 
-bool FileLock::Write(std::string_view text) const {
-  return ftruncate(fd_, 0) == 0 && lseek(fd_, 0, SEEK_SET) == 0 && WriteAll(fd_, text);
-}
-
 }  // namespace plumbline

@@ -26,9 +26,6 @@ class FileLock {
   FileLock& operator=(FileLock&&) = delete;
   ~FileLock();
 
-  /// Replaces the content of the locked file (not durable: for a process's own number).
-  bool Write(std::string_view text) const;
-
  private:
   explicit FileLock(int fd) : fd_(fd) {}
   int fd_;

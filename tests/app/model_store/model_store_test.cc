@@ -225,6 +225,78 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   close(ends[1]);
 }
 
+namespace {
+
+/// A child that ends with `code` at SIGHUP; where asked it announces itself as the daemon first.
+pid_t Listener(const std::string& state, bool announces, int code) {
+  int ends[2];
+  REQUIRE(pipe(ends) == 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    static int at_hangup = 0;
+    at_hangup = code;
+    signal(SIGHUP, [](int) { _exit(at_hangup); });
+    std::optional<Result<DaemonMark>> mark;
+    if (announces) mark.emplace(AnnounceDaemon(state));
+    const char ready = !mark || mark->ok() ? 'y' : 'n';
+    if (write(ends[1], &ready, 1) != 1) _exit(1);
+    for (;;) pause();
+  }
+  char ready = 0;
+  REQUIRE(read(ends[0], &ready, 1) == 1);
+  CHECK(ready == 'y');
+  close(ends[0]);
+  close(ends[1]);
+  return child;
+}
+
+}  // namespace
+
+TEST_CASE("the holder of the lock is told, whoever's number stands in the file") {
+  const TemporaryFolder folder;
+  const pid_t daemon = Listener(folder.path(), true, 42);
+  const pid_t stranger = Listener(folder.path(), false, 7);
+  // As between lock and write: the number of a former daemon, by now somebody else's.
+  std::ofstream(folder.path() + "/daemon.pid") << stranger << '\n';
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
+  int status = 0;
+  REQUIRE(waitpid(daemon, &status, 0) == daemon);
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 42));
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);  // the number still stands there
+  CHECK(waitpid(stranger, &status, WNOHANG) == 0);
+  kill(stranger, SIGKILL);
+  REQUIRE(waitpid(stranger, &status, 0) == stranger);
+  CHECK(WIFSIGNALED(status));  // it got no SIGHUP before
+}
+
+TEST_CASE("asking for a daemon never keeps one from starting, and its number goes with it") {
+  const TemporaryFolder folder;
+  REQUIRE(AnnounceDaemon(folder.path()).ok());
+  const auto former = signal(SIGHUP, SIG_IGN);
+  const pid_t asker = fork();
+  if (asker == 0) {
+    for (;;) static_cast<void>(NotifyDaemon(folder.path()).ok());
+  }
+  int refused = 0;
+  for (int i = 0; i < 5000; ++i) refused += AnnounceDaemon(folder.path()).ok() ? 0 : 1;
+  CHECK(refused == 0);
+  kill(asker, SIGKILL);
+  waitpid(asker, nullptr, 0);
+  signal(SIGHUP, former);
+  CHECK(std::filesystem::file_size(folder.path() + "/daemon.pid") == 0);
+  {
+    const auto mark = AnnounceDaemon(folder.path());
+    REQUIRE(mark.ok());
+    pid_t told = 0;
+    // By another process: closing the file in this one would free the lock.
+    const std::string copy = "cp " + folder.path() + "/daemon.pid " + folder.path() + "/copy";
+    REQUIRE(system(copy.c_str()) == 0);
+    std::ifstream(folder.path() + "/copy") >> told;
+    CHECK(told == getpid());
+  }
+  CHECK(std::filesystem::file_size(folder.path() + "/daemon.pid") == 0);
+}
+
 TEST_CASE("what the diagnosis answers is read, and nonsense is refused") {
   const auto facts = ModelFactsFromDiagnosis(R"({"schema": 1, "verdict": "explained",
     "effects": [{"id": "joint_compliance", "scope": ["q2"]}], "rivals": [],
