@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <span>
+
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
 
 constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
-
-double MedianOf(std::array<double, kMostReferenceProbes>& values, int count) {
-  const auto middle = values.begin() + count / 2;
-  std::nth_element(values.begin(), middle, values.begin() + count);
-  if (count % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
+constexpr double kUpperEnd = 0.5;  // deviations: false alarms stay at those asked for, on average
+constexpr int kFewestForScatter = 5;  // of fewer probes an estimate says nothing
+constexpr int kScatterProbes = 20;    // that it takes where the reference is the model
+static_assert(kScatterProbes <= kMostReferenceProbes);
 
 }  // namespace
 
@@ -55,6 +55,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
     verdict.learning = true;
     return verdict;
   }
+  if (design_.reference_probes == 0 && probes_ <= kScatterProbes) LearnScatter(residual_m);
   const Vec3 z = (residual_m - reference_m_) / sigma_m_;
   verdict.wild = z.norm() > design_.clip * std::sqrt(3.0);
   double largest = 0;
@@ -101,16 +102,14 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   Vec3 median;
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
-    median[k] = MedianOf(values, count);
+    median[k] = MedianOf(std::span(values).first(static_cast<std::size_t>(count)));
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     values[i] = (learned_[i] - median).squaredNorm();
   }
-  const double variance = MedianOf(values, count) / kMedianOfChiSquare3;
-  const double declared = design_.sigma_m * design_.sigma_m;
-  // sd of the variance from a median of N squared norms is about 1.37 sqrt(2 / (3 N)) of it
-  const double beyond = 1 + 4 * 1.37 * std::sqrt(2.0 / (3.0 * count));
-  if (count >= 8 && variance > beyond * declared) sigma_m_ = std::sqrt(variance);
+  if (count >= kFewestForScatter) {
+    UseScatter(MedianOf(std::span(values).first(static_cast<std::size_t>(count))), count);
+  }
 
   const double limit_m = design_.clip * sigma_m_;
   Vec3 sum = Vec3::Zero();
@@ -119,6 +118,28 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   }
   reference_m_ = median + sum / count;
   reference_known_ = true;
+}
+
+void DriftMonitor::LearnScatter(const Vec3& residual_m) {
+  const auto count = static_cast<std::size_t>(probes_);
+  learned_[count - 1] = residual_m;
+  if (probes_ < kScatterProbes) return;
+  std::array<double, kScatterProbes - 1> values;
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    values[i] = (learned_[i + 1] - learned_[i]).squaredNorm() / 2;
+  }
+  UseScatter(MedianOf(values), kScatterProbes - 1);
+}
+
+void DriftMonitor::UseScatter(double median_square_m2, int count) {
+  // The variance from a median of N squared norms has a deviation of 1.37 sqrt(2 / (3 N)) of it.
+  const double upper = 1 + kUpperEnd * 1.37 * std::sqrt(2.0 / (3.0 * count));
+  const double former_m = sigma_m_;
+  sigma_m_ = std::max(design_.sigma_m, std::sqrt(upper * median_square_m2 / kMedianOfChiSquare3));
+  for (Chart& chart : charts_) {
+    chart.sum *= former_m / sigma_m_;
+    chart.total *= former_m / sigma_m_;
+  }
 }
 
 }  // namespace plumbline

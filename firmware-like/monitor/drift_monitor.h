@@ -44,8 +44,15 @@ struct ProbeVerdict {
 /// most clip - allowance, which is far below any threshold that MonitorDesignFor() gives.
 ///
 /// The reference stands once it is there: a slow drift cannot be followed away. It is the mean of
-/// the first probes, each clipped about their median. Where these scatter by more than sigma_m
-/// explains (over 4 standard deviations of the estimate), their own scatter is used from then on.
+/// the first probes, each clipped about their median.
+///
+/// The scatter in use is the larger one of what was declared and what the first probes show, for
+/// false alarms grow by the hundred where it is too small:
+///   sigma^2 = median |r - median r|^2 / 2.366,   2.366 being the median of chi^2 of 3 degrees,
+/// over the reference's probes (5 at least); where the model is the reference, of the differences
+/// of the first 20 probes that follow each other, halved: offset and drift leave these alone. Of 20
+/// probes sigma has a deviation of 12 %; its upper end by half of that is used.
+///
 /// Allocates nothing; no clock.
 class DriftMonitor {
  public:
@@ -61,7 +68,7 @@ class DriftMonitor {
   std::uint64_t probes() const { return probes_; }
   bool learning() const { return !reference_known_; }
   Vec3 reference_m() const { return reference_m_; }
-  double sigma_m() const { return sigma_m_; }  ///< in use: declared, or that of the reference
+  double sigma_m() const { return sigma_m_; }  ///< in use: declared, or shown by the first probes
   double statistic() const { return statistic_; }
   /// Stands from the probe that raised it until Restart().
   const std::optional<DriftAlarm>& alarm() const { return alarm_; }
@@ -78,6 +85,8 @@ class DriftMonitor {
   };
 
   void Learn(const Vec3& residual_m);
+  void LearnScatter(const Vec3& residual_m);
+  void UseScatter(double median_square_m2, int count);
   bool Advance(Chart& chart, const Vec3& direction, const Vec3& z);
 
   MonitorDesign design_;

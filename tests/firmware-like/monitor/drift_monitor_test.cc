@@ -102,7 +102,9 @@ TEST_CASE("a wild probe among those of the reference does not move it") {
   }
   CHECK_FALSE(monitor.learning());
   CHECK(monitor.reference_m().norm() < 4 * kSigma / std::sqrt(10.0) + 3 * kSigma / 10);
-  CHECK(monitor.sigma_m() == kSigma);
+  // Nor does it swell the scatter: its own square would make that 300 sigma.
+  CHECK(monitor.sigma_m() >= kSigma);
+  CHECK(monitor.sigma_m() < 1.5 * kSigma);
 }
 
 TEST_CASE("a constant offset is the reference's; without reference probes it alarms") {
@@ -139,6 +141,27 @@ TEST_CASE("more scatter than declared is taken from the reference, and is no ala
   CHECK(monitor.sigma_m() > 2.5 * kSigma);
   CHECK(monitor.sigma_m() < 6 * kSigma);
   CHECK_FALSE(monitor.alarm());
+}
+
+TEST_CASE("a scatter above the declared one is found whatever the reference, one below is not") {
+  for (const int reference : {0, 20}) {
+    for (const double scale : {0.5, 1.4, 3.0}) {
+      CAPTURE(reference, scale);
+      double sum = 0;
+      const int runs = 200;
+      DriftMonitor monitor(Design(reference));
+      for (unsigned seed = 0; seed < runs; ++seed) {
+        Noise noise(seed);
+        monitor.Restart();
+        // The model's reference may be off: that is no scatter.
+        const Vec3 offset_m = reference == 0 ? Vec3(0, 0, 0.5 * kSigma) : Vec3(0, 0, 1);
+        for (int i = 0; i < 20; ++i) monitor.Update(offset_m + noise.Next(scale * kSigma));
+        CHECK(monitor.sigma_m() >= kSigma);
+        sum += monitor.sigma_m() / kSigma;
+      }
+      CHECK(sum / runs == Approx(std::max(1.0, 1.06 * scale)).epsilon(0.06));
+    }
+  }
 }
 
 TEST_CASE("after a restart nothing is left") {

@@ -1,9 +1,11 @@
 // The computed run length and threshold against plain simulation.
 #include "firmware-like/monitor/run_length.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+#include <vector>
 
 using namespace plumbline;
 
@@ -114,5 +116,52 @@ TEST_CASE("simulated years have at most as many false alarms as were asked for")
     CHECK(alarms <= c.years + 3 * std::sqrt(static_cast<double>(c.years)));
     // With the wild probes that were counted with; a threshold that is too high costs delay.
     if (c.outlier_share == wish.outlier_share) CHECK(alarms > c.years / 4);
+  }
+}
+
+TEST_CASE("a declared sigma that is too small brings neither false alarms nor late ones") {
+  for (const int reference : {0, 20}) {
+    for (const double scale : {1.0, 1.2, 1.4}) {
+      CAPTURE(reference, scale);
+      MonitorWish wish;
+      wish.probes_per_day = 24;
+      wish.reference_probes = reference;
+      DriftMonitor monitor(MonitorDesignFor(wish));
+      std::mt19937_64 random(815);
+      std::normal_distribution<double> normal(0, scale * wish.sigma_m);
+      std::uniform_real_distribution<double> uniform(0, 1);
+      const auto residual_m = [&] {
+        Vec3 next(normal(random), normal(random), normal(random));
+        if (uniform(random) < wish.outlier_share) next *= 20;
+        return next;
+      };
+      constexpr int kYears = 100;
+      int alarms = 0;
+      for (int year = 0; year < kYears; ++year) {
+        monitor.Restart();
+        for (int i = 0; i < static_cast<int>(365.25 * wish.probes_per_day); ++i) {
+          if (!monitor.Update(residual_m()).raised) continue;
+          ++alarms;
+          monitor.Restart();
+        }
+      }
+      CHECK(alarms <= kYears + 3 * std::sqrt(static_cast<double>(kYears)));
+
+      std::vector<int> delays;
+      for (int run = 0; run < 301; ++run) {
+        monitor.Restart();
+        for (int i = 0; i < reference + 30; ++i) monitor.Update(residual_m());
+        const Vec3 step_m =
+            3e-4 * Vec3(normal(random), normal(random), normal(random)).normalized();
+        int delay = 0;
+        while (!monitor.alarm()) {
+          monitor.Update(residual_m() + step_m);
+          ++delay;
+        }
+        delays.push_back(delay);
+      }
+      std::nth_element(delays.begin(), delays.begin() + 150, delays.end());
+      CHECK(delays[150] < 12);
+    }
   }
 }

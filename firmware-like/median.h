@@ -1,0 +1,20 @@
+// The middle of some numbers.
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <span>
+
+namespace plumbline {
+
+/// Median of values, which are put into another order; of an even number the mean of the two in
+/// the middle. Allocates nothing. @param values  at least one, no NaN
+inline double MedianOf(std::span<double> values) {
+  assert(!values.empty());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+}  // namespace plumbline
