@@ -15,6 +15,7 @@
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -40,14 +41,13 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
     radii_m.push_back(RadiusHolding95Percent(ReadingCovariance(arm, state, *row.q_step_rad)));
   }
   if (radii_m.empty()) return;
-  const auto middle = radii_m.begin() + static_cast<std::ptrdiff_t>(radii_m.size() / 2);
-  std::nth_element(radii_m.begin(), middle, radii_m.end());
-  if (*middle < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
+  const double middle_m = MedianOf(radii_m);
+  if (middle_m < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
   sink(LogLevel::kWarning,
        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
                    "counts as noise of the diagnosis, and effects below it cannot be seen; use "
                    "finer registers (universal-robots-fine)",
-                   radii_m.size(), 1e3 * largest_rad, 1e3 * *middle));
+                   radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/daemon/utc_clock.h"
+#include "firmware-like/median.h"
 #include "firmware-like/monitor/run_length.h"
 
 namespace plumbline {
@@ -238,9 +239,7 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
       }
     }
     if (values.empty()) return alarm.shift_m;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    shift_m[k] = *middle - monitor_->reference_m()[k];
+    shift_m[k] = MedianOf(values) - monitor_->reference_m()[k];
   }
   return shift_m;
 }

@@ -95,7 +95,6 @@ HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>&
     const std::vector<Explanation> ranked =
         Search(pool, candidates, most_blocks, options.interrupted);
     const Explanation best = with_unknown ? WithUnknown(pool, ranked) : ranked.front();
-    result.chosen.push_back(EffectIds(pool, best));
     std::optional<Remainder> rest;
     if (remainder) rest = RemainderOf(pool, best, candidates, remainder->ratio);
     std::vector<Vec3> after = y;

@@ -15,7 +15,6 @@ struct HeldOut {
   std::vector<bool> predicted;  ///< false: too few rows beside its fold, of its session or at all
   std::vector<Vec3> before;     ///< [m], frames of the other folds
   std::vector<Vec3> after;      ///< [m]
-  std::vector<std::vector<std::string>> chosen;  ///< ids of effects, each fold
 };
 
 /// Blocks of rows that follow each other, dealt to the folds in turn; repeats of a pose stay in
