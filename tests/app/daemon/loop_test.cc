@@ -281,6 +281,23 @@ TEST_CASE("what is not explained, or does not help, is never applied unasked") {
   }
 }
 
+TEST_CASE("what the export for a diagnosis leaves out is logged") {
+  std::string script = kTrueAnswer;
+  const auto check = script.find("head -1 \"$3\"");
+  script.erase(check, script.find('\n', check) - check);
+  Station station({.loop = "", .script = script});
+  const std::string file = station.stand_in.folder() + "/one.csv";
+  std::ofstream(file) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n"
+                         "0,-90,90,0,0,0,1500,0,1800\n";
+  REQUIRE(Plumbline("journal import " + file + " --cell tests/virtual_cell/demo/cockpit-cell.toml" +
+                    " --state " + station.state_directory()) == 0);
+  station.Probes(9);
+  INFO(station.daemon.Log());
+  REQUIRE(station.daemon.Awaits("diagnosis started"));
+  CHECK(station.daemon.Says("diagnosis: column t_s: left out, only"));
+  CHECK(station.daemon.Says("diagnosis: column payload_kg: left out, only"));
+}
+
 TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with the daemon") {
   const std::string endless = "#!/bin/sh\necho $$ > \"$0.pid\"\nsleep 1000 & wait\n";
   const auto pid_of = [](const Station& station) {
