@@ -115,11 +115,41 @@ Finding Check(const std::string& text, const std::string& file) {
   return finding;
 }
 
+/// "at (0, 0, 0) mm in the flange frame, 600 mm from the tool's tip".
+std::string CogText(const CellModel& cell, const Vec3& cog_F) {
+  return fmt::format("centre of gravity {} in the flange frame, {:.6g} mm from the tool's tip",
+                     MmText(cog_F), 1e3 * (cell.tool.tcp_F - cog_F).norm());
+}
+
+std::string CogText(const CellModel& cell) {
+  return cell.payload_cog_F ? CogText(cell, *cell.payload_cog_F)
+                            : "centre of gravity unknown: no payload mass can be used";
+}
+
+/// The mass, which only the configuration tells, and the centre in force with it.
+std::string PayloadText(const DaemonConfig& config) {
+  const CellModel& cell = config.machine.cell;
+  const PayloadPolicy& payload = config.machine.payload;
+  if (payload.source == PayloadPolicy::Source::kFixed) {
+    const auto& cog_F = payload.fixed.cog_F;
+    return fmt::format("{:.6g} kg, {}", payload.fixed.mass_kg,
+                       cog_F ? CogText(cell, *cog_F) : CogText(cell));
+  }
+  const bool by_tool = payload.source == PayloadPolicy::Source::kTable;
+  return fmt::format("mass {}; unless that tells its own, {}",
+                     by_tool ? fmt::format("by tool number ({} tools)", payload.table.size())
+                             : std::string("as the robot tells it"),
+                     CogText(cell));
+}
+
 std::vector<SummaryLine> Summary(const Finding& finding) {
   if (!finding.cell) return {};
   std::vector<SummaryLine> lines = CellSummary(*finding.cell);
   if (finding.config) {
     const DaemonConfig& config = *finding.config;
+    for (SummaryLine& line : lines) {
+      if (line.topic == "payload") line.text = PayloadText(config);
+    }
     const std::size_t points = config.machine.points.size();
     lines.push_back({"controller", ControllerText(config.robot)});
     lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
@@ -180,9 +210,7 @@ std::vector<SummaryLine> CellSummary(const CellModel& cell) {
       robot, [](const Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
   lines.push_back({"compliance", compliant == "none" ? "none declared: joints taken as rigid"
                                                      : "declared of " + compliant});
-  lines.push_back({"payload", cell.payload_cog_F
-                                  ? "centre of gravity " + MmText(*cell.payload_cog_F)
-                                  : "centre of gravity unknown: no payload mass can be used"});
+  lines.push_back({"payload", CogText(cell)});
   lines.push_back({"measurement", MeasurementText(cell.measurement)});
   std::string effects;
   for (const WrittenEffect& effect : cell.effects) {

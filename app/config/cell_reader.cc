@@ -6,6 +6,7 @@
 
 #include "app/config/effect_reader.h"
 #include "app/config/file_kind.h"
+#include "app/config/plausibility.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
@@ -121,6 +122,7 @@ Robot RobotFromToml(const TomlTable& table) {
   }
   for (const TomlTable& joint : joints) robot.joints.push_back(JointFromToml(joint));
   WarnOfUnknowns(joints, robot.joints);
+  WarnOfUnlikelyRobot(table, joints, robot);
   return robot;
 }
 
@@ -228,7 +230,7 @@ void WarnWhereNothingYields(const TomlTable& root, const CellModel& cell) {
 CellModel CellFromToml(const TomlTable& root) {
   CellModel cell;
   if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
-    root.AddFault("schema", "is not 1, the only schema that this version reads");
+    root.AddFault("schema", "must be 1, the only schema that this version reads");
   }
   if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
   if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
@@ -245,6 +247,7 @@ CellModel CellFromToml(const TomlTable& root) {
   }
   FaultWhereNoCamera(root, cell);
   WarnWhereNothingYields(root, cell);
+  WarnOfUnlikelyLoad(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
   if (const auto domain = root.Table("domain")) cell.domain = DomainFromToml(*domain, cell.robot);
   return cell;
@@ -257,8 +260,8 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
   FaultList own;
   TomlDocument document(text, file, own);
   CellModel cell;
-  if (FileKindOf(text) == FileKind::kConfiguration) {
-    own.Add({Fault::Severity::kFault, file, 0, "", ConfigurationInsteadOfCell(text)});
+  if (const auto why = WhyNoCell(text)) {
+    own.Add({Fault::Severity::kFault, file, 0, "", *why});
   } else if (document.parsed()) {
     cell = CellFromToml(document.Root());
     document.ReportUnknownKeys();

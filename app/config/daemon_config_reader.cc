@@ -287,7 +287,12 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   TomlDocument document(text, file, own);
   DaemonConfig config;
   config.file = file;
-  if (FileKindOf(text) == FileKind::kCell) {
+  const auto kind = FileKindOf(text);
+  if (kind == FileKind::kProfile) {
+    own.Add({Fault::Severity::kFault, file, 0, "",
+             "is a robot profile or a lens profile, not the daemon's configuration; give the "
+             "plumbline.toml that names it"});
+  } else if (kind == FileKind::kCell) {
     own.Add({Fault::Severity::kFault, file, 0, "",
              "is a cell, not the daemon's configuration; give the plumbline.toml that names it by "
              "cell = \"...\""});

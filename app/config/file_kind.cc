@@ -21,6 +21,7 @@ std::optional<FileKind> FileKindOf(std::string_view text) {
   TomlDocument document(text, "", ignored);
   const TomlTable root = document.Root();
   const auto robot = root.Table("robot");
+  if (HasOneOf(root, {"joints", "read", "exchange"})) return FileKind::kProfile;
   if (root.Has("cell")) return FileKind::kConfiguration;
   if (HasOneOf(root, {"schema", "tool"}) || (robot && HasOneOf(*robot, {"joint", "convention"}))) {
     return FileKind::kCell;
@@ -33,7 +34,16 @@ std::optional<FileKind> FileKindOf(std::string_view text) {
   return std::nullopt;
 }
 
-std::string ConfigurationInsteadOfCell(std::string_view text) {
+std::optional<std::string> WhyNoCell(std::string_view text) {
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+    return "is empty; config/cells has cells to begin with";
+  }
+  const auto kind = FileKindOf(text);
+  if (kind == FileKind::kProfile) {
+    return "is a robot profile or a lens profile, not a cell; give the plumbline.toml that names "
+           "it";
+  }
+  if (kind != FileKind::kConfiguration) return std::nullopt;
   FaultList ignored;
   TomlDocument document(text, "", ignored);
   const auto cell = document.Root().String("cell");

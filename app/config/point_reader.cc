@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/config/limits.h"
+#include "app/config/plausibility.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -90,6 +91,7 @@ AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
   if (point.payload_kg.value_or(0) > 0 && cell != nullptr && !cell->payload_cog_F) {
     table.AddWarning("payload_kg", "cannot be used: the cell has no [payload] cog_mm");
   }
+  if (cell != nullptr && found != frames.end()) WarnOfUnlikelyPoint(table, X_OP.p, point, *cell);
   return point;
 }
 

@@ -51,6 +51,43 @@ TEST_CASE("A configuration is known by its cell key and checked with its files")
         std::string::npos);
 }
 
+TEST_CASE("The payload is told with its mass and where it hangs, and a centre left at the flange") {
+  const std::string here = std::filesystem::current_path().string();
+  std::ifstream bare("config/cells/ur10.toml");
+  std::string text((std::istreambuf_iterator<char>(bare)), std::istreambuf_iterator<char>());
+  const std::string rigid = "model = \"rigid\"\ntcp_mm = [0.0, 0.0, 0.0] ";
+  REQUIRE(text.find(rigid) != std::string::npos);
+  text.replace(text.find(rigid), rigid.size(),
+               "model = \"euler_bernoulli\"\nlength_mm = 600.0\nsection = \"rod\"\n"
+               "diameter_mm = 30.0\nmaterial = \"steel\" ");
+  const TemporaryFile cell(text, ".cell.toml");
+  const TemporaryFile file(
+      "cell = \"" + cell.path() + "\"\n[robot]\nprofile = \"" + here +
+      "/config/profiles/generic.toml\"\nhost = \"10.0.0.2\"\n[payload]\n"
+      "source = \"fixed\"\nmass_kg = 12.5\n[[point]]\nid = 1\nxyz_mm = [9000, 0, "
+      "0]\n[[point]]\nid = 2\nxyz_mm = [1.2, 0.1, 0.7]\n");
+  const test::Answer answer = RunCheck(file.path());
+  CAPTURE(answer.out);
+  CHECK(answer.exit_code == 0);
+  CHECK(answer.out.find("payload      12.5 kg, centre of gravity (0, 0, 0) mm in the flange frame, "
+                        "600 mm from the tool's tip") != std::string::npos);
+  CHECK(answer.out.find("payload.cog_mm: warning: [0, 0, 0] lies at the flange, but the tool's tip "
+                        "is 600 mm away") != std::string::npos);
+  CHECK(
+      answer.out.find("point[1].xyz_mm: warning: [9000, 0, 0] lies 9 m from the robot's base, out "
+                      "of reach of an arm of ") != std::string::npos);
+  CHECK(answer.out.find("point[2].xyz_mm: warning: [1.2, 0.1, 0.7] looks like metres") !=
+        std::string::npos);
+}
+
+TEST_CASE("A profile and an empty file are told as what they are") {
+  const test::Answer profile = RunCheck("config/profiles/xarm.toml");
+  CHECK(profile.exit_code == 1);
+  CHECK(profile.out.find("is a robot profile or a lens profile, not a cell") != std::string::npos);
+  const TemporaryFile empty("");
+  CHECK(RunCheck(empty.path()).out.find("is empty") != std::string::npos);
+}
+
 TEST_CASE("A configuration without its cell key is still one: only the cell is missing") {
   const TemporaryFile file("[robot]\nprofile = \"" + std::filesystem::current_path().string() +
                            "/config/profiles/generic.toml\"\nhost = \"10.0.0.2\"\n[plc]\n");

@@ -267,7 +267,7 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
 TEST_CASE("The schema is 1, and said where it is not") {
   for (const auto& [schema, fault] : std::vector<std::pair<std::string, std::string>>{
            {"schema = 2",
-            "cell.toml:1 schema: 2 is not 1, the only schema that this version reads"},
+            "cell.toml:1 schema: 2 must be 1, the only schema that this version reads"},
            {"schema = \"1\"", "cell.toml:1 schema: \"1\" is not an integer"},
            {"", "cell.toml:1 schema: missing; expected an integer, 0..1000000"}}) {
     FaultList faults;
@@ -278,7 +278,7 @@ TEST_CASE("The schema is 1, and said where it is not") {
 
 TEST_CASE("An empty cell misses its three required tables") {
   FaultList faults;
-  CHECK_FALSE(Reads("", faults));
+  CHECK_FALSE(Reads("#", faults));
   CHECK(Texts(faults, Fault::Severity::kFault) ==
         std::vector<std::string>{"cell.toml:1 schema: missing; expected an integer, 0..1000000",
                                  "cell.toml:1 robot: missing; expected the table [robot]",
@@ -479,6 +479,65 @@ TEST_CASE("A file that cannot be read is a fault") {
   CHECK_FALSE(ReadCell("/nonexistent/cell.toml", faults));
   CHECK(FaultsText(faults) ==
         "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
+}
+
+TEST_CASE("What is inside its range and hardly meant is a warning with what to write") {
+  const WrongLine cases[] = {
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, 9.8]",
+       "robot.gravity_m_s2: warning: [0, 0, 9.8] points up"},
+      {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, -1.62]",
+       "robot.gravity_m_s2: warning: [0, 0, -1.62] is 1.62 m/s2 long"},
+      {"alpha_deg = -90.0", "alpha_deg = -1.5708",
+       "robot.joint[1].alpha_deg: warning: -1.5708 looks like radians: in degrees -90"},
+      {"theta_offset_deg = 10.0", "theta_offset_deg = 3.14",
+       "robot.joint[1].theta_offset_deg: warning: 3.14 looks like radians: in degrees 180"},
+      {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0.04, 0.3]",
+       "payload.cog_mm: warning: [0, 0.04, 0.3] looks like metres"},
+      {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0, 13000]",
+       "payload.cog_mm: warning: [0, 0, 13000] lies 13 m from the flange"},
+      {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0, 0]",
+       "payload.cog_mm: warning: [0, 0, 0] lies at the flange, but the tool's tip is 1200 mm away: "
+       "where the payload hangs there, write about [0, 0, 1200]"},
+  };
+  for (const WrongLine& unlikely : cases) {
+    int line = 0;
+    const std::string text = WithLine(kGood, unlikely.good, unlikely.wrong, line);
+    FaultList faults;
+    CAPTURE(unlikely.wrong);
+    CHECK(CellFromText(text, "cell.toml", faults));
+    const auto warnings = Texts(faults, Fault::Severity::kWarning);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0],
+               Catch::StartsWith(fmt::format("cell.toml:{} {}", line, unlikely.fault)));
+  }
+}
+
+TEST_CASE("An arm of less than ten millimetres was written in metres") {
+  int line = 0;
+  const std::string text = WithLine(WithLine(kGood, "a_mm = 350.0", "a_mm = 0.35", line),
+                                    "d_mm = 675.0", "d_mm = 0.675", line);
+  FaultList faults;
+  CHECK(CellFromText(text, "cell.toml", faults));  // its third joint has d_mm = 6
+  const auto warnings = Texts(faults, Fault::Severity::kWarning);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Catch::Contains("robot.joint[3].d_mm: warning: 6 is the longest length of "
+                             "the arm: it looks like metres"));
+}
+
+TEST_CASE("What is plainly no cell is told by what it is") {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "cell.toml: is empty"},
+      {" \n", "cell.toml: is empty"},
+      {"schema = 1\nname = \"x\"\n[[joints]]\ntable = \"holding\"\n",
+       "cell.toml: is a robot profile"},
+      {"cell = \"arm.toml\"\n", "cell.toml: is the daemon's configuration"}};
+  for (const auto& [text, told] : cases) {
+    FaultList faults;
+    CHECK_FALSE(CellFromText(text, "cell.toml", faults));
+    CHECK(faults.All().size() == 1);
+    CHECK_THAT(FaultsText(faults), Catch::StartsWith(told));
+  }
 }
 
 }  // namespace

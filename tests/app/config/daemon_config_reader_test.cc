@@ -429,8 +429,9 @@ TEST_CASE("A point without near_deg is warned of") {
   FaultList faults;
   REQUIRE(Reads(kGood, faults));
   const auto warnings = Texts(faults, Fault::Severity::kWarning);
-  REQUIRE(warnings.size() == 2);  // the first point has one; the cell yields nowhere
+  REQUIRE(warnings.size() == 3);  // the first point has one; the cell yields nowhere
   CHECK(warnings[0].rfind("cell/plumbline.toml:69 point[2].near_deg: warning: missing; ", 0) == 0);
+  CHECK_THAT(warnings[1], Catch::Contains("point[2].xyz_mm: warning: [1, 0, 0] looks like metres"));
 }
 
 TEST_CASE("A cell in place of the configuration is told as such") {

@@ -1,0 +1,120 @@
+#include "app/config/plausibility.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firmware-like/kinematics/chain.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kSmallestArm_m = 0.01;  // of all a and d: less is metres written for millimetres
+constexpr double kSmallestPoint_m = 0.01;
+constexpr double kSmallestOffset_m = 0.001;  // of a tip or a centre of gravity that is not 0
+constexpr double kFarthestCog_m = 10;
+constexpr double kLongTool_m = 0.1;
+constexpr double kAtFlange = 0.1;  // of the tool's length
+constexpr double kGravity_m_s2 = 9.80665, kGravityVaries_m_s2 = 0.05;
+
+/// True for a value in degrees that is a quarter turn or a multiple of it in radians, as rounded as
+/// people write it: 1.5708, 3.14.
+bool LooksLikeRadians(double angle_deg) {
+  const double quarters = std::abs(angle_deg) / (std::numbers::pi / 2);
+  const double nearest = std::round(quarters);
+  return nearest >= 1 && nearest <= 4 && std::abs(quarters - nearest) < 0.002;
+}
+
+void WarnOfAngle(const TomlTable& joint, std::string_view key, double angle_rad) {
+  const double angle_deg = angle_rad / kRadPerDeg;
+  if (!LooksLikeRadians(angle_deg)) return;
+  const double meant_deg = 90 * std::round(angle_deg / (std::numbers::pi / 2));
+  joint.AddWarning(key, fmt::format("looks like radians: in degrees {:g}", meant_deg));
+}
+
+void WarnOfGravity(const TomlTable& table, const Robot& robot) {
+  if (!table.Has("gravity_m_s2") || robot.g_W.norm() == 0) return;
+  if (robot.g_W.z() > 0.5 * robot.g_W.norm()) {
+    table.AddWarning("gravity_m_s2",
+                     "points up: right only where z of the measurement frame points down; else "
+                     "write [0, 0, -9.80665]");
+  }
+  if (std::abs(robot.g_W.norm() - kGravity_m_s2) > kGravityVaries_m_s2) {
+    table.AddWarning("gravity_m_s2", fmt::format("is {:.4g} m/s2 long; the earth's is 9.78 to 9.83",
+                                                 robot.g_W.norm()));
+  }
+}
+
+/// Metres written for millimetres.
+bool LooksLikeMetres(const Vec3& p, double smallest_m) {
+  return p.norm() > 0 && p.norm() < smallest_m;
+}
+
+}  // namespace
+
+void WarnOfUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
+                         const Robot& robot) {
+  WarnOfGravity(table, robot);
+  double longest_m = 0;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    longest_m = std::max({longest_m, std::abs(joint.a_m), std::abs(joint.d_m)});
+    WarnOfAngle(joints[i], "alpha_deg", joint.alpha_rad);
+    WarnOfAngle(joints[i], "theta_offset_deg", joint.theta_offset_rad);
+  }
+  if (longest_m == 0 || longest_m >= kSmallestArm_m) return;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    const bool a_is_longer = std::abs(joint.a_m) > std::abs(joint.d_m);
+    if (std::max(std::abs(joint.a_m), std::abs(joint.d_m)) < longest_m) continue;
+    joints[i].AddWarning(a_is_longer ? "a_mm" : "d_mm",
+                         "is the longest length of the arm: it looks like metres; write mm");
+    return;
+  }
+}
+
+void WarnOfUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
+  const auto tool = root.Table("tool");
+  const auto payload = root.Table("payload");
+  if (tool && cell.tool.rigid && LooksLikeMetres(cell.tool.tcp_F, kSmallestOffset_m)) {
+    tool->AddWarning("tcp_mm", "looks like metres; write mm");
+  }
+  if (!payload || !cell.payload_cog_F) return;
+  const Vec3& cog_F = *cell.payload_cog_F;
+  const double tip_m = cell.tool.tcp_F.norm();
+  if (cog_F.norm() > kFarthestCog_m) {
+    payload->AddWarning("cog_mm", fmt::format("lies {:.3g} m from the flange; write mm, counted "
+                                              "from the flange",
+                                              cog_F.norm()));
+  } else if (LooksLikeMetres(cog_F, kSmallestOffset_m)) {
+    payload->AddWarning("cog_mm", "looks like metres; write mm");
+  } else if (tip_m > kLongTool_m && cog_F.norm() < kAtFlange * tip_m) {
+    const Vec3 tip_mm = cell.tool.tcp_F / kMetrePerMm;
+    payload->AddWarning(
+        "cog_mm", fmt::format("lies at the flange, but the tool's tip is {:.4g} mm away: where the "
+                              "payload hangs there, write about [{:.6g}, {:.6g}, {:.6g}]",
+                              tip_m / kMetrePerMm, tip_mm.x(), tip_mm.y(), tip_mm.z()));
+  }
+}
+
+void WarnOfUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const AssemblyPoint& point,
+                         const CellModel& cell) {
+  if (!table.Has("xyz_mm")) return;  // a fault of its own
+  if (LooksLikeMetres(p_OP, kSmallestPoint_m)) {
+    table.AddWarning("xyz_mm", "looks like metres; write mm");
+    return;
+  }
+  const double tool_m = cell.tool.tcp_F.norm() + point.p_TP.norm();
+  const double arm_m = Chain(cell.robot).Reach();
+  const double away_m = (point.X_WP.p - cell.robot.X_WB.p).norm();
+  if (away_m <= arm_m + tool_m) return;
+  table.AddWarning("xyz_mm",
+                   fmt::format("lies {:.4g} m from the robot's base, out of reach of an arm of "
+                               "{:.4g} m with a tool of {:.4g} m: check the point, its frame and "
+                               "the cell's base_xyz_mm",
+                               away_m, arm_m, tool_m));
+}
+
+}  // namespace plumbline
