@@ -13,6 +13,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/model_store/daemon_signal.h"
+#include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 
@@ -23,7 +24,7 @@ struct Options {
   std::string state = "/var/lib/plumbline";
   std::string file, diagnosis, report;
   std::optional<int> number;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 int Fail(const std::string& why, int code) {
@@ -40,6 +41,14 @@ Result<ModelStore> ExistingStore(const Options& options) {
                     options.state)};
   }
   return ModelStore::Open(options.state);
+}
+
+/// Tells it where there is no such version.
+bool Exists(const ModelStore& store, int number) {
+  std::error_code unknown;
+  if (std::filesystem::exists(store.ModelFile(number), unknown)) return true;
+  std::cerr << fmt::format("no version {}; `plumbline model list` tells which there are\n", number);
+  return false;
 }
 
 std::string MarkOf(int number, const ModelState& state) {
@@ -93,6 +102,7 @@ int Show(const Options& options) {
   const Result<ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
   const int number = options.number.value_or(state->applied);
+  if (!Exists(*store, number)) return kExitFault;
   const Result<ModelFacts> facts = store->Facts(number);
   if (!facts) return Fail(facts.error(), kExitFault);
   const Result<std::string> text = store->Text(number);
@@ -128,6 +138,34 @@ int Show(const Options& options) {
   return kExitOk;
 }
 
+/// The model in force; nothing where there is none yet, or it cannot be read.
+std::optional<CellModel> ModelInForce(const ModelStore& store) {
+  const Result<ModelState> state = store.State();
+  if (!state || state->applied == 0) return std::nullopt;
+  const Result<std::string> text = store.Text(state->applied);
+  FaultList ignored;
+  return text ? CellFromText(*text, store.ModelFile(state->applied), ignored) : std::nullopt;
+}
+
+/// Tells how far a model is from the one in force. @return false where it is another arm's
+bool MayFollow(const Options& options, const ModelStore& store, const CellModel& cell) {
+  const std::optional<CellModel> in_force = ModelInForce(store);
+  if (!in_force) return true;
+  if (const auto why = WhyAnotherArm(*in_force, cell)) {
+    std::cerr << fmt::format("{}this is another arm's cell: {}{}\n",
+                             options.force ? "warning: " : "", *why,
+                             options.force ? "" : "; --force takes it all the same");
+    return options.force;
+  }
+  if (const auto change_m = LargestChange(*in_force, cell, PosesWithinLimits(*in_force))) {
+    std::cerr << fmt::format(
+        "within the joint limits it moves the tip by up to {:.3f} mm from the model in force, "
+        "nothing carried\n",
+        1e3 * *change_m);
+  }
+  return true;
+}
+
 int Propose(const Options& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
@@ -155,6 +193,7 @@ int Propose(const Options& options) {
   facts.from = options.file;
   Result<ModelStore> store = ModelStore::Open(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
+  if (!MayFollow(options, *store, *cell)) return Fail("not proposed", kExitFault);
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
   std::cout << fmt::format("version {} proposed; `plumbline model apply {}` puts it in force\n",
@@ -178,6 +217,7 @@ int TellDaemon(const Options& options, int number) {
 int ApplyVersion(const Options& options, int number) {
   Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
+  if (!Exists(*store, number)) return kExitFault;
   const Result<std::string> text = store->Text(number);
   if (!text) return Fail(text.error(), kExitFault);
   FaultList faults;
@@ -188,6 +228,9 @@ int ApplyVersion(const Options& options, int number) {
   }
   if (const auto why_not = WhyNotUsable(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
+  }
+  if (!MayFollow(options, *store, *cell)) {
+    return Fail(fmt::format("version {} not applied", number), kExitFault);
   }
   const Result<bool> applied = store.value().Apply(number);
   if (!applied) return Fail(applied.error(), kExitUsage);
@@ -251,12 +294,14 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   propose->add_option("model", options->file, "CELL.toml")->required();
   propose->add_option("--diagnosis", options->diagnosis, "The DIAGNOSIS.json it came with");
   propose->add_option("--report", options->report, "Its report, kept beside it");
+  propose->add_flag("--force", options->force, "Even if it is another arm's");
 
   CLI::App* apply = add("apply", "Puts a version in force", Apply,
                         "Example:\n  plumbline model apply 4\n\n"
                         "Exit codes: 0 in force, 1 no such version or a faulty one, 2 not chosen, "
                         "or the daemon\ncould not be told.");
   apply->add_option("version", options->number, "Its number")->required();
+  apply->add_flag("--force", options->force, "Even if it is another arm's");
 
   CLI::App* rollback = add(
       "rollback", "Puts the version in force that was so before", RollBack,
@@ -264,6 +309,7 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
       "Exit codes: 0 in force, 1 there is none before, 2 not chosen, or the daemon could not be "
       "told.");
   rollback->add_option("--to", options->number, "This version instead");
+  rollback->add_flag("--force", options->force, "Even if that is another arm's");
 }
 
 }  // namespace plumbline

@@ -1,11 +1,20 @@
 #include "app/model_store/model_change.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
 
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/kinematics/chain.h"
 
 namespace plumbline {
 namespace {
+
+constexpr int kPoses = 200;
+constexpr double kAnotherArm_m = 0.05;
 
 Result<Vec3> TipOf(const CellModel& cell, const ModelPose& pose) {
   const LoadedArm arm(CellOfSession(cell, pose.session));
@@ -36,6 +45,46 @@ Result<double> LargestChange(const CellModel& from, const CellModel& to,
     largest_m = std::max(largest_m, (*after - *before).norm());
   }
   return largest_m;
+}
+
+std::vector<ModelPose> PosesWithinLimits(const CellModel& cell) {
+  std::minstd_rand random(1);
+  std::vector<ModelPose> poses(kPoses);
+  for (ModelPose& pose : poses) {
+    pose.q.resize(cell.robot.size());
+    for (int i = 0; i < cell.robot.size(); ++i) {
+      const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+      const double wide = joint.type == JointType::kPrismatic ? 1 : std::numbers::pi;
+      const double low = std::isfinite(joint.min) ? joint.min : -wide;
+      const double high = std::isfinite(joint.max) ? joint.max : wide;
+      pose.q[i] = low + (high - low) * std::generate_canonical<double, 32>(random);
+    }
+  }
+  return poses;
+}
+
+std::optional<std::string> WhyAnotherArm(const CellModel& from, const CellModel& to) {
+  if (from.robot.size() != to.robot.size()) {
+    return fmt::format("it has {} joints, the model in force {}", to.robot.size(),
+                       from.robot.size());
+  }
+  for (int i = 0; i < from.robot.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (from.robot.joints[at].type != to.robot.joints[at].type) {
+      return fmt::format("its joint {} is of another type than in the model in force", i + 1);
+    }
+  }
+  const Chain before(from.robot), after(to.robot);
+  Posture posture_before, posture_after;
+  double largest_m = 0;
+  for (const ModelPose& pose : PosesWithinLimits(from)) {
+    before.Evaluate(pose.q, posture_before);
+    after.Evaluate(pose.q, posture_after);
+    largest_m = std::max(largest_m, (posture_after.X_BF().p - posture_before.X_BF().p).norm());
+  }
+  if (largest_m < kAnotherArm_m) return std::nullopt;
+  return fmt::format("its flange is up to {:.0f} mm from where the model in force has it",
+                     1e3 * largest_m);
 }
 
 }  // namespace plumbline

@@ -102,6 +102,22 @@ TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would d
   CHECK(Plumbline("journal tail" + where + " > /dev/full").code == 2);  // it does not go on
 }
 
+TEST_CASE("a model of the same arm is told by how far it moves the tip") {
+  const TemporaryFolder folder;
+  const std::string where = " --state " + folder.path(), longer = folder.path() + "/longer.toml";
+  std::ifstream file(kCell);
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string bare = "tcp_mm = [0.0, 0.0, 0.0]";
+  REQUIRE(text.find(bare) != std::string::npos);
+  text.replace(text.find(bare), bare.size(), "tcp_mm = [0.0, 0.0, 2.5]");
+  std::ofstream(longer) << text;
+  REQUIRE(Plumbline("model propose " + std::string(kCell) + where).code == 0);
+  REQUIRE(Plumbline("model apply 1" + where).code == 0);
+  const Answer proposed = Plumbline("model propose " + longer + where);
+  CHECK(proposed.code == 0);
+  CHECK_THAT(proposed.text, Catch::Contains("moves the tip by up to 2.500 mm"));
+}
+
 TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets in") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path();
@@ -122,16 +138,26 @@ TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets
   CHECK(Plumbline("model propose config/cells/ur10.toml" + where).code == 0);
   CHECK(Plumbline("model propose config/cells/ur5.toml" + where).code == 0);
   CHECK(Plumbline("model apply 1" + where).code == 0);
-  const Answer applied = Plumbline("model apply 2" + where);
+  const Answer other = Plumbline("model apply 2" + where);
+  CHECK(other.code == 1);
+  CHECK_THAT(other.text, Catch::Contains("another arm's cell: its flange is up to ") &&
+                             Catch::Contains("--force") &&
+                             Catch::Contains("version 2 not applied"));
+  CHECK(Plumbline("model propose config/cells/iiwa7.toml" + where).code == 1);
+  const Answer applied = Plumbline("model apply 2 --force" + where);
   CHECK(applied.code == 0);
   CHECK_THAT(applied.text, Catch::Contains("none runs"));
   CHECK_THAT(Plumbline("model show" + where).text,
              Catch::Contains("# version 2") && Catch::Contains("APPLIED"));
-  CHECK(Plumbline("model apply 3" + where).code == 1);
+  const Answer none = Plumbline("model apply 3" + where);
+  CHECK(none.code == 1);
+  CHECK(none.text == "no version 3; `plumbline model list` tells which there are\n");
+  CHECK(Plumbline("model show 3" + where).text == none.text);
   CHECK(Plumbline("model rollback" + where).code == 0);
   CHECK(nlohmann::json::parse(Plumbline("model list --json" + where).text)[0]["applied"] == true);
   CHECK(Plumbline("model rollback" + where).code == 1);
-  CHECK(Plumbline("model rollback --to 2" + where).code == 0);
+  CHECK(Plumbline("model rollback --to 2" + where).code == 1);
+  CHECK(Plumbline("model rollback --force --to 2" + where).code == 0);
   CHECK(Plumbline("model apply" + where).code == 2);
   CHECK(Plumbline("model").code == 2);
 }
