@@ -77,6 +77,23 @@ BeamSeries Solve(const BeamOptions& options) {
   return series;
 }
 
+/// Small deflections: beyond a tenth of the length the beam's equations no longer hold.
+void WarnOfLargeDeflection(const BeamSeries& series) {
+  constexpr double kLinear = 0.1;
+  double largest = 0, force_N = 0;
+  for (const BeamCase& load_case : series.cases) {
+    const double share = load_case.solution.Tip().d_F.norm() / series.tool.Length();
+    if (share <= largest) continue;
+    largest = share;
+    force_N = load_case.force_N;
+  }
+  if (largest <= kLinear) return;
+  std::cerr << fmt::format(
+      "plumbline beam: warning: at {:g} N the tip moves by {:.0f} % of the length: beyond linear "
+      "theory, which holds to about {:.0f} %\n",
+      force_N, 100 * largest, 100 * kLinear);
+}
+
 int Run(const BeamOptions& options) {
   if (options.paper_table2) {
     PrintPaperTable2(std::cout);
@@ -84,6 +101,7 @@ int Run(const BeamOptions& options) {
   }
   try {
     const BeamSeries series = Solve(options);
+    WarnOfLargeDeflection(series);
     if (options.csv) {
       PrintBeamCsv(series, std::cout);
     } else if (options.json) {

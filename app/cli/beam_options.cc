@@ -16,7 +16,6 @@ namespace {
 
 constexpr int kMaxElements = 1000;
 constexpr double kMaxForces = 10000;
-constexpr double kLargestNumber = 1e17;       // of a dimension; the [tool] has its own range
 constexpr double kLargestLoad = 1e9;          // N, N m, mm: beyond it nothing is a tool
 constexpr double kLargestAcceleration = 1e6;  // m/s2, rad/s2
 
@@ -45,6 +44,17 @@ constexpr ToolFlag kToolFlags[] = {
     {"--poisson-ratio", "poisson_ratio", "Likewise; needed by --theory timoshenko"},
     {"--density-kg-m3", "density_kg_m3", "Likewise; needed by weight and acceleration"},
 };
+
+/// A finite number; whether it lies in the range that the help shows is told by the reader of the
+/// [tool].
+CLI::Validator ToolNumber(const char* key) {
+  const NumberRange range = RangeOfToolKey(key);
+  return {[range](const std::string& text) {
+            if (FiniteNumberFromText(text)) return std::string();
+            return fmt::format("{} is not a number from {:g} to {:g}", text, range.min, range.max);
+          },
+          fmt::format("[{:g}..{:g}]", range.min, range.max)};
+}
 
 std::string FlagOf(const std::string& key) {
   if (key == "section" || key == "material") return "--" + key;
@@ -141,13 +151,13 @@ void AddToolOptions(CLI::App& command, BeamOptions& options) {
         .add_option_function<double>(
             flag.flag, [&options, key = flag.key](double value) { options.numbers[key] = value; },
             flag.help)
-        ->check(NumberWithin(-kLargestNumber, kLargestNumber));
+        ->check(ToolNumber(flag.key));
   }
   command.add_option("--theory", options.theory, "Beam theory; default: euler_bernoulli")
       ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}));
   command.add_option("--cell", options.cell, "Instead of all that: the [tool] of a CELL.toml");
   command.add_option("--elements", options.elements, "Finite elements, in each segment")
-      ->check(CLI::Range(1, kMaxElements))
+      ->check(WholeNumberWithin(1, kMaxElements))
       ->capture_default_str();
 }
 

@@ -13,6 +13,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
+#include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
@@ -267,7 +268,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "cell: effects of the last move (approach lag, backlash by move) are not offered");
   command->add_option("--threads", arguments->threads, "Threads to work with")
       ->capture_default_str()
-      ->check(CLI::Range(1, 256));
+      ->check(WholeNumberWithin(1, 256));
   command->add_flag("--quiet", arguments->quiet, "Neither summary nor progress");
   command->footer(
       "MEASURED.csv has a header: q1_deg.. qn_deg, x_mm,y_mm,z_mm (or range_mm), and what else "

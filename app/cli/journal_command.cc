@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
@@ -21,6 +22,8 @@
 
 namespace plumbline {
 namespace {
+
+constexpr std::int64_t kMostRows = 1000000000;
 
 struct Options {
   std::string state = "/var/lib/plumbline";
@@ -89,6 +92,18 @@ int Import(const Options& options) {
   return kExitOk;
 }
 
+/// The journal of an existing state directory, to read.
+Result<Journal> ExistingJournal(const Options& options) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(options.JournalFile(), unknown)) {
+    return Error{
+        fmt::format("{}: no journal there yet; a daemon with [loop] makes it at its first start, "
+                    "`plumbline journal import` too, or give another --state",
+                    options.JournalFile())};
+  }
+  return Journal::OpenForReading(options.JournalFile());
+}
+
 int Export(const Options& options) {
   for (const std::string& input : {options.cell, options.JournalFile()}) {
     if (!SameFile(options.file, input)) continue;
@@ -100,7 +115,7 @@ int Export(const Options& options) {
   const std::optional<CellModel> cell = ReadCell(options.cell, faults);
   std::cerr << FaultsText(faults);
   if (!cell) return kExitFault;
-  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   const auto rows = journal.value().Read(options.Filter(), cell->robot.joints);
   if (!rows) return Fail(rows.error(), kExitFault);
@@ -173,6 +188,11 @@ std::string Line(const JournalRow& row) {
   return line;
 }
 
+std::string Header() {
+  return fmt::format("{:>7}  {:<20}  {:<6} {:>10} {:>10} {:>10}\n", "row", "time", "source", "x mm",
+                     "y mm", "z mm");
+}
+
 Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
@@ -188,17 +208,19 @@ Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool j
 }
 
 int Show(const Options& options) {
-  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
+  if (!options.json) std::cout << Header();
   const Result<std::int64_t> last = Print(journal.value(), options.Filter(), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Tail(const Options& options) {
-  Result<Journal> journal = Journal::OpenForReading(options.JournalFile());
+  Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   JournalFilter filter = options.Filter();
   if (!filter.last) filter.last = 10;
+  if (!options.json) std::cout << Header();
   for (;;) {
     const Result<std::int64_t> last = Print(journal.value(), filter, options.json);
     if (!last) return Fail(last.error(), kExitFault);
@@ -216,7 +238,7 @@ void AddState(CLI::App& command, Options& options) {
 
 void AddFilter(CLI::App& command, Options& options) {
   command.add_option("--last", options.last, "Only that many rows, the newest")
-      ->check(CLI::PositiveNumber);
+      ->check(WholeNumberWithin(1, kMostRows));
   command.add_option("--after", options.after, "Only rows with a larger number");
   command.add_option("--session", options.session, "Only rows of that session, in any boot");
   command.add_option("--model", options.model_version, "Only rows predicted by that model version");

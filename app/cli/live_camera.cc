@@ -56,13 +56,13 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
       ->check(NumberWithin(0.001, 60000));
   command.add_option("--gain", options.gain_counts, "Fixed gain, in the camera's counts")
       ->needs(camera)
-      ->check(CLI::Range(0, 1 << 24));
+      ->check(WholeNumberWithin(0, 1 << 24));
   command.add_option("--white-balance-K", options.white_balance_K, "Fixed white balance")
       ->needs(camera)
       ->check(NumberWithin(1000, 40000));
   command.add_option("--focus", options.focus_counts, "Fixed focus, in the camera's counts")
       ->needs(camera)
-      ->check(CLI::Range(0, 1 << 24));
+      ->check(WholeNumberWithin(0, 1 << 24));
   command.add_flag("--fast", options.fast, "A recording as fast as it can be worked on")
       ->needs(camera);
   command.add_flag("--repeat", options.repeat, "A recording again and again")->needs(camera);

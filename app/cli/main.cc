@@ -20,9 +20,51 @@
 
 namespace {
 
+/// Replaces `from`, which must stand in the text once; else the text stays as it is.
+bool Replace(std::string& text, std::string_view from, std::string_view to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) return false;
+  text.replace(at, from.size(), to);
+  return true;
+}
+
+/// The parser's words in those of this program; what is not known of them stays.
+std::string Plain(std::string what) {
+  const std::string_view unexpected = "The following argument";
+  if (what == "A subcommand is required") return "the command is missing";
+  if (what.rfind(unexpected, 0) == 0) {
+    const auto colon = what.find(": ");
+    if (colon == std::string::npos) return what;
+    const std::string names = what.substr(colon + 2);
+    return names + (what[unexpected.size()] == 's' ? " are" : " is") + " not known here";
+  }
+  if (what.rfind("Could not convert: ", 0) == 0) {  // --after = x
+    what.erase(0, what.find(": ") + 2);
+    Replace(what, " = ", ": ");
+    return what + " is not a number";
+  }
+  if (Replace(what, " is required", " is missing") || Replace(what, " requires ", " needs ")) {
+    return what;
+  }
+  if (Replace(what, " excludes ", " and ")) return what + " exclude each other";
+  const auto value = what.find(": ");
+  if (value != std::string::npos && what.find("required", value) != std::string::npos &&
+      what.rfind(" missing") == what.size() - 8) {  // --port: 1 required INT missing
+    return what.substr(0, value) + ": its value is missing";
+  }
+  if (const auto list = what.find(" not in {"); list != std::string::npos && what.back() == '}') {
+    std::string words;
+    for (const char c : what.substr(list + 9, what.size() - list - 10)) {
+      words += c == ',' ? std::string(", ") : std::string(1, c);
+    }
+    return what.substr(0, list) + " is none of " + words;
+  }
+  return what;
+}
+
 /// One line of what is wrong, and where the help is.
 std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
-  std::string command = "plumbline", what = error.what();
+  std::string command = "plumbline", what = Plain(error.what());
   for (auto given = app->get_subcommands(); !given.empty(); given = app->get_subcommands()) {
     app = given.front();
     command += " " + app->get_name();

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,20 @@ inline std::optional<double> FiniteNumberFromText(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
   return value;
+}
+
+/// For every option that counts: CLI::Range lets nan pass, and tells limits in its own words.
+inline CLI::Validator WholeNumberWithin(std::int64_t min, std::int64_t max) {
+  return {[min, max](const std::string& text) {
+            std::int64_t value = 0;
+            const char* const end = text.data() + text.size();
+            const auto [read, error] = std::from_chars(text.data(), end, value);
+            if (error == std::errc() && read == end && value >= min && value <= max) {
+              return std::string();
+            }
+            return fmt::format("{} is not a whole number from {} to {}", text, min, max);
+          },
+          fmt::format("[{}..{}]", min, max)};
 }
 
 /// For every option that takes a number: CLI::Range lets nan pass.

@@ -17,6 +17,16 @@ constexpr NumberRange kMountMass{0, 5000};
 
 enum class SectionKind { kRectangle, kSquareTube, kTube, kRod, kIBeam };
 
+constexpr std::pair<std::string_view, NumberRange> kOwnRanges[] = {
+    {"length_mm", kLength},
+    {"area_mm2", kArea},
+    {"ix_mm4", kMoment},
+    {"iy_mm4", kMoment},
+    {"youngs_modulus_GPa", kYoungsModulus},
+    {"poisson_ratio", kPoissonRatio},
+    {"density_kg_m3", kDensity},
+};
+
 /// E, nu and density: by name, each value replaceable by a key of its own.
 std::optional<Material> MaterialFromToml(const TomlTable& table) {
   std::optional<Material> named;
@@ -127,6 +137,13 @@ void AddSegment(const TomlTable& table, Tool& tool) {
 }
 
 }  // namespace
+
+NumberRange RangeOfToolKey(std::string_view key) {
+  for (const auto& [name, range] : kOwnRanges) {
+    if (key == name) return range;
+  }
+  return kDimension;
+}
 
 Tool ToolFromToml(const TomlTable& table) {
   enum class Model { kEulerBernoulli, kTimoshenko, kRigid };

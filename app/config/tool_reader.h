@@ -10,4 +10,8 @@ namespace plumbline {
 /// with its section and material. Faults go to the table's list; the answer is then incomplete.
 Tool ToolFromToml(const TomlTable& table);
 
+/// What a number of the [tool] may be; of a key without a range of its own, that of a dimension of
+/// a section.
+NumberRange RangeOfToolKey(std::string_view key);
+
 }  // namespace plumbline

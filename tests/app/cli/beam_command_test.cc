@@ -185,6 +185,20 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
   }
 }
 
+TEST_CASE("a deflection beyond linear theory is warned of, and the help tells real limits") {
+  const std::string rod =
+      "--length-mm 500 --section rod --diameter-mm 10 --material steel --force-n ";
+  const Answer large = RunBeam(rod + "10,500");
+  CHECK(large.exit_code == 0);
+  CHECK_THAT(large.err, Catch::Contains("warning: at 500 N the tip moves by ") &&
+                            Catch::Contains("beyond linear theory"));
+  CHECK(RunBeam(rod + "10").err.empty());
+  const std::string help = RunBeam("--help").out;
+  CHECK_THAT(help, Catch::Contains("[1..20000]") && !Catch::Contains("1e+17"));
+  CHECK_THAT(RunBeam(rod + "1 --wall-mm inf").err,
+             Catch::Contains("inf is not a number from 0.01 to 10000"));
+}
+
 TEST_CASE("a faulty, unreadable or rigid cell is a fault of the input: exit code 1") {
   struct Wrong {
     const char* file;

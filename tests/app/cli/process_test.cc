@@ -86,24 +86,54 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
     const char* told;
   };
   const Wrong wrong[] = {
-      {"", "plumbline: A subcommand is required; see plumbline --help\n"},
+      {"", "plumbline: the command is missing; see plumbline --help\n"},
       {"foo", "plumbline: \"foo\" is not a command; see plumbline --help\n"},
-      {"check", "plumbline check: file is required; see plumbline check --help\n"},
+      {"check", "plumbline check: file is missing; see plumbline check --help\n"},
       {"beam --bogus",
-       "plumbline beam: The following argument was not expected: --bogus; see plumbline beam "
+       "plumbline beam: --bogus is not known here; see plumbline beam "
        "--help\n"},
-      {"journal", "plumbline journal: A subcommand is required; see plumbline journal --help\n"},
+      {"journal", "plumbline journal: the command is missing; see plumbline journal --help\n"},
       {"model bogus", "plumbline model: \"bogus\" is not a command; see plumbline model --help\n"},
       {"journal show --bogus",
-       "plumbline journal show: The following argument was not expected: --bogus; see plumbline "
+       "plumbline journal show: --bogus is not known here; see plumbline "
        "journal show --help\n"},
       {"diagnose a b --threads nan",
-       "plumbline diagnose: --threads: Value nan not in range 1 to 256; see plumbline diagnose "
+       "plumbline diagnose: --threads: nan is not a whole number from 1 to 256; see plumbline "
+       "diagnose "
        "--help\n"},
       {"predict a b --out c --deflection-sd nan",
        "plumbline predict: --deflection-sd: nan is not a number from 0 to 1; see plumbline predict "
        "--help\n"},
   };
+  const Wrong further[] = {
+      {"diagnose a b c",
+       "plumbline diagnose: c is not known here; see plumbline diagnose --help\n"},
+      {"status --port",
+       "plumbline status: --port: its value is missing; see plumbline status "
+       "--help\n"},
+      {"status --port 65536",
+       "plumbline status: --port: 65536 is not a whole number from 1 to 65535; see plumbline "
+       "status "
+       "--help\n"},
+      {"journal show --last 0",
+       "plumbline journal show: --last: 0 is not a whole number from 1 to 1000000000; see "
+       "plumbline "
+       "journal show --help\n"},
+      {"journal show --after x",
+       "plumbline journal show: --after: x is not a number; see plumbline journal show --help\n"},
+      {"beam --csv --json",
+       "plumbline beam: --csv and --json exclude each other; see plumbline beam --help\n"},
+      {"beam --direction z",
+       "plumbline beam: --direction: z is none of x, y; see plumbline beam --help\n"},
+      {"track --intrinsics a --gain 3",
+       "plumbline track: --gain needs --camera; see plumbline track --help\n"},
+  };
+  for (const Wrong& w : further) {
+    CAPTURE(w.arguments);
+    const Answer answer = Shell(w.arguments);
+    CHECK(answer.exit_code == 2);
+    CHECK(answer.told == w.told);
+  }
   for (const Wrong& w : wrong) {
     CAPTURE(w.arguments);
     const Answer answer = Shell(w.arguments);

@@ -43,7 +43,9 @@ TEST_CASE("a table goes into the journal whole or not at all, and comes out agai
                         "2,2,3,4,5,6,7,8,\n"
                         "3,2,3,4,5,6,7,8,9.5\n";
   const std::string import = "journal import " + csv + " --cell " + kCell + where;
-  CHECK(Plumbline("journal show" + where).code == 1);
+  const Answer none = Plumbline("journal show" + where);
+  CHECK(none.code == 1);
+  CHECK_THAT(none.text, Catch::Contains("no journal there yet") && Catch::Contains("--state"));
 
   Answer answer = Plumbline(import);
   CHECK(answer.code == 1);
@@ -62,6 +64,7 @@ TEST_CASE("a table goes into the journal whole or not at all, and comes out agai
   CHECK(answer.code == 0);
   CHECK(nlohmann::json::parse(answer.text)["q"][0].get<double>() == Approx(3));
   CHECK_THAT(Plumbline("journal tail --once" + where).text, Catch::Contains("9.500"));
+  CHECK_THAT(Plumbline("journal show" + where).text, Catch::StartsWith("    row  time"));
 
   answer = Plumbline("journal export --cell " + std::string(kCell) + " --out " + out + where);
   CHECK(answer.code == 0);
