@@ -11,6 +11,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/hand_eye/hand_eye_json.h"
@@ -141,8 +142,20 @@ bool ReadNames(const Options& options, Inputs& inputs) {
   return true;
 }
 
+int Interrupted() {
+  std::cerr << "interrupted; no file was changed\n";
+  return kExitInterrupted;
+}
+
 int Run(const Options& options) {
   if (!options.json.empty() && options.json != "-") {
+    for (const std::string& input :
+         {options.poses, options.intrinsics, options.bodies, options.cell}) {
+      if (!SameFile(options.json, input)) continue;
+      std::cerr << fmt::format(
+          "plumbline calibrate-hand-eye: --json is {} itself; choose another file\n", input);
+      return kExitUsage;
+    }
     if (const auto why = WhyNotWritable(options.json)) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
                                why->message);
@@ -153,14 +166,11 @@ int Run(const Options& options) {
   if (!ReadLens(options, inputs.lens) || !ReadTarget(options, inputs) ||
       !ReadPoses(options, inputs) || !ReadNames(options, inputs))
     return kExitFault;
-  const Interruption interruption;
+  Interruption interruption;
   TargetViews found =
       FindTargets(options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens,
                   inputs.lens.size, [] { return Interruption::Asked(); });
-  if (Interruption::Asked()) {
-    std::cerr << "interrupted; no file was changed\n";
-    return kExitInterrupted;
-  }
+  if (Interruption::Asked()) return Interrupted();
   HandEyeOptions how;
   how.setup = options.setup == "eye-in-hand" ? HandEyeSetup::kEyeInHand : HandEyeSetup::kEyeToHand;
   how.image = inputs.lens.size;
@@ -179,6 +189,7 @@ int Run(const Options& options) {
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
       HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
+  if (!interruption.TooLate()) return Interrupted();
   if (options.json == "-") {
     std::cout << json;
   } else if (!options.json.empty()) {

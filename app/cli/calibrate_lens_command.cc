@@ -13,8 +13,10 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/same_file.h"
 #include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
+#include "app/lens/chessboard_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_store/opencv_file.h"
 #include "drivers/camera/image_folder.h"
@@ -80,7 +82,30 @@ Frames ReadFrames(const Options& options, const std::vector<std::string>& names,
   return frames;
 }
 
-std::string Summary(const LensCalibration& c) {
+/// Which board the images show, where most of them show one whole board that is not the one asked
+/// for; else nothing.
+std::string OtherBoard(const Options& options, const std::vector<std::string>& names,
+                       const Board& board) {
+  if (board.kind != BoardKind::kChessboard) return "";
+  std::map<std::pair<int, int>, std::size_t> seen;
+  std::size_t readable = 0;
+  for (const std::string& name : names) {
+    const auto image = ReadImage((std::filesystem::path(options.images) / name).string());
+    if (!image || Interruption::Asked()) continue;
+    ++readable;
+    if (const auto size = WholeChessboardIn(image->View())) ++seen[*size];
+  }
+  for (const auto& [size, count] : seen) {
+    if (2 * count <= readable) continue;
+    return fmt::format(
+        "no image shows {} x {} inner corners, {} of {} show {} x {}: try --board {}x{}",
+        board.columns, board.rows, count, readable, size.first, size.second, size.first,
+        size.second);
+  }
+  return "";
+}
+
+std::string Summary(const LensCalibration& c, std::size_t images) {
   std::string text = c.accepted ? "accepted\n" : "refused\n";
   for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
   if (c.lens.fx > 0) {
@@ -97,8 +122,11 @@ std::string Summary(const LensCalibration& c) {
                                  : std::string("at infinity"),
         c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
   }
-  text +=
-      fmt::format("  {} frames used, {} refused\n", c.frames_used.size(), c.frames_refused.size());
+  const std::size_t used = c.frames_used.size(), refused = c.frames_refused.size();
+  text += fmt::format("  {} images: {} used, {} refused{}\n", images, used, refused,
+                      images > used + refused
+                          ? fmt::format(", {} good ones not used", images - used - refused)
+                          : "");
   for (const RefusedFrame& frame : c.frames_refused)
     text += fmt::format("    {}: {}\n", frame.name, frame.reason);
   return text;
@@ -110,7 +138,15 @@ std::string Yaml(const LensCalibration& calibration) {
   entry.covariance = calibration.covariance;
   entry.image = calibration.size;
   entry.rms_px = calibration.rms_px;
-  return OpenCvYaml(entry);
+  // A reader that does not ask for the mark meets the reasons above the numbers.
+  std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);
+  for (const std::string& reason : calibration.reasons) {
+    mark += fmt::format("# {}: {}\n", calibration.accepted ? "note" : "refused", reason);
+  }
+  std::string text = OpenCvYaml(entry);
+  constexpr std::string_view kBegin = "---\n";
+  text.insert(text.find(kBegin) + kBegin.size(), mark);
+  return text;
 }
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
@@ -121,6 +157,11 @@ bool Write(const std::string& option, const std::string& path, const std::string
                              option);
   }
   return !why;
+}
+
+int Interrupted() {
+  std::cerr << "interrupted; no file was changed\n";
+  return kExitInterrupted;
 }
 
 int Run(const Options& options) {
@@ -137,6 +178,10 @@ int Run(const Options& options) {
       return kExitUsage;
     }
   }
+  if (SameFile(options.json, options.yaml) && options.json != "-") {
+    std::cerr << "plumbline calibrate-lens: --yaml is the --json file itself; choose another\n";
+    return kExitUsage;
+  }
   Result<std::vector<std::string>> names = ImageNames(options.images);
   if (!names) {
     std::cerr << fmt::format("{}: cannot be read: {}\n", options.images, names.error());
@@ -150,23 +195,26 @@ int Run(const Options& options) {
                              options.images, options.match);
     return kExitFault;
   }
-  const Interruption interruption;
+  Interruption interruption;
   Frames frames = ReadFrames(options, *names, board);
-  if (Interruption::Asked()) {
-    std::cerr << "interrupted; no file was changed\n";
-    return kExitInterrupted;
-  }
+  if (Interruption::Asked()) return Interrupted();
   CalibrationOptions judged;
   judged.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
   LensCalibration calibration = CalibrateLens(board, frames.views, frames.size, judged);
+  if (frames.views.empty()) {
+    const std::string other = OtherBoard(options, *names, board);
+    if (!other.empty()) calibration.reasons.insert(calibration.reasons.begin(), other);
+  }
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
+  if (!interruption.TooLate()) return Interrupted();
   if (!Write("--json", options.json, LensJson(calibration)) ||
       !Write("--yaml", options.yaml, Yaml(calibration)))
     return kExitUsage;
   if (options.json == "-") std::cout << LensJson(calibration);
-  if (!options.quiet) (options.json == "-" ? std::cerr : std::cout) << Summary(calibration);
+  if (!options.quiet)
+    (options.json == "-" ? std::cerr : std::cout) << Summary(calibration, names->size());
   return kExitOk;
 }
 
@@ -182,7 +230,8 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   AddBoardOptions(*command, options->board);
   command->add_option("--json", options->json, "The answer for programs; - is standard output");
-  command->add_option("--yaml", options->yaml, "The lens as OpenCV reads it");
+  command->add_option("--yaml", options->yaml,
+                      "The lens as OpenCV reads it; \"accepted: 0\" marks a refused one");
   command
       ->add_option("--acceptable-px", options->acceptable_px,
                    "Largest uncertainty of the projection that is accepted")

@@ -119,10 +119,17 @@ std::vector<LatticeSteps> StepsOf(const BoardView& view, const Board& board) {
   return steps;
 }
 
-}  // namespace
+/// What hangs together in an image, seen at the search size.
+struct Search {
+  int factor = 1;  ///< pixels of the image to one of the search
+  std::vector<SaddlePoint> points;
+  std::vector<Lattice> lattices;  ///< the largest first
+};
 
-Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
-  const int factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
+Result<Search> SearchIn(const LumaView& image) {
+  Search search;
+  search.factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
+  const int factor = search.factor;
   if (image.width / factor < 4 * kRing_px || image.height / factor < 4 * kRing_px)
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
   const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
@@ -134,8 +141,29 @@ Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
   cv::resize(even, small, {image.width / factor, image.height / factor}, 0, 0, cv::INTER_AREA);
   small.convertTo(small_float, CV_32F);
   cv::GaussianBlur(small_float, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
-  const std::vector<SaddlePoint> points = FindSaddlePoints(smooth, kRing_px, kMostPoints);
-  const std::vector<Lattice> lattices = FindLattices(points);
+  search.points = FindSaddlePoints(smooth, kRing_px, kMostPoints);
+  search.lattices = FindLattices(search.points);
+  return search;
+}
+
+}  // namespace
+
+std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image) {
+  constexpr int kFewest = 3;  // fewer corners in a row stand in any texture
+  const Result<Search> search = SearchIn(image);
+  if (!search || search->lattices.empty()) return std::nullopt;
+  const Lattice& largest = search->lattices[0];
+  const auto [shorter, longer] = std::minmax(largest.columns, largest.rows);
+  if (shorter < kFewest || largest.found() != largest.columns * largest.rows) return std::nullopt;
+  return std::pair(longer, shorter);
+}
+
+Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
+  const Result<Search> search = SearchIn(image);
+  if (!search) return Error{search.error()};
+  const int factor = search->factor;
+  const std::vector<SaddlePoint>& points = search->points;
+  const std::vector<Lattice>& lattices = search->lattices;
   std::optional<Lattice> fitting;
   for (std::size_t k = 0; k < lattices.size() && !fitting; ++k)
     fitting = BoardWithin(lattices[k], board);

@@ -1,76 +1,93 @@
-// plumbline calibrate-lens with each kind of board, and with what is none.
+// plumbline calibrate-lens: what it writes and says where a lens is refused.
 #include "app/cli/calibrate_lens_command.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/app/cli/run_command.h"
-#include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/renderer/scene.h"
 
 using namespace plumbline;
-using test::Answer;
-using test::RunCommand;
 
 namespace {
 
-/// A folder with one image of a board of shifted circles.
-struct Images {
+/// Images of a board of 9 x 6 inner corners, and an empty one.
+struct Files {
   test::TemporaryFolder folder;
 
-  Images() {
-    const Board board{4, 5, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}};
-    Capture capture;
-    capture.views = 1;
-    const DrawnView view = DrawViews(capture, board, 3).at(0);
-    const auto shot = renderer::Render(view.camera, {view.sheet}, {}, 1);
-    std::ofstream(folder.path() + "/1.pgm", std::ios::binary)
-        << "P5\n1920 1080\n255\n" + std::string(shot.grey.begin(), shot.grey.end());
+  Files() {
+    std::filesystem::create_directory(Path("frames"));
+    renderer::Camera camera;
+    camera.width = 640;
+    camera.height = 480;
+    camera.fx = camera.fy = 800;
+    camera.cx = 319.5;
+    camera.cy = 239.5;
+    for (int k = 0; k < 3; ++k) {
+      renderer::Sheet sheet;
+      sheet.print = renderer::Chessboard(9, 6, 0.02);
+      sheet.half_width_m = 0.12;
+      sheet.half_height_m = 0.09;
+      sheet.centre_x_m = 0.08;
+      sheet.centre_y_m = 0.05;
+      sheet.X_CK = Eigen::Isometry3d::Identity();
+      sheet.X_CK.translation() = Eigen::Vector3d(-0.08 + 0.01 * k, -0.05, 0.5);
+      const auto shot = renderer::Render(camera, {sheet}, {}, 7 + static_cast<std::uint64_t>(k));
+      Write("frames/" + std::to_string(k) + ".pgm",
+            "P5\n640 480\n255\n" + std::string(shot.grey.begin(), shot.grey.end()));
+    }
+    Write("frames/9.pgm", "P5\n640 480\n255\n" + std::string(640 * 480, 'x'));
   }
-  Answer Run(const std::string& arguments) const {
-    return RunCommand(AddCalibrateLensCommand,
-                      "calibrate-lens --images " + folder.path() + " " + arguments);
+  std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
+  void Write(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name), std::ios::binary) << text;
+  }
+  std::string Content(const std::string& name) const {
+    std::ifstream file(Path(name));
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  test::Answer Calibrate(const std::string& more) const {
+    return test::RunCommand(AddCalibrateLensCommand,
+                            "calibrate-lens --images " + Path("frames") + " " + more);
   }
 };
 
 }  // namespace
 
-TEST_CASE("a kind of board is chosen, and one frame of it is not enough") {
-  const Images images;
-  const Answer answer =
-      images.Run("--board-kind acircles --board 4x5 --square-mm 20 --mark-mm 15 --json - --quiet");
-  INFO(answer.out << answer.err);
-  CHECK(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
-  CHECK(json["accepted"] == false);
-  CHECK(json["board"]["kind"] == "acircles");
-  CHECK(json["board"]["mark_mm"] == Approx(15));
-  CHECK(json["frames_refused"].empty());  // the board was found
-  CHECK(std::string(json["reasons"][0]).find("found in 1 usable frames") != std::string::npos);
+TEST_CASE("Another board than the one asked for is named, and the counts add up") {
+  const Files files;
+  const test::Answer other = files.Calibrate("--board 17x11");
+  INFO(other.out);
+  CHECK(other.exit_code == 0);
+  CHECK(
+      other.out.find("no image shows 17 x 11 inner corners, 3 of 4 show 9 x 6: try --board 9x6") !=
+      std::string::npos);
+  CHECK(other.out.find("4 images: 0 used, 4 refused\n") != std::string::npos);
+  const test::Answer right = files.Calibrate("--board 9x6");
+  INFO(right.out);
+  CHECK(right.out.find("--board") == std::string::npos);
+  CHECK(right.out.find("4 images: 0 used, 1 refused, 3 good ones not used\n") != std::string::npos);
 }
 
-TEST_CASE("another kind of board than there is: each frame says what it shows") {
-  const Images images;
-  const Answer answer = images.Run("--board-kind charuco --board 9x6 --mark-mm 7 --json - --quiet");
-  CHECK(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
-  CHECK(json["frames_refused"][0]["reason"] == "no tag of aruco-6x6-250");
-  CHECK(json["board"]["family"] == "aruco-6x6-250");
+TEST_CASE("A refused lens is marked in OpenCV's file too") {
+  const Files files;
+  CHECK(files.Calibrate("--board 17x11 --yaml " + files.Path("lens.yaml")).exit_code == 0);
+  const std::string yaml = files.Content("lens.yaml");
+  CHECK_THAT(yaml,
+             Catch::StartsWith("%YAML:1.0\n---\naccepted: 0\n# refused: no image shows 17 x 11"));
 }
 
-TEST_CASE("what is no board is refused with the option to mend") {
-  const Images images;
-  const auto refused = [&](const std::string& arguments, const std::string& words) {
-    const Answer answer = images.Run(arguments);
-    INFO(answer.out << answer.err);
-    CHECK(answer.exit_code == 2);
-    CHECK((answer.out + answer.err).find(words) != std::string::npos);
-  };
-  refused("--board-kind hexagons", "--board-kind");
-  refused("--board-kind charuco", "--mark-mm: a ChArUco board needs the side of its tags");
-  refused("--board-kind circles", "--mark-mm: a board of circles needs their diameter");
-  refused("--board-kind charuco --mark-mm 7 --family none", "--family");
-  refused("--board 2x9", "--board: 2 x 9 points; 3 to 100 each are possible");
-  refused("--board nine", "is not COLUMNSxROWS");
+TEST_CASE("Two outputs under one name are refused, however it is spelt") {
+  const Files files;
+  const test::Answer answer =
+      files.Calibrate("--json " + files.Path("a.x") + " --yaml " + files.Path("frames/../a.x"));
+  CHECK(answer.exit_code == 2);
+  CHECK(answer.err.find("--yaml is the --json file itself") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(files.Path("a.x")));
 }

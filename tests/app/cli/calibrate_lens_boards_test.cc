@@ -1,0 +1,76 @@
+// plumbline calibrate-lens with each kind of board, and with what is none.
+#include "app/cli/calibrate_lens_command.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/cli/run_command.h"
+#include "tests/app/lens/rendered_views.h"
+#include "tests/app/temporary_folder.h"
+
+using namespace plumbline;
+using test::Answer;
+using test::RunCommand;
+
+namespace {
+
+/// A folder with one image of a board of shifted circles.
+struct Images {
+  test::TemporaryFolder folder;
+
+  Images() {
+    const Board board{4, 5, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}};
+    Capture capture;
+    capture.views = 1;
+    const DrawnView view = DrawViews(capture, board, 3).at(0);
+    const auto shot = renderer::Render(view.camera, {view.sheet}, {}, 1);
+    std::ofstream(folder.path() + "/1.pgm", std::ios::binary)
+        << "P5\n1920 1080\n255\n" + std::string(shot.grey.begin(), shot.grey.end());
+  }
+  Answer Run(const std::string& arguments) const {
+    return RunCommand(AddCalibrateLensCommand,
+                      "calibrate-lens --images " + folder.path() + " " + arguments);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a kind of board is chosen, and one frame of it is not enough") {
+  const Images images;
+  const Answer answer =
+      images.Run("--board-kind acircles --board 4x5 --square-mm 20 --mark-mm 15 --json - --quiet");
+  INFO(answer.out << answer.err);
+  CHECK(answer.exit_code == 0);
+  const auto json = nlohmann::json::parse(answer.out);
+  CHECK(json["accepted"] == false);
+  CHECK(json["board"]["kind"] == "acircles");
+  CHECK(json["board"]["mark_mm"] == Approx(15));
+  CHECK(json["frames_refused"].empty());  // the board was found
+  CHECK(std::string(json["reasons"][0]).find("found in 1 usable frames") != std::string::npos);
+}
+
+TEST_CASE("another kind of board than there is: each frame says what it shows") {
+  const Images images;
+  const Answer answer = images.Run("--board-kind charuco --board 9x6 --mark-mm 7 --json - --quiet");
+  CHECK(answer.exit_code == 0);
+  const auto json = nlohmann::json::parse(answer.out);
+  CHECK(json["frames_refused"][0]["reason"] == "no tag of aruco-6x6-250");
+  CHECK(json["board"]["family"] == "aruco-6x6-250");
+}
+
+TEST_CASE("what is no board is refused with the option to mend") {
+  const Images images;
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    const Answer answer = images.Run(arguments);
+    INFO(answer.out << answer.err);
+    CHECK(answer.exit_code == 2);
+    CHECK((answer.out + answer.err).find(words) != std::string::npos);
+  };
+  refused("--board-kind hexagons", "--board-kind");
+  refused("--board-kind charuco", "--mark-mm: a ChArUco board needs the side of its tags");
+  refused("--board-kind circles", "--mark-mm: a board of circles needs their diameter");
+  refused("--board-kind charuco --mark-mm 7 --family none", "--family");
+  refused("--board 2x9", "--board: 2 x 9 points; 3 to 100 each are possible");
+  refused("--board nine", "is not COLUMNSxROWS");
+}
