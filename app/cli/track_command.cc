@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -58,6 +59,24 @@ std::optional<LensFile> ReadLens(const Options& options) {
   return *lens;
 }
 
+/// Ids that no tag of the family has: such a tag would be looked for in vain.
+bool AllInFamily(const Options& options, const TagDatabase& database, const TagFamily& family) {
+  const int count = static_cast<int>(family.codes.size());
+  std::vector<int> ids;
+  for (const LoneTag& tag : database.tags) ids.push_back(tag.id);
+  for (const Body& body : database.bodies) {
+    for (const BodyTag& tag : body.tags) ids.push_back(tag.id);
+  }
+  bool all = true;
+  for (const int id : ids) {
+    if (id < count) continue;
+    std::cerr << fmt::format("{}: {} has no tag {}, its ids are 0..{}; give the --family printed\n",
+                             options.bodies, family.name, id, count - 1);
+    all = false;
+  }
+  return all;
+}
+
 std::optional<TagDatabase> ReadDatabase(const Options& options) {
   TagDatabase database;
   if (!options.bodies.empty()) {
@@ -76,7 +95,8 @@ std::optional<TagDatabase> ReadDatabase(const Options& options) {
   return database;
 }
 
-int RunOnImage(const Options& options, const LensFile& lens, Tracker& tracker) {
+int RunOnImage(const Options& options, const LensFile& lens, const std::vector<Body>& bodies,
+               Tracker& tracker) {
   const auto image = ReadImage(options.image);
   if (!image) return Refused(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {
@@ -101,6 +121,13 @@ int RunOnImage(const Options& options, const LensFile& lens, Tracker& tracker) {
     }
   }
   std::cout << (options.json ? TrackJson(frame) : TrackText(frame));
+  if (options.json) return kExitOk;
+  for (const Body& body : bodies) {
+    const bool seen =
+        std::any_of(frame.bodies.begin(), frame.bodies.end(),
+                    [&body](const SeenBody& other) { return other.body->name == body.name; });
+    if (!seen) std::cout << fmt::format("{:16s} not seen\n", body.name);
+  }
   return kExitOk;
 }
 
@@ -132,7 +159,7 @@ int Run(const Options& options) {
   }
   const auto lens = ReadLens(options);
   const auto database = ReadDatabase(options);
-  if (!lens || !database) return kExitFault;
+  if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
   TrackerSettings settings;
   settings.detector.small_tags = options.live.camera.empty();  // a camera goes on meanwhile
   if (options.threshold >= 0) settings.detector.threshold = options.threshold;
@@ -140,7 +167,7 @@ int Run(const Options& options) {
   if (!lens->accepted) {
     std::cerr << options.intrinsics << ": used by --force though it was refused\n";
   }
-  return options.live.camera.empty() ? RunOnImage(options, *lens, tracker)
+  return options.live.camera.empty() ? RunOnImage(options, *lens, database->bodies, tracker)
                                      : RunLive(options, *lens, tracker);
 }
 
@@ -154,7 +181,7 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
   AddCameraOptions(*command, options->live);
   command->add_option("--frames", options->frames, "End after so many frames of the camera")
       ->needs("--camera")
-      ->check(CLI::Range(1, 1 << 30));
+      ->check(WholeNumberWithin(1, 1 << 30));
   command
       ->add_option("--intrinsics", options->intrinsics,
                    "The lens, LENS.json of plumbline calibrate-lens")
@@ -170,7 +197,7 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
       ->add_option("--threshold", options->threshold,
                    "Pixels below this grey level are dark; without it the light around each place "
                    "decides")
-      ->check(CLI::Range(0, 255));
+      ->check(WholeNumberWithin(0, 255));
   command->add_flag("--force", options->force, "Use a lens whose calibration was refused");
   command->add_flag("--json", options->json,
                     "Answer as JSON on standard output; of a camera, one line a frame");

@@ -15,6 +15,7 @@ namespace plumbline {
 namespace {
 
 constexpr double kLargestNumber = 1e12;        // beyond it nothing is a measurement
+constexpr double kNoCell_m = 0.01;             // no robot is measured within this of one point
 constexpr double kQuaternionTolerance = 0.01;  // of its length; rounding in a file is far less
 
 enum class Quantity {
@@ -138,6 +139,7 @@ class TableReader {
   MeasuredTable Take();
 
  private:
+  void WarnOfMetres();
   void AddHeaderFault(std::string_view column, std::string what);
   void AddColumn(std::string_view name);
   std::string DidYouMean(std::string_view name) const;
@@ -356,8 +358,21 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   table_.rows.push_back(std::move(row));
 }
 
+/// Points that all lie on top of the frame's origin were written in metres.
+void TableReader::WarnOfMetres() {
+  if (!table_.recorded.position) return;
+  double farthest_m = 0;
+  for (const MeasuredRow& row : table_.rows) farthest_m = std::max(farthest_m, row.p_WT.norm());
+  if (farthest_m == 0 || farthest_m >= kNoCell_m) return;
+  faults_.Add({Fault::Severity::kWarning, table_.file, 1, "x_mm",
+               fmt::format("no point is farther than {:.3g} mm from the origin: it looks like "
+                           "metres; write mm (a factor of 1000)",
+                           farthest_m / kMetrePerMm)});
+}
+
 /// The table; a further column that does not hold a number in every row is left out, and said.
 MeasuredTable TableReader::Take() {
+  WarnOfMetres();
   for (std::size_t i = table_.further.size(); i-- > 0;) {
     const auto bad =
         std::find_if(table_.rows.begin(), table_.rows.end(),

@@ -118,6 +118,25 @@ xyz_mm = [0, 0, 0]
   CHECK(faulty.err.find("bodies.toml:2") != std::string::npos);
 }
 
+TEST_CASE("A body that no tag shows is told, and an id that the family does not have") {
+  const Files files;
+  const auto body = [](const char* name, int id) {
+    return std::string("[[body]]\nname = \"") + name +
+           "\"\nsize_mm = 80\n[[body.tag]]\nid = " + std::to_string(id) + "\nxyz_mm = [0, 0, 0]\n";
+  };
+  Files::Write(files.bodies, "schema = 1\n" + body("part", 5) + body("gripper", 40));
+  const Answer answer = files.Track("--bodies " + files.bodies);
+  INFO(answer.err);
+  REQUIRE(answer.exit_code == 0);
+  CHECK(answer.out.find("gripper          not seen\n") != std::string::npos);
+  CHECK(answer.out.find("part             not seen") == std::string::npos);
+  Files::Write(files.bodies, "schema = 1\n" + body("part", 587));
+  const Answer beyond = files.Track("--bodies " + files.bodies);
+  CHECK(beyond.exit_code == 1);
+  CHECK(beyond.err.find("bodies.toml: 36h11 has no tag 587, its ids are 0..586") !=
+        std::string::npos);
+}
+
 TEST_CASE("No tag is an answer") {
   const Files files;
   Files::Write(files.image, "P5\n480 360\n255\n" + std::string(kPixels, 'x'));

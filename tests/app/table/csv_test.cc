@@ -28,7 +28,7 @@ TEST_CASE("Every column arrives in SI, in any order") {
   const auto table = Read(
       "z_mm,session,q2_mm,q1_deg,t_s,qd1_deg_s,qd2_mm_s,qdd1_deg_s2,qdd2_mm_s2,tau1_Nm,tau2_N,"
       "payload_kg,temp_C,x_mm,y_mm,qw,qx,qy,qz,range_mm\n"
-      "3,a,250,90,12.5,180,1000,360,2000,7,8,20,23.5,1,2,0,0,0.6,0.8,1500\n",
+      "30,a,250,90,12.5,180,1000,360,2000,7,8,20,23.5,10,20,0,0,0.6,0.8,1500\n",
       faults);
   CAPTURE(FaultsText(faults));
   REQUIRE(table);
@@ -50,7 +50,7 @@ TEST_CASE("Every column arrives in SI, in any order") {
   CHECK(row.tau[1] == 8.0);
   CHECK(row.payload_kg == 20.0);
   CHECK(row.temp_C == 23.5);
-  CHECK(row.p_WT.isApprox(Vec3(0.001, 0.002, 0.003)));
+  CHECK(row.p_WT.isApprox(Vec3(0.01, 0.02, 0.03)));
   CHECK(row.range_m == Approx(1.5));
   CHECK(row.q_WT.w() == 0.0);
   CHECK(row.q_WT.y() == Approx(0.6));
@@ -144,6 +144,17 @@ TEST_CASE("A column that is nearly one of the format is asked about") {
   FaultList faults;
   REQUIRE(Read("q1_deg,q2_mm,payload_kg,payload_g,operator\n1,2,3,4,5\n", faults));
   CHECK_THAT(FaultsText(faults), !Catch::Contains("did you mean"));
+}
+
+TEST_CASE("Points in metres are asked about") {
+  FaultList faults;
+  REQUIRE(Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1.2,0.4,0.9\n1,3,1.1,-0.4,2.9\n", faults));
+  CHECK(FaultsText(faults) ==
+        "measured.csv:1 x_mm: warning: no point is farther than 3.13 mm from the origin: it looks "
+        "like metres; write mm (a factor of 1000)\n");
+  FaultList none;
+  REQUIRE(Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1200,0.4,0.9\n", none));
+  CHECK(FaultsText(none).empty());
 }
 
 TEST_CASE("A payload that no robot carries is not read, in whatever table") {
