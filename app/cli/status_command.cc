@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
 #include "drivers/plc/codec.h"
 #include "drivers/robot/host_name.h"
@@ -134,6 +135,11 @@ std::string WordText(int word, std::span<const BitMeaning> bits) {
   return text;
 }
 
+std::string Within(double radius_mm) {
+  return radius_mm > 0 ? fmt::format("95 % within {:.3f} mm", radius_mm)
+                       : "uncertainty not known: nothing in this model yields";
+}
+
 void Print(const DaemonRegisters& daemon) {
   const auto line = [](const char* topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
@@ -181,15 +187,15 @@ void Print(const DaemonRegisters& daemon) {
     const auto value = [&](const char* name) { return daemon.Value(name, k); };
     const auto code = static_cast<CorrectionCode>(value("point_code"));
     const bool valid = (static_cast<int>(value("point_validity")) & plc_map::kValid) != 0;
-    line("point",
-         fmt::format("{:<5} {}", value("point_id"),
-                     valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                         "{:.3f} mm, 95 % within {:.3f} mm",
-                                         WithoutMinusZero(value("point_x"), 3),
-                                         WithoutMinusZero(value("point_y"), 3),
-                                         WithoutMinusZero(value("point_z"), 3),
-                                         value("point_correction"), value("point_uncertainty"))
-                           : std::string("no correction: ") + Describe(code)));
+    line("point", fmt::format("{:<5} {}", value("point_id"),
+                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
+                                                  "{:.3f} mm, {}",
+                                                  WithoutMinusZero(value("point_x"), 3),
+                                                  WithoutMinusZero(value("point_y"), 3),
+                                                  WithoutMinusZero(value("point_z"), 3),
+                                                  value("point_correction"),
+                                                  Within(value("point_uncertainty")))
+                                    : std::string("no correction: ") + Describe(code)));
   }
 }
 
@@ -215,7 +221,7 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   command->add_option("--host", options->host, "The daemon's address")->capture_default_str();
   command->add_option("--port", options->port, "Its plc.port")
       ->capture_default_str()
-      ->check(CLI::Range(1, 65535));
+      ->check(WholeNumberWithin(1, 65535));
   command->add_flag("--json", options->json, "For programs");
   command->footer(
       "Reads the PLC's registers over Modbus TCP; `plumbline registers` explains them.\n\n"

@@ -63,7 +63,8 @@ void TellModel(const ModelState& models) {
 Reporter ReporterFor(const DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
   for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
-  return {std::move(names), [](LogLevel level, const std::string& text) { Log(level, text); }};
+  return {std::move(names), config.machine.cell.domain.has_value(),
+          [](LogLevel level, const std::string& text) { Log(level, text); }};
 }
 
 /// Says what happened to Modbus clients, at most ten lines a minute: a hostile one causes many.
@@ -204,8 +205,9 @@ int RunDaemon(const std::string& config_file) {
   const Result<DaemonMark> announced = AnnounceDaemon(config->state_directory);
   if (!announced) {
     Log(config->loop.enabled ? LogLevel::kError : LogLevel::kWarning,
-        fmt::format("state directory: {}; `plumbline model` cannot tell this daemon",
-                    announced.error()));
+        fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
+                    config->loop.enabled ? "not started: " : "", announced.error(),
+                    config->loop.enabled ? "" : ", else `plumbline model` cannot tell it"));
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 

@@ -24,10 +24,16 @@ constexpr WarningText kWarnings[] = {
      nullptr},
 };
 
+std::string WithinText(double radius_m, bool fitted) {
+  if (radius_m == 0) return "uncertainty not known: nothing in this model yields";
+  return fmt::format("95 % within {:.2f} mm{}", 1e3 * radius_m,
+                     fitted ? "" : " (assumed, the model is declared)");
+}
+
 }  // namespace
 
-Reporter::Reporter(std::vector<PointName> points, Sink sink)
-    : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
+Reporter::Reporter(std::vector<PointName> points, bool fitted, Sink sink)
+    : points_(std::move(points)), fitted_(fitted), sink_(std::move(sink)), codes_(points_.size()) {}
 
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
                        const RobotLinkStatus& link) {
@@ -106,9 +112,9 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
     codes_[k] = point.code;
     if (point.valid) {
       sink_(LogLevel::kInfo,
-            fmt::format("point {} ({}) corrected by {:.2f} mm, 95 % within {:.2f} mm{}",
-                        points_[k].id, points_[k].name, 1e3 * point.correction.translation_B.norm(),
-                        1e3 * point.correction.uncertainty_m,
+            fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
+                        points_[k].name, 1e3 * point.correction.translation_B.norm(),
+                        WithinText(point.correction.uncertainty_m, fitted_),
                         point.correction.extrapolated ? ", outside the calibrated range" : ""));
     } else {
       sink_(LogLevel::kError, fmt::format("point {} ({}) has no correction: {}", points_[k].id,

@@ -88,7 +88,10 @@ void Run(VirtualCell& cell, std::vector<TimedLine> later) {
 
 int main(int argc, char** argv) {
   CLI::App app("A robot controller with a loaded arm in a physical world, over Modbus TCP");
-  app.footer("Effects, --effect NAME:key=value,..\n" + EffectCatalogue());
+  app.footer(
+      "Lines on standard input are obeyed; at their end the cell runs on, until SIGINT or "
+      "SIGTERM.\n\nEffects, --effect NAME:key=value,..\n" +
+      EffectCatalogue());
   VirtualCellOptions options;
   std::string cell_file, program = "builtin", profile = "ur", temperature, rows_file;
   std::vector<std::string> effect_texts, fault_texts, reflectors;
@@ -98,8 +101,10 @@ int main(int argc, char** argv) {
   app.add_flag("--idle", options.idle, "no program: only obey commands");
   app.add_option("--profile", profile)->check(CLI::IsMember({"ur", "generic"}));
   app.add_option("--address", options.address, "address to listen on");
-  app.add_option("--port", options.port, "robot's Modbus port, 0: the kernel's choice");
-  app.add_option("--tracker-port", options.tracker_port, "tracker's Modbus port");
+  app.add_option("--port", options.port, "robot's Modbus port, 0: the kernel's choice")
+      ->check(CLI::Range(0, 65535));
+  app.add_option("--tracker-port", options.tracker_port, "tracker's Modbus port, likewise")
+      ->check(CLI::Range(0, 65535));
   app.add_option("--tracker-noise-mm", options.tracker_noise_mm)->check(CLI::NonNegativeNumber);
   app.add_option("--reflector", reflectors, "x,y,z of a reflector in the tip frame [mm]");
   app.add_option("--effect", effect_texts, "an effect of the world, see below");

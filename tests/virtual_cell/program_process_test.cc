@@ -102,6 +102,13 @@ TEST_CASE("the virtual cell tells its ports, obeys its console and quits") {
   CHECK(cell.ExitCode() == 0);
 }
 
+TEST_CASE("the virtual cell refuses a port that is none") {
+  for (const char* option : {"--port", "--tracker-port"}) {
+    Child cell({VIRTUAL_CELL, "--cell", kCell, option, "99999999"});
+    CHECK(cell.ExitCode() != 0);
+  }
+}
+
 TEST_CASE("the virtual cell ends cleanly on SIGTERM") {
   Child cell({VIRTUAL_CELL, "--cell", kCell});
   cell.Line();

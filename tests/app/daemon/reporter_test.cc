@@ -10,17 +10,19 @@ using namespace plumbline;
 namespace {
 
 struct Desk {
-  std::vector<std::string> lines;
-  Reporter reporter{{{7, "left"}},
-                    [this](LogLevel, const std::string& text) { lines.push_back(text); }};
-  Snapshot snapshot;
-  RobotLinkStatus link;
-
-  Desk() {
+  explicit Desk(bool fitted = false) : fitted_model(fitted) {
     snapshot.points.resize(1);
     link.connected = true;
     link.readings = 1;
   }
+  bool fitted_model;
+  std::vector<std::string> lines;
+  Reporter reporter{{{7, "left"}}, fitted_model, [this](LogLevel, const std::string& text) {
+                      lines.push_back(text);
+                    }};
+  Snapshot snapshot;
+  RobotLinkStatus link;
+
   std::vector<std::string> Observe(std::uint16_t raised = 0) {
     lines.clear();
     snapshot.now_s += 0.05;
@@ -30,6 +32,22 @@ struct Desk {
 };
 
 }  // namespace
+
+TEST_CASE("the radius of a point is an assumption, a measured one, or not known") {
+  const auto told = [](bool fitted, double uncertainty_m) {
+    Desk desk(fitted);
+    desk.snapshot.input_fault = InputFault::kOk;
+    desk.snapshot.points[0].code = CorrectionCode::kOk;
+    desk.snapshot.points[0].valid = true;
+    desk.snapshot.points[0].correction.uncertainty_m = uncertainty_m;
+    return desk.Observe().back();
+  };
+  CHECK_THAT(told(false, 0.002),
+             Catch::EndsWith("95 % within 2.00 mm (assumed, the model is declared)"));
+  CHECK_THAT(told(true, 0.002), Catch::EndsWith("95 % within 2.00 mm"));
+  CHECK_THAT(told(false, 0),
+             Catch::EndsWith("uncertainty not known: nothing in this model yields"));
+}
 
 TEST_CASE("each transition is told once") {
   Desk desk;
