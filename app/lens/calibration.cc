@@ -65,7 +65,7 @@ bool TakeMisfitsOut(const LensFit& fit, std::vector<BoardView>& views,
 }
 
 double Coverage(std::span<const BoardView> views, ImageSize size) {
-  std::vector<bool> cells(kCellColumns * kCellRows, false);
+  std::vector<bool> cells(std::size_t{kCellColumns} * kCellRows, false);
   for (const BoardView& view : views) {
     for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
       if (!view.seen[k]) continue;

@@ -16,6 +16,7 @@ namespace {
 constexpr int kSearchWidth_px = 960;
 constexpr double kSmooth_px = 1.2;
 constexpr double kRing_px = 4;  // smaller than the smallest square, at the search size
+constexpr int kLeastWidth_px = 16;
 constexpr std::size_t kMostPoints = 3000;
 constexpr double kLeastSeen = 0.85;   // share of the corners that make a whole board
 constexpr double kMostBeside = 0.08;  // likewise, of what may hang on to its rim
@@ -130,7 +131,7 @@ Result<Search> SearchIn(const LumaView& image) {
   Search search;
   search.factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
   const int factor = search.factor;
-  if (image.width / factor < 4 * kRing_px || image.height / factor < 4 * kRing_px)
+  if (std::min(image.width, image.height) / factor < kLeastWidth_px)
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
   const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                       static_cast<std::size_t>(image.stride));

@@ -64,6 +64,9 @@ Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
   Match best;
   const int right = static_cast<int>(std::lround(2 * board.Centre().x() / board.square_m));
   const int down = board.rows - 1;
+  // What hangs on to the rim may stretch the lattice by two steps for each disc.
+  const int beyond = most.x - least.x - right + most.y - least.y - down;
+  if (beyond > 2 * kMostBeside * board.corners()) return best;
   for (int y = least.y; y + down <= most.y; ++y) {
     for (int x = least.x; x + right <= most.x; ++x) {
       Match match;

@@ -51,7 +51,7 @@ class Window {
       };
       clip(y.y(), -j * y.x());
       clip(-x.y(), j * x.x());
-      columns_.push_back({static_cast<int>(std::ceil(low)), static_cast<int>(std::floor(high))});
+      columns_.emplace_back(static_cast<int>(std::ceil(low)), static_cast<int>(std::floor(high)));
     }
   }
 

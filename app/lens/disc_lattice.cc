@@ -21,6 +21,7 @@ constexpr double kSizesDiffer = 2.2;  // ratio of the areas of neighbours
 constexpr double kOffPlace = 0.3;     // of the shorter step
 constexpr std::size_t kNearest = 8;   // that the first steps are taken from
 constexpr double kLeastSine = 0.5;    // between the two first steps
+constexpr int kFarthestCells = 16;
 constexpr std::size_t kLeastDiscs = 7;
 
 /// Sums over the pixels of one region.
@@ -46,18 +47,71 @@ std::optional<Disc> DiscOf(const Moments& m, double longest) {
   return disc;
 }
 
-std::vector<int> NearestOf(const std::vector<Disc>& discs, int of) {
-  std::vector<std::pair<double, int>> near;
-  for (std::size_t k = 0; k < discs.size(); ++k) {
-    if (static_cast<int>(k) != of)
-      near.emplace_back((discs[k].at - discs[of].at).squaredNorm(), static_cast<int>(k));
+/// Discs by square cells of about one disc each.
+class Cells {
+ public:
+  explicit Cells(const std::vector<Disc>& discs) : discs_(discs) {
+    Vec2 extent = Vec2::Ones();
+    for (const Disc& disc : discs) extent = extent.cwiseMax(disc.at);
+    const double each = extent.x() * extent.y() / static_cast<double>(discs.size() + 1);
+    size_ = std::max(4.0, std::sqrt(each));
+    columns_ = static_cast<int>(extent.x() / size_) + 1;
+    rows_ = static_cast<int>(extent.y() / size_) + 1;
+    cells_.resize(static_cast<std::size_t>(columns_) * rows_);
+    for (std::size_t k = 0; k < discs.size(); ++k)
+      cells_[Of(discs[k].at.y(), rows_) * columns_ + Of(discs[k].at.x(), columns_)].push_back(
+          static_cast<int>(k));
   }
-  const std::size_t count = std::min(kNearest, near.size());
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
-  std::vector<int> nearest;
-  for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
-  return nearest;
-}
+
+  /// Calls `each` with the discs of all cells that a square touches; some lie beyond it.
+  template <typename Each>
+  void Around(const Vec2& at, double reach, const Each& each) const {
+    for (int row = Of(at.y() - reach, rows_); row <= Of(at.y() + reach, rows_); ++row) {
+      for (int column = Of(at.x() - reach, columns_); column <= Of(at.x() + reach, columns_);
+           ++column) {
+        for (const int disc : cells_[row * columns_ + column]) each(disc);
+      }
+    }
+  }
+
+  /// Up to kNearest others, nearest first, as far as a few cells.
+  std::vector<int> NearestTo(int of) const {
+    std::vector<std::pair<double, int>> near;
+    for (int reach = 2; reach <= kFarthestCells && near.size() < kNearest; reach *= 2) {
+      near.clear();
+      Around(discs_[of].at, reach * size_, [&](int other) {
+        if (other != of) near.emplace_back((discs_[other].at - discs_[of].at).squaredNorm(), other);
+      });
+    }
+    const std::size_t count = std::min(kNearest, near.size());
+    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+    std::vector<int> nearest;
+    for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
+    return nearest;
+  }
+
+  /// The disc nearest to a place, or -1.
+  int At(const Vec2& place, double within) const {
+    int nearest = -1;
+    double least = within * within;
+    Around(place, within, [&](int disc) {
+      const double distance = (discs_[disc].at - place).squaredNorm();
+      if (distance >= least) return;
+      least = distance;
+      nearest = disc;
+    });
+    return nearest;
+  }
+
+ private:
+  int Of(double at, int count) const {
+    return std::clamp(static_cast<int>(at / size_), 0, count - 1);
+  }
+  const std::vector<Disc>& discs_;
+  double size_ = 1;
+  int columns_ = 1, rows_ = 1;
+  std::vector<std::vector<int>> cells_;
+};
 
 bool AlikeInSize(const Disc& a, const Disc& b) {
   return std::max(a.area, b.area) < kSizesDiffer * std::min(a.area, b.area);
@@ -72,9 +126,9 @@ struct Axes {
 };
 
 /// The two shortest steps from a disc that are not parallel; they span the whole lattice.
-std::optional<Axes> AxesAt(const std::vector<Disc>& discs, int seed) {
+std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const Cells& cells, int seed) {
   std::optional<Vec2> first;
-  for (const int other : NearestOf(discs, seed)) {
+  for (const int other : cells.NearestTo(seed)) {
     if (!AlikeInSize(discs[seed], discs[other])) continue;
     const Vec2 step = discs[other].at - discs[seed].at;
     if (!first) {
@@ -86,21 +140,8 @@ std::optional<Axes> AxesAt(const std::vector<Disc>& discs, int seed) {
   return std::nullopt;
 }
 
-/// The disc nearest to a place, or -1.
-int DiscAt(const std::vector<Disc>& discs, const Vec2& place, double within) {
-  int nearest = -1;
-  double least = within * within;
-  for (std::size_t k = 0; k < discs.size(); ++k) {
-    const double distance = (discs[k].at - place).squaredNorm();
-    if (distance >= least) continue;
-    least = distance;
-    nearest = static_cast<int>(k);
-  }
-  return nearest;
-}
-
-std::map<LatticePlace, int> Numbered(const std::vector<Disc>& discs, int seed, const Axes& axes,
-                                     std::vector<bool>& taken) {
+std::map<LatticePlace, int> Numbered(const std::vector<Disc>& discs, const Cells& cells, int seed,
+                                     const Axes& axes, std::vector<bool>& taken) {
   struct Step {
     int disc;
     LatticePlace place;
@@ -118,7 +159,7 @@ std::map<LatticePlace, int> Numbered(const std::vector<Disc>& discs, int seed, c
     for (const auto& [dx, dy] :
          {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}) {
       const Vec2 way = dx * step.axes.x + dy * step.axes.y;
-      const int next = DiscAt(discs, discs[step.disc].at + way, within);
+      const int next = cells.At(discs[step.disc].at + way, within);
       if (next < 0 || taken[next] || !AlikeInSize(discs[step.disc], discs[next])) continue;
       Axes onward = step.axes;
       const Vec2 stepped = discs[next].at - discs[step.disc].at;
@@ -164,13 +205,14 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
 }
 
 std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs) {
+  const Cells cells(discs);
   std::vector<bool> taken(discs.size(), false);
   std::vector<std::map<LatticePlace, int>> lattices;
   for (std::size_t seed = 0; seed < discs.size(); ++seed) {
     if (taken[seed]) continue;
-    const auto axes = AxesAt(discs, static_cast<int>(seed));
+    const auto axes = AxesAt(discs, cells, static_cast<int>(seed));
     if (!axes) continue;
-    auto lattice = Numbered(discs, static_cast<int>(seed), *axes, taken);
+    auto lattice = Numbered(discs, cells, static_cast<int>(seed), *axes, taken);
     if (lattice.size() >= kLeastDiscs) lattices.push_back(std::move(lattice));
   }
   std::stable_sort(lattices.begin(), lattices.end(),

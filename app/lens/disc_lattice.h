@@ -28,7 +28,7 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
 /// viewer.
 struct LatticePlace {
   int x = 0, y = 0;
-  auto operator<=>(const LatticePlace&) const = default;
+  auto operator<=>(const LatticePlace&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// Connected pieces, largest first: from disc to disc by steps that change little, between discs

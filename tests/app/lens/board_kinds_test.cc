@@ -205,6 +205,13 @@ TEST_CASE("frames without such a board") {
       const std::vector<std::uint8_t> image(1920 * 1080, static_cast<std::uint8_t>(grey));
       CHECK_FALSE(DetectBoard({image.data(), 1920, 1080, 1920}, board));
     }
+    // A grid of discs over the whole frame is larger than the board.
+    std::vector<std::uint8_t> dots(1920 * 1080);
+    for (int k = 0; k < 1920 * 1080; ++k) {
+      const int u = k % 1920 % 24 - 12, v = k / 1920 % 24 - 12;
+      dots[k] = u * u + v * v < 49 ? 20 : 220;
+    }
+    CHECK_FALSE(DetectBoard({dots.data(), 1920, 1080, 1920}, board));
     const std::vector<std::uint8_t> tiny(8 * 8, 7);
     CHECK_FALSE(DetectBoard({tiny.data(), 8, 8, 8}, board));
   }
