@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "app/cli/beam_command.h"
+#include "app/cli/board_worker_command.h"
 #include "app/cli/calibrate_hand_eye_command.h"
 #include "app/cli/calibrate_lens_command.h"
 #include "app/cli/cameras_command.h"
@@ -111,6 +112,7 @@ int main(int argc, char** argv) {
   AddRegistersCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);
+  AddBoardWorkerCommand(app, exit_code);
   const int code = RunCommand(app, argc, argv, exit_code);
   return StandardOutputArrived() ? code : kExitUsage;
 }

@@ -210,6 +210,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
     const Result<LensFit> fitted = FitLens(board, kept, size);
     if (!fitted) {
       answer.reasons.push_back(fitted.error());
+      answer.further_views_help = true;
       return answer;
     }
     fit = *fitted;
@@ -221,6 +222,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
         "the board was found in {} usable frames; at least {} are needed: hold the whole "
         "board into the image, well lit and still",
         kept.size(), kLeastViews));
+    answer.further_views_help = true;
     return answer;
   }
   for (const BoardView& view : kept) answer.frames_used.push_back(view.name);
@@ -235,7 +237,9 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
   JudgeStandstill(*fit, widening, answer.reasons);
   JudgeHalves(board, kept, size, widening, answer.reasons);
+  std::size_t mendable = answer.reasons.size();
   JudgeUncertainty(*fit, kept, options, answer);
+  mendable = answer.reasons.size() - mendable;
   if (shared > kUnevenBoard) {
     answer.reasons.push_back(fmt::format(
         "the board is not what it should be: {:.0f} % of the corners' error is the same in all "
@@ -247,7 +251,9 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
         fmt::format("the corners cover only {:.0f} % of the image; hold the board nearer, and into "
                     "the corners of the image",
                     100 * answer.coverage));
+    ++mendable;
   }
+  answer.further_views_help = mendable > 0 && mendable == answer.reasons.size();
   answer.accepted = answer.reasons.empty();
   return answer;
 }

@@ -25,6 +25,7 @@ struct RefusedFrame {
 struct LensCalibration {
   bool accepted = false;
   std::vector<std::string> reasons;
+  bool further_views_help = false;  ///< of a refusal: more or other views can mend every reason
   ImageSize size;
   Board board;
   Lens lens;

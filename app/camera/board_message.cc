@@ -1,0 +1,104 @@
+#include "app/camera/board_message.h"
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+namespace plumbline {
+namespace {
+
+constexpr std::int32_t kLargestSide = 16384, kMostCorners = 200;
+constexpr std::uint8_t kFound = 1, kNone = 0;
+
+template <typename T>
+void Put(Bytes& bytes, const T& value) {
+  const auto* raw = reinterpret_cast<const std::uint8_t*>(&value);
+  bytes.insert(bytes.end(), raw, raw + sizeof value);
+}
+
+/// Takes values off the front; false where there are too few bytes.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
+  template <typename T>
+  bool Take(T& value) {
+    if (rest_.size() < sizeof value) return false;
+    std::memcpy(&value, rest_.data(), sizeof value);
+    rest_ = rest_.subspan(sizeof value);
+    return true;
+  }
+  std::span<const std::uint8_t> rest() const { return rest_; }
+
+ private:
+  std::span<const std::uint8_t> rest_;
+};
+
+}  // namespace
+
+Bytes BytesOfRequest(const BoardRequest& request) {
+  Bytes bytes;
+  for (const std::int32_t value : {request.width, request.height, request.columns, request.rows}) {
+    Put(bytes, value);
+  }
+  Put(bytes, request.square_m);
+  return bytes;
+}
+
+std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes) {
+  BoardRequest request;
+  Reader reader(bytes);
+  const bool whole = reader.Take(request.width) && reader.Take(request.height) &&
+                     reader.Take(request.columns) && reader.Take(request.rows) &&
+                     reader.Take(request.square_m) && reader.rest().empty();
+  const auto side = [](std::int32_t v) { return v >= 1 && v <= kLargestSide; };
+  const auto corners = [](std::int32_t v) { return v >= 2 && v <= kMostCorners; };
+  if (!whole || !side(request.width) || !side(request.height) || !corners(request.columns) ||
+      !corners(request.rows) || !(request.square_m > 0)) {
+    return std::nullopt;
+  }
+  return request;
+}
+
+Bytes BytesOfAnswer(const Result<BoardView>& answer) {
+  Bytes bytes;
+  if (!answer) {
+    Put(bytes, kNone);
+    bytes.insert(bytes.end(), answer.error().begin(), answer.error().end());
+    return bytes;
+  }
+  Put(bytes, kFound);
+  Put(bytes, answer->blur_px);
+  Put(bytes, static_cast<std::uint32_t>(answer->corners_px.size()));
+  for (std::size_t k = 0; k < answer->corners_px.size(); ++k) {
+    Put(bytes, answer->corners_px[k].x());
+    Put(bytes, answer->corners_px[k].y());
+    Put(bytes, static_cast<std::uint8_t>(answer->seen[k] ? 1 : 0));
+  }
+  return bytes;
+}
+
+std::optional<Result<BoardView>> AnswerOfBytes(std::span<const std::uint8_t> bytes) {
+  Reader reader(bytes);
+  std::uint8_t kind = kNone;
+  if (!reader.Take(kind) || kind > kFound) return std::nullopt;
+  if (kind == kNone) {
+    return Result<BoardView>(Error{std::string(reader.rest().begin(), reader.rest().end())});
+  }
+  BoardView view;
+  std::uint32_t count = 0;
+  if (!reader.Take(view.blur_px) || !reader.Take(count) || !std::isfinite(view.blur_px) ||
+      reader.rest().size() != count * std::size_t{17}) {
+    return std::nullopt;
+  }
+  for (std::uint32_t k = 0; k < count; ++k) {
+    double x = 0, y = 0;
+    std::uint8_t seen = 0;
+    if (!reader.Take(x) || !reader.Take(y) || !reader.Take(seen)) return std::nullopt;
+    if (seen > 1 || (seen == 1 && !(std::isfinite(x) && std::isfinite(y)))) return std::nullopt;
+    view.corners_px.emplace_back(x, y);
+    view.seen.push_back(seen == 1);
+  }
+  return Result<BoardView>(std::move(view));
+}
+
+}  // namespace plumbline

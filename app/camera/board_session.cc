@@ -1,0 +1,154 @@
+#include "app/camera/board_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/camera/view_gain.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kNovel = 0.02;          ///< of the image's diagonal, RMS over the corners
+constexpr double kMoving_px = 3;         ///< from one frame to the next: smeared, or bent by a
+                                         ///< shutter that rolls
+constexpr double kFrameGap_s = 0.25;     ///< frames further apart say nothing of motion
+constexpr double kBlurred = 1.5;         ///< times the middle of the last frames ..
+constexpr double kAlwaysSharp_px = 1.2;  ///< .. unless below this
+constexpr std::size_t kBlurs = 40;
+constexpr std::size_t kLeastForFit = 3, kFurtherViews = 5;
+constexpr int kPromptViews = 2;  ///< kept while a prompt stands, before another is chosen
+
+/// Before a lens can be fitted: the tilts that make it possible.
+constexpr BoardPrompt kFirst[] = {BoardPrompt::kTiltLeft, BoardPrompt::kTiltUpper,
+                                  BoardPrompt::kTiltRight};
+
+double Distance(const BoardView& a, const BoardView& b) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < a.corners_px.size() && k < b.corners_px.size(); ++k) {
+    if (!a.seen[k] || !b.seen[k]) continue;
+    sum += (a.corners_px[k] - b.corners_px[k]).squaredNorm();
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : INFINITY;
+}
+
+double Middle(std::deque<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+BoardSession::BoardSession(const BoardSettings& settings, ImageSize size, double now_s)
+    : settings_(settings),
+      size_(size),
+      began_s_(now_s),
+      judge_at_(static_cast<std::size_t>(settings.views)) {}
+
+double BoardSession::oldest_s() const {
+  return kept_.empty() ? INFINITY : kept_.front().time_s;
+}
+
+double BoardSession::NoveltyOf(const BoardView& view) const {
+  double nearest = INFINITY;
+  for (const BoardView& other : kept_) nearest = std::min(nearest, Distance(view, other));
+  return nearest / std::hypot(size_.width, size_.height);
+}
+
+/// Why a view is not kept; empty where it is.
+std::string BoardSession::Objection(const BoardView& view) {
+  const double middle = blurs_.empty() ? view.blur_px : Middle(blurs_);
+  blurs_.push_back(view.blur_px);
+  if (blurs_.size() > kBlurs) blurs_.pop_front();
+  if (view.blur_px > std::max(kAlwaysSharp_px, kBlurred * middle)) {
+    prompt_ = BoardPrompt::kHoldStill;
+    return fmt::format("blurred: edges {:.1f} px wide", view.blur_px);
+  }
+  if (previous_ && view.time_s - previous_->time_s < kFrameGap_s) {
+    const double moved = Distance(view, *previous_);
+    if (moved > kMoving_px) {
+      prompt_ = BoardPrompt::kHoldStill;
+      return fmt::format("moved by {:.1f} px since the last frame", moved);
+    }
+  }
+  prompt_ = wanted_;
+  if (NoveltyOf(view) < kNovel) return "like a view that is kept already";
+  return {};
+}
+
+void BoardSession::Take(BoardView view) {
+  if (state_ != State::kCapturing) return;
+  last_word_ = Objection(view);
+  previous_ = view;
+  const double time_s = view.time_s;
+  if (last_word_.empty()) Keep(std::move(view));
+  Expire(time_s);
+}
+
+void BoardSession::TakeMiss(const std::string& why, double time_s) {
+  if (state_ != State::kCapturing) return;
+  last_word_ = last_miss_ = why;
+  previous_.reset();
+  prompt_ = BoardPrompt::kShowBoard;
+  Expire(time_s);
+}
+
+void BoardSession::Keep(BoardView view) {
+  view.name = fmt::format("view {}", kept_.size() + 1);
+  kept_.push_back(std::move(view));
+  ++kept_under_wanted_;
+  if (kept_.size() >= judge_at_) {
+    Judge();
+    if (state_ != State::kCapturing) return;
+  }
+  ChoosePrompt();
+}
+
+void BoardSession::ChoosePrompt() {
+  const BoardPrompt before = wanted_;
+  if (kept_.size() < kLeastForFit) {
+    wanted_ = kFirst[kept_.size()];
+  } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
+    const bool enough = kept_under_wanted_ >= kPromptViews;
+    wanted_ =
+        BestPrompt(settings_.board, *fit, size_, enough ? std::optional(before) : std::nullopt);
+  }
+  if (wanted_ != before) kept_under_wanted_ = 0;
+  prompt_ = wanted_;
+}
+
+void BoardSession::Judge() {
+  calibration_ = CalibrateLens(settings_.board, kept_, size_, settings_.options);
+  if (calibration_->accepted) {
+    state_ = State::kAccepted;
+    prompt_ = BoardPrompt::kNone;
+    return;
+  }
+  reasons_ = calibration_->reasons;
+  judge_at_ = kept_.size() + kFurtherViews;
+  const bool full = kept_.size() >= static_cast<std::size_t>(settings_.most_views);
+  if (full || !calibration_->further_views_help) {
+    state_ = State::kRefused;
+    prompt_ = BoardPrompt::kNone;
+  }
+}
+
+void BoardSession::Expire(double time_s) {
+  if (state_ != State::kCapturing || time_s - began_s_ < settings_.patience_s) return;
+  if (kept_.size() > kLeastForFit && !calibration_) Judge();
+  if (state_ == State::kAccepted) return;
+  Refuse(fmt::format("not accepted within {:.0f} s, {} views kept{}", settings_.patience_s,
+                     kept_.size(), last_miss_.empty() ? "" : "; at last: " + last_miss_));
+}
+
+void BoardSession::Refuse(std::string reason) {
+  reasons_.push_back(std::move(reason));
+  state_ = State::kRefused;
+  prompt_ = BoardPrompt::kNone;
+}
+
+}  // namespace plumbline

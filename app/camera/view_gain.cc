@@ -1,0 +1,111 @@
+#include "app/camera/view_gain.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "app/lens/projection_uncertainty.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kTilt_rad = 0.5, kCornerTilt_rad = 0.3;
+constexpr double kUsualShare = 0.5;  ///< of the image's width or height that the board fills
+constexpr double kCloseShare = 0.9, kFarShare = 0.35, kCornerShare = 0.4;
+constexpr double kMostOutside = 0.1;
+
+/// Where a prompt wants the board: its centre as a share of the half image, tilts, size.
+struct Wish {
+  BoardPrompt prompt;
+  double right, down, about_x, about_y, share;
+};
+constexpr double t = kTilt_rad, c = kCornerTilt_rad;
+// About +y the right edge comes towards the camera, about +x the upper one.
+constexpr std::array<Wish, 10> kWishes = {{
+    {BoardPrompt::kTiltLeft, 0, 0, 0, -t, kUsualShare},
+    {BoardPrompt::kTiltRight, 0, 0, 0, t, kUsualShare},
+    {BoardPrompt::kTiltUpper, 0, 0, t, 0, kUsualShare},
+    {BoardPrompt::kTiltLower, 0, 0, -t, 0, kUsualShare},
+    {BoardPrompt::kUpperLeft, -1, -1, c, -c, kCornerShare},
+    {BoardPrompt::kUpperRight, 1, -1, c, c, kCornerShare},
+    {BoardPrompt::kLowerLeft, -1, 1, -c, -c, kCornerShare},
+    {BoardPrompt::kLowerRight, 1, 1, -c, c, kCornerShare},
+    {BoardPrompt::kCloser, 0, 0, c, c, kCloseShare},
+    {BoardPrompt::kFarther, 0, 0, c, -c, kFarShare},
+}};
+
+Pose PoseOfWish(const Wish& wish, const Board& board, const Lens& lens, ImageSize size) {
+  const double width_m = 2 * board.Centre().x(), height_m = 2 * board.Centre().y();
+  const double z = std::max(lens.fx * width_m / (wish.share * size.width),
+                            lens.fy * height_m / (wish.share * size.height));
+  const double u = 0.5 * size.width + wish.right * 0.5 * (1 - wish.share) * size.width;
+  const double v = 0.5 * size.height + wish.down * 0.5 * (1 - wish.share) * size.height;
+  Pose X;
+  X.R = RotationFromVector(Vec3(wish.about_x, wish.about_y, 0));
+  const Vec3 centre_C((u - lens.cx) / lens.fx * z, (v - lens.cy) / lens.fy * z, z);
+  X.p = centre_C - X.R * Vec3(board.Centre().x(), board.Centre().y(), 0);
+  return X;
+}
+
+}  // namespace
+
+std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVector& shared,
+                                              const Pose& X_CK, ImageSize size, double sigma_px) {
+  const int n = board.corners();
+  std::vector<Vec2> pixels;
+  std::vector<double> by_shared(static_cast<std::size_t>(2 * n * kSharedCount));
+  std::vector<double> by_pose(static_cast<std::size_t>(2 * n * 6));
+  if (!BoardPixels(board, shared, X_CK.R, Vec3::Zero(), X_CK.p, 0, pixels, by_shared.data(),
+                   by_pose.data())) {
+    return std::nullopt;
+  }
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::MatrixXd S = Eigen::Map<RowMajor>(by_shared.data(), 2 * n, kSharedCount);
+  Eigen::MatrixXd P = Eigen::Map<RowMajor>(by_pose.data(), 2 * n, 6);
+  int outside = 0;
+  for (int k = 0; k < n; ++k) {
+    const Vec2& at = pixels[static_cast<std::size_t>(k)];
+    const bool inside =
+        at.allFinite() && at.x() >= 0 && at.y() >= 0 && at.x() < size.width && at.y() < size.height;
+    if (inside) continue;
+    ++outside;
+    S.middleRows<2>(2 * k).setZero();
+    P.middleRows<2>(2 * k).setZero();
+  }
+  if (outside > kMostOutside * n) return std::nullopt;
+  const Eigen::MatrixXd PtS = P.transpose() * S;
+  const Eigen::MatrixXd information =
+      S.transpose() * S - PtS.transpose() * (P.transpose() * P).ldlt().solve(PtS);
+  if (!information.allFinite()) return std::nullopt;
+  return SharedMatrix(information / (sigma_px * sigma_px));
+}
+
+Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, ImageSize size) {
+  const auto* wish = std::find_if(kWishes.begin(), kWishes.end(),
+                                  [&](const Wish& w) { return w.prompt == prompt; });
+  return PoseOfWish(wish != kWishes.end() ? *wish : kWishes[0], board, lens, size);
+}
+
+BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
+                       std::optional<BoardPrompt> avoid) {
+  const Lens lens = LensOfShared(fit.shared);
+  BoardPrompt best = BoardPrompt::kShowBoard;
+  double least = INFINITY;
+  for (const Wish& wish : kWishes) {
+    if (wish.prompt == avoid) continue;
+    const auto information = InformationOfView(
+        board, fit.shared, PoseOfWish(wish, board, lens, size), size, fit.sigma_px);
+    if (!information) continue;
+    // C' = (C^-1 + I)^-1 = C (1 + I C)^-1: terms that were dropped have no covariance to invert.
+    const SharedMatrix gained =
+        fit.covariance * (SharedMatrix::Identity() + *information * fit.covariance).inverse();
+    const LensMatrix covariance = gained.topLeftCorner<kLensCount, kLensCount>();
+    const double worst = UncertaintyOf(lens, covariance, size).max_px;
+    if (worst < least) least = worst, best = wish.prompt;
+  }
+  return best;
+}
+
+}  // namespace plumbline

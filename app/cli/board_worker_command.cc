@@ -1,0 +1,15 @@
+#include "app/cli/board_worker_command.h"
+
+#include <CLI/CLI.hpp>
+
+#include "app/camera/board_worker.h"
+
+namespace plumbline {
+
+void AddBoardWorkerCommand(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("board-worker", "Finds boards for plumblined");
+  command->group("");  // plumblined starts it, nobody else
+  command->callback([&exit_code] { exit_code = RunBoardWorker(); });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,54 @@
+#include "app/camera/board_message.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+using namespace plumbline;
+
+TEST_CASE("a request and an answer come back as they were") {
+  const BoardRequest request{1920, 1080, 17, 11, 0.010};
+  const auto read = RequestOfBytes(BytesOfRequest(request));
+  REQUIRE(read);
+  CHECK(read->width == 1920);
+  CHECK(read->rows == 11);
+  CHECK(read->square_m == 0.010);
+
+  BoardView view;
+  view.blur_px = 0.9;
+  view.corners_px = {{1.5, 2.5}, {NAN, 7}, {-3, 4}};
+  view.seen = {true, false, true};
+  const auto answer = AnswerOfBytes(BytesOfAnswer(Result<BoardView>(view)));
+  REQUIRE(answer);
+  REQUIRE(answer->ok());
+  CHECK((*answer)->seen == view.seen);
+  CHECK((*answer)->corners_px[2] == view.corners_px[2]);
+  CHECK((*answer)->blur_px == 0.9);
+  const auto none = AnswerOfBytes(BytesOfAnswer(Result<BoardView>(Error{"no chessboard"})));
+  REQUIRE(none);
+  CHECK(none->error() == "no chessboard");
+}
+
+TEST_CASE("bytes that were cut or changed are refused, or mean what they say") {
+  BoardView view;
+  view.corners_px.assign(187, Vec2(10, 20));
+  view.seen.assign(187, true);
+  const Bytes sound = BytesOfAnswer(Result<BoardView>(view));
+  for (std::size_t length = 1; length < sound.size(); ++length) {
+    CHECK_FALSE(AnswerOfBytes(std::span(sound).first(length)));
+  }
+  const Bytes request = BytesOfRequest({640, 480, 9, 6, 0.02});
+  for (std::size_t length = 0; length < request.size(); ++length) {
+    CHECK_FALSE(RequestOfBytes(std::span(request).first(length)));
+  }
+  std::mt19937_64 random(5);
+  for (int trial = 0; trial < 20000; ++trial) {
+    Bytes changed = trial % 2 == 0 ? sound : request;
+    for (int k = 0; k < 4; ++k) {
+      changed[random() % changed.size()] = static_cast<std::uint8_t>(random());
+    }
+    if (const auto answer = AnswerOfBytes(changed); answer && *answer) {
+      CHECK((*answer)->corners_px.size() == (*answer)->seen.size());
+    }
+    if (const auto read = RequestOfBytes(changed)) CHECK((read->width > 0 && read->square_m > 0));
+  }
+}

@@ -1,0 +1,103 @@
+// The real worker process, and stand-ins that misbehave.
+#include "app/camera/board_worker.h"
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "tests/app/lens/rendered_views.h"
+#include "tests/app/temporary_folder.h"
+
+using namespace plumbline;
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+double now_s = 0;
+double OwnClock() {
+  return now_s;
+}
+
+Result<BoardView> Await(BoardWorker& worker) {
+  for (int wait = 0; wait < 3000; ++wait) {
+    if (auto answer = worker.Poll()) return *std::move(answer);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return Error{"the test's patience ended"};
+}
+
+renderer::Image DrawnBoard(const Board& board) {
+  const DrawnView view = DrawViews({}, board, 3).front();
+  return renderer::Render(view.camera, {view.sheet}, {}, 1);
+}
+
+LumaView ViewOf(const renderer::Image& image) {
+  return {image.grey.data(), image.width, image.height, image.width};
+}
+
+}  // namespace
+
+TEST_CASE("the board is found in another process; frames of any size follow each other") {
+  BoardWorker worker(PLUMBLINE, MonotonicSeconds);
+  const Board board;
+  CHECK(worker.idle());
+  CHECK_FALSE(worker.Poll());
+  const std::vector<std::uint8_t> black(64 * 48, 0);
+  REQUIRE_FALSE(worker.Ask({black.data(), 64, 48, 64}, board));
+  CHECK_FALSE(worker.idle());
+  const auto none = Await(worker);
+  CHECK_THAT(none.error(), Catch::Contains("no chessboard"));
+  const renderer::Image image = DrawnBoard(board);
+  for (int frame = 0; frame < 3; ++frame) {
+    REQUIRE_FALSE(worker.Ask(ViewOf(image), board));
+    const auto found = Await(worker);
+    INFO((found ? "" : found.error()));
+    REQUIRE(found);
+    CHECK(found->corners_px.size() == static_cast<std::size_t>(board.corners()));
+  }
+  CHECK(worker.ended() == 0);
+}
+
+TEST_CASE("a worker that does not answer is ended at the deadline, and another one works") {
+  const TemporaryFolder folder;
+  const std::string program = folder.path() + "/plumbline";
+  std::ofstream(program) << "#!/bin/sh\n[ -e " << folder.path() << "/sound ] && exec " << PLUMBLINE
+                         << " \"$@\"\nexec sleep 1000\n";
+  chmod(program.c_str(), 0755);
+  now_s = 0;
+  BoardWorker worker(program, OwnClock);
+  const Board board;
+  const renderer::Image image = DrawnBoard(board);
+  REQUIRE_FALSE(worker.Ask(ViewOf(image), board));
+  now_s = BoardWorker::kStart_s - 1;
+  CHECK_FALSE(worker.Poll());
+  now_s = BoardWorker::kStart_s + 1;
+  const auto late = worker.Poll();
+  REQUIRE(late);
+  CHECK_THAT(late->error(), Catch::Contains("not looked for within"));
+  CHECK(worker.ended() == 1);
+  CHECK(worker.idle());
+
+  std::ofstream(folder.path() + "/sound") << "1";
+  REQUIRE_FALSE(worker.Ask(ViewOf(image), board));
+  REQUIRE(Await(worker));
+  REQUIRE_FALSE(worker.Ask(ViewOf(image), board));
+  now_s += BoardWorker::kDeadline_s / 2;  // it has answered before: the short deadline holds
+  CHECK(Await(worker).ok());
+}
+
+TEST_CASE("a program that is none, or ends, is told") {
+  const Board board;
+  const std::vector<std::uint8_t> black(64 * 48, 0);
+  for (const char* program : {"/nonexistent/plumbline", "/bin/true"}) {
+    BoardWorker worker(program, MonotonicSeconds);
+    const auto refused = worker.Ask({black.data(), 64, 48, 64}, board);
+    const std::string why = refused ? refused->message : Await(worker).error();
+    CHECK_FALSE(why.empty());
+    CHECK(worker.ended() == 1);
+    CHECK(worker.idle());
+  }
+}
