@@ -15,6 +15,7 @@ constexpr double kShortestPause_s = 0.02;  // between two searches for a point t
 constexpr double kLongestPause_s = 1.0;
 constexpr double kLargestPayload_kg = 3000;
 constexpr double kCoarseReading_m = 1e-4;
+constexpr double kTipStale_s = 0.5;  // of a tip by camera: some frames
 
 std::uint16_t AlarmOf(InputFault fault) {
   switch (fault) {
@@ -102,6 +103,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.warnings = input.loop_warnings;
   snapshot_.probe_taken = false;
   snapshot_.monitor_restart = false;
+  snapshot_.calibration_order = CalibrationOrder::kNone;
   snapshot_.first_error = CorrectionCode::kOk;
 
   JudgeInput(input);
@@ -276,8 +278,19 @@ void Machine::Execute(const MachineInput& input) {
   }
   if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
     result.point_id = 0;
-    result.code = TakeProbe(input);
+    result.code = TakeProbe(input, command.probe_W);
     result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kProbeByCamera) {
+    result.point_id = 0;
+    result.code = TakeProbeByCamera(input);
+    result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kStartCalibration ||
+      command.code == PlcCommandCode::kCancelCalibration) {
+    result.code = OrderCalibration(input);
     return;
   }
   result.point_id =
@@ -335,11 +348,30 @@ void Machine::Execute(const MachineInput& input) {
   result.valid = true;
 }
 
-CorrectionCode Machine::TakeProbe(const MachineInput& input) {
+CorrectionCode Machine::OrderCalibration(const MachineInput& input) {
+  if (!input.camera.configured) return CorrectionCode::kNoCamera;
+  const bool start = input.command.code == PlcCommandCode::kStartCalibration;
+  snapshot_.calibration_order = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
+  return CorrectionCode::kOk;
+}
+
+CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
+  const CameraInput& camera = input.camera;
+  if (!camera.configured) return CorrectionCode::kNoCamera;
+  if (!camera.lens_valid) return CorrectionCode::kLensStale;
+  const bool fresh = input.now_s - camera.tip_time_s <= kTipStale_s;
+  if (!camera.tip_valid || !fresh || !camera.tip_W.allFinite()) return CorrectionCode::kTipNotSeen;
+  const CorrectionCode code = TakeProbe(input, camera.tip_W);
+  if (code == CorrectionCode::kOk) snapshot_.probe.covariance_W = camera.tip_covariance_W;
+  return code;
+}
+
+CorrectionCode Machine::TakeProbe(const MachineInput& input,
+                                  const std::optional<Vec3>& measured_W) {
   const PlcCommand& command = input.command;
   const LoadedArm& arm = corrector_.arm();
   if (!input.probes_recorded) return CorrectionCode::kNotRecorded;
-  if (!command.probe_W) return CorrectionCode::kBadCommand;
+  if (!measured_W) return CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
   const std::optional<Payload> payload = PayloadAt(command.payload_kg);
   if (!payload) return CorrectionCode::kPayloadUnknown;
@@ -358,7 +390,8 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input) {
   probe.payload_kg = payload->mass_kg;
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = state.p_read_W;
-  probe.measured_W = *command.probe_W;
+  probe.measured_W = *measured_W;
+  probe.covariance_W.reset();
   snapshot_.probe_taken = true;
 
   Correction& told = snapshot_.result.correction;
@@ -409,6 +442,7 @@ void Machine::ReportStatus(const MachineInput& input) {
   set(status::kRobotLink, robot_trusted);
   set(status::kWarning, snapshot_.warnings != 0);
   set(status::kError, snapshot_.alarms != 0);
+  set(status::kLensCalibrated, input.camera.lens_valid);
   set(status::kExtrapolating, extrapolating);
   set(status::kTemperatureValid, robot_trusted && snapshot_.robot.temp_C.has_value());
   set(status::kPayloadValid, snapshot_.payload_valid);

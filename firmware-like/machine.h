@@ -30,6 +30,16 @@ struct MachineConfig {
   PayloadPolicy payload;
 };
 
+/// What the camera's watch knows, as far as the cycle needs it.
+struct CameraInput {
+  bool configured = false;
+  bool lens_valid = false;
+  bool tip_valid = false;  ///< the tool stood still before the camera
+  Vec3 tip_W = Vec3::Zero();
+  Mat3 tip_covariance_W = Mat3::Zero();  ///< [m^2]
+  double tip_time_s = 0;                 ///< of its newest image, monotonic
+};
+
 /// What a cycle is given. Time and the two mailboxes' contents are inputs: the machine reads no
 /// clock and no device.
 struct MachineInput {
@@ -40,7 +50,8 @@ struct MachineInput {
   PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
   bool probes_recorded = false;     ///< somebody takes what a probe gives
-  std::uint16_t loop_warnings = 0;  ///< warning bits of the drift monitor and its journal
+  std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
+  CameraInput camera;
 };
 
 /// Holds the state between cycles: trust in the robot, the solution of each point (the next
@@ -77,7 +88,9 @@ class Machine {
   /// Replaces the declared radius by the identified model's, where there is one.
   void StateUncertainty(const Payload& payload, Correction& correction);
   /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
-  CorrectionCode TakeProbe(const MachineInput& input);
+  CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
+  CorrectionCode TakeProbeByCamera(const MachineInput& input);
+  CorrectionCode OrderCalibration(const MachineInput& input);
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;

@@ -51,6 +51,9 @@ inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's cent
 inline constexpr std::uint16_t kDrift = 1 << 5;               ///< the residuals of probes changed
 inline constexpr std::uint16_t kProposalWaiting = 1 << 6;  ///< a corrected model waits for approval
 inline constexpr std::uint16_t kLoopFault = 1 << 7;  ///< journal or diagnosis fail; see the log
+inline constexpr std::uint16_t kLensStale = 1 << 8;  ///< what the camera measures is not to be used
+inline constexpr std::uint16_t kCameraLost = 1 << 9;    ///< no frames, or no word of its zoom
+inline constexpr std::uint16_t kBoardWanted = 1 << 10;  ///< the calibration board is asked for
 }  // namespace warning
 
 /// A configured point in one cycle. While `valid` is false the values are the last good ones.
@@ -84,7 +87,11 @@ struct Probe {
   std::optional<double> temp_C;
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip by the model in force [m]
   Vec3 measured_W = Vec3::Zero();
+  std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
 };
+
+/// What a PLC wants of the lens' calibration.
+enum class CalibrationOrder : std::uint8_t { kNone, kStart, kCancel };
 
 struct Snapshot {
   double now_s = 0;  ///< monotonic
@@ -101,8 +108,9 @@ struct Snapshot {
   double reading_radius_m = 0;  ///< 95 % radius at the tip from the steps of the joint registers
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
-  bool monitor_restart = false;  ///< asked for in this cycle
-  bool probe_taken = false;      ///< in this cycle; `probe` is the newest
+  bool monitor_restart = false;                                  ///< asked for in this cycle
+  CalibrationOrder calibration_order = CalibrationOrder::kNone;  ///< asked for in this cycle
+  bool probe_taken = false;  ///< in this cycle; `probe` is the newest
   Probe probe;
 };
 

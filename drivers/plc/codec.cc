@@ -73,6 +73,7 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   MapSource source{snapshot, environment, convention_};
   for (const MapField& field : plc_map::Fields())
     Put(field.address, field.type, field.value(source));
+  EncodeCamera(source);
   registers_[plc_map::kResultCrc] = CrcOfRegisters(
       std::span(registers_).subspan(plc_map::kResult, plc_map::kResultCrc - plc_map::kResult));
   for (std::size_t k = 0; k < point_ids_.size() && k < snapshot.points.size(); ++k) {
@@ -84,6 +85,19 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
     }
   }
   return registers_;
+}
+
+void PlcEncoder::EncodeCamera(MapSource source) {
+  for (const MapField& field : plc_map::CameraFields())
+    Put(field.address, field.type, field.value(source));
+  std::size_t base = plc_map::kBodies;
+  for (const PlcCamera::Body& body : source.environment.camera.bodies) {
+    source.body = &body;
+    for (const MapField& field : plc_map::BodyFields()) {
+      Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
+    }
+    base += plc_map::kBodySize;
+  }
 }
 
 double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::size_t offset,

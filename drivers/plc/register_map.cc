@@ -325,7 +325,8 @@ constexpr std::array kCommandFields = {
         "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
         "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge, 6 record a "
         "probe (measured tip in 1002-1007, measurement frame), 7 likewise from 1032-1037, "
-        "8 restart the drift monitor"},
+        "8 restart the drift monitor, 9 start a calibration of the lens, 10 cancel it, 11 record a "
+        "probe by camera"},
     CommandField{1001, kU16, "command_point", "", "id of the point, for code 1"},
     CommandField{1002, kFloat, "command_x", "mm",
                  "wanted pose of the tool point, robot base frame"},
@@ -388,6 +389,9 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kDrift, "the residuals of probes changed (drift alarm)"},
     BitMeaning{warning::kProposalWaiting, "a corrected model waits for approval"},
     BitMeaning{warning::kLoopFault, "journal or diagnosis failed"},
+    BitMeaning{warning::kLensStale, "the camera's lens is not to be trusted"},
+    BitMeaning{warning::kCameraLost, "camera or zoom sensor lost"},
+    BitMeaning{warning::kBoardWanted, "the calibration board is asked for"},
 };
 
 }  // namespace

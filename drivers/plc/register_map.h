@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "drivers/plc/plc_camera.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/snapshot.h"
 
@@ -44,7 +45,9 @@ struct PlcEnvironment {
   double cycle_period_s = 0;
   double longest_cycle_s = 0;  ///< since the start
   std::uint32_t overruns = 0;
+  double now_s = 0;  ///< monotonic
   PlcLoop loop;
+  PlcCamera camera;
 };
 
 /// How orientations and 32-bit values stand in the map.
@@ -60,6 +63,7 @@ struct MapSource {
   const PlcConvention& convention;
   const PointResult* point = nullptr;  ///< of a point block
   std::uint16_t point_id = 0;
+  const PlcCamera::Body* body = nullptr;  ///< of a body's block
 };
 
 /// One entry. `value` gives it in `unit`; where it is not finite the registers keep what they have.
@@ -97,6 +101,8 @@ inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
+inline constexpr std::uint16_t kCamera = 500, kCameraSize = 24;
+inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
@@ -117,6 +123,12 @@ inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm register
 std::span<const MapField> Fields();
 /// Entries of the block of one point, offsets ascending.
 std::span<const MapField> PointFields();
+/// Entries of the camera, addresses ascending; they follow those of Fields().
+std::span<const MapField> CameraFields();
+/// Entries of the block of one tracked body, offsets ascending.
+std::span<const MapField> BodyFields();
+/// Bits of register 502.
+std::span<const BitMeaning> CameraBits();
 /// Bits of the status, alarm and warning words, ascending.
 std::span<const BitMeaning> StatusBits();
 std::span<const BitMeaning> AlarmBits();

@@ -76,6 +76,12 @@ const char* Describe(CorrectionCode code) {
       return "pending";
     case CorrectionCode::kNotRecorded:
       return "probes are not recorded";
+    case CorrectionCode::kNoCamera:
+      return "no camera";
+    case CorrectionCode::kLensStale:
+      return "lens not to be trusted";
+    case CorrectionCode::kTipNotSeen:
+      return "tool not seen by the camera, or moving";
   }
   return "?";
 }

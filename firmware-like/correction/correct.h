@@ -23,6 +23,9 @@ enum class CorrectionCode : std::uint8_t {
   kBadCommand = 10,     ///< the command's code or values make no sense
   kPending = 11,        ///< not computed yet
   kNotRecorded = 12,    ///< probes are not recorded: no [loop], or its journal is behind
+  kNoCamera = 13,       ///< no camera is configured
+  kLensStale = 14,      ///< the camera's lens is not to be trusted now
+  kTipNotSeen = 15,     ///< the camera does not see the tool, or the tool moves
 };
 
 /// Short words for a code, for the log and the register map.

@@ -21,9 +21,8 @@ enum class BoardPrompt : std::uint8_t {
   kLowerRight = 10,
   kCloser = 11,
   kFarther = 12,
-  kComputing = 13,  ///< enough views; the lens is being solved
 };
-inline constexpr int kBoardPrompts = 14;
+inline constexpr int kBoardPrompts = 13;
 
 /// Words for a screen or a log line.
 constexpr std::string_view BoardPromptText(BoardPrompt prompt) {
@@ -54,8 +53,6 @@ constexpr std::string_view BoardPromptText(BoardPrompt prompt) {
       return "closer";
     case BoardPrompt::kFarther:
       return "farther away";
-    case BoardPrompt::kComputing:
-      return "wait, the lens is computed";
   }
   return "?";
 }

@@ -18,6 +18,9 @@ enum class PlcCommandCode : std::uint16_t {
   kProbe = 6,              ///< the tip was measured there: record it, with what the model predicts
   kProbeFine = 7,          ///< likewise as int32 0.001 mm
   kRestartMonitor = 8,     ///< forget the drift alarm; begin with a new reference
+  kStartCalibration = 9,   ///< of the camera's lens: the board is being shown
+  kCancelCalibration = 10,
+  kProbeByCamera = 11,  ///< as kProbe, the tip as the camera sees it now
 };
 
 /// One command; a new sequence number executes it, once.

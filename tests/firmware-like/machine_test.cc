@@ -340,6 +340,76 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   }
 }
 
+TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while the lens is valid") {
+  Cell cell;
+  cell.Running();
+  cell.input.probes_recorded = true;
+  PlcCommand& command = cell.input.command;
+  command.code = PlcCommandCode::kProbeByCamera;
+  command.sequence = 1;
+  CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
+  CHECK((cell.Next().status & status::kLensCalibrated) == 0);
+
+  CameraInput& camera = cell.input.camera;
+  camera.configured = camera.lens_valid = camera.tip_valid = true;
+  camera.tip_W = Vec3(1, 2, 3);
+  camera.tip_covariance_W = 1e-8 * Mat3::Identity();
+  camera.tip_time_s = cell.input.now_s;
+  command.sequence = 2;
+  const Snapshot taken = cell.Next();
+  REQUIRE(taken.probe_taken);
+  CHECK(taken.result.valid);
+  CHECK(taken.probe.measured_W == camera.tip_W);
+  REQUIRE(taken.probe.covariance_W);
+  CHECK(*taken.probe.covariance_W == camera.tip_covariance_W);
+  CHECK((taken.status & status::kLensCalibrated) != 0);
+  CHECK_FALSE(cell.Next().probe_taken);
+
+  SECTION("a probe of the PLC's own has none") {
+    command.code = PlcCommandCode::kProbe;
+    command.probe_W = Vec3(1, 2, 3);
+    command.sequence = 3;
+    REQUIRE(cell.Next().probe_taken);
+    CHECK_FALSE(cell.Next().probe.covariance_W);
+  }
+  struct Refusal {
+    const char* name;
+    void (*spoil)(Cell& cell);
+    CorrectionCode code;
+  };
+  const Refusal refusals[] = {
+      {"stale", [](Cell& c) { c.input.camera.lens_valid = false; }, CorrectionCode::kLensStale},
+      {"moving", [](Cell& c) { c.input.camera.tip_valid = false; }, CorrectionCode::kTipNotSeen},
+      {"old", [](Cell& c) { c.input.camera.tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
+      {"no number", [](Cell& c) { c.input.camera.tip_W.x() = NAN; }, CorrectionCode::kTipNotSeen},
+      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+       CorrectionCode::kNotRecorded},
+  };
+  for (const Refusal& refusal : refusals) {
+    DYNAMIC_SECTION(refusal.name) {
+      refusal.spoil(cell);
+      command.sequence = 4;
+      const Snapshot& refused = cell.Next();
+      CHECK_FALSE(refused.probe_taken);
+      CHECK(refused.result.code == refusal.code);
+    }
+  }
+  SECTION("a calibration is started and cancelled once each") {
+    command.code = PlcCommandCode::kStartCalibration;
+    command.sequence = 5;
+    CHECK(cell.Next().calibration_order == CalibrationOrder::kStart);
+    CHECK(cell.Next().calibration_order == CalibrationOrder::kNone);
+    command.code = PlcCommandCode::kCancelCalibration;
+    command.sequence = 6;
+    CHECK(cell.Next().calibration_order == CalibrationOrder::kCancel);
+    camera.configured = false;
+    command.sequence = 7;
+    const Snapshot& refused = cell.Next();
+    CHECK(refused.calibration_order == CalibrationOrder::kNone);
+    CHECK(refused.result.code == CorrectionCode::kNoCamera);
+  }
+}
+
 TEST_CASE("a new configuration goes on from the values of the former one") {
   Cell cell;
   cell.Running();

@@ -56,7 +56,12 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
     }
   };
   check(plc_map::Fields(), 0, plc_map::kLoop + plc_map::kLoopSize - 1);
+  check(plc_map::CameraFields(), plc_map::kCamera, plc_map::kCamera + plc_map::kCameraSize - 1);
+  check(plc_map::BodyFields(), 0, plc_map::kBodySize - 1);
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
+  const auto bodies = plc_map::kBodySize * PlcCamera::kMostBodies;
+  CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
+  CHECK(plc_map::kBodies + bodies <= plc_map::kCommands);
   check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
 }
 
@@ -130,6 +135,61 @@ TEST_CASE("no float that is not finite ever leaves") {
       CHECK(std::isfinite(ValueOfField(FieldType::kFloat, after, field.address, false)));
     }
   }
+}
+
+TEST_CASE("the camera's registers: state, ages, tip and bodies") {
+  PlcEncoder encoder({}, {1, 2});
+  PlcEnvironment environment;
+  environment.now_s = 100;
+  CHECK(encoder.Encode(SomeSnapshot(), environment)[500] == 0);
+  PlcCamera& camera = environment.camera;
+  camera.configured = true;
+  camera.state = ZoomState::kValid;
+  camera.reason = ZoomReason::kMarksGood;
+  camera.bits = camera_bits::kMarkMoved;
+  camera.prompt = BoardPrompt::kTiltLeft;
+  camera.zoom_counts = -70000;
+  camera.lens_id = 70001;
+  camera.frame_time_s = 99.95;
+  camera.tip_valid = true;
+  camera.tip_W = Vec3(1.5, -0.25, 0.125);
+  camera.tip_covariance_W.diagonal() << 1e-8, 4e-8, 1e-8;
+  camera.tip_time_s = 0;
+  camera.bodies_configured = 2;
+  camera.bodies[1] = {
+      true, true, {RotationFromRollPitchYaw({0, 0, 0.1}), Vec3(0, 2, 0)}, 1e-4, 99.0};
+  const auto& image = encoder.Encode(SomeSnapshot(), environment);
+  const auto read = [&](const char* name) {
+    for (const MapField& field : plc_map::CameraFields()) {
+      if (std::string_view(field.name) == name) {
+        return ValueOfField(field.type, image, field.address, false);
+      }
+    }
+    FAIL("no field " << name);
+    return 0.0;
+  };
+  CHECK(read("camera_state") == 4);
+  CHECK(read("camera_reason") == static_cast<int>(ZoomReason::kMarksGood));
+  CHECK(read("camera_bits") == 32);
+  CHECK(read("board_prompt") == 3);
+  CHECK(read("zoom") == -70000);
+  CHECK(read("lens") == 70001);
+  CHECK(read("camera_age") == Approx(50).margin(1));
+  CHECK(read("zoom_age") == 65535);
+  CHECK(read("tip_age") == 65535);
+  CHECK(read("tip_y") == -250);
+  CHECK(read("tip_radius") == Approx(2.7955 * 0.2).epsilon(1e-6));
+  CHECK(read("tip_validity") == 1);
+  CHECK(image[540] == 0);
+  CHECK(image[541] == 65535);
+  CHECK(image[556] == 3);
+  CHECK(image[557] == 1000);
+  CHECK(ValueOfField(FieldType::kFloat, std::span(image).subspan(556, 16), 4, false) == 2000);
+  CHECK(ValueOfField(FieldType::kFloat, std::span(image).subspan(556, 16), 14, false) ==
+        Approx(0.1));
+  camera.tip_W.x() = std::nan("");
+  CHECK(std::isfinite(
+      ValueOfField(FieldType::kFloat, encoder.Encode(SomeSnapshot(), environment), 514, false)));
 }
 
 TEST_CASE("the command window is decoded") {

@@ -1,0 +1,127 @@
+// Registers 500..635: the camera, its lens, and the bodies that it tracks.
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/plc/register_map.h"
+
+namespace plumbline {
+namespace {
+
+using Source = const MapSource&;
+
+constexpr double kMillimetres = 1e3;
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kNoAge = 65535;
+constexpr FieldType kU16 = FieldType::kU16, kI32 = FieldType::kI32, kU32 = FieldType::kU32,
+                    kFloat = FieldType::kFloat;
+
+const PlcCamera& Camera(Source s) {
+  return s.environment.camera;
+}
+
+double Age_ms(Source s, double time_s) {
+  const double age_ms = std::floor(kMillimetres * (s.environment.now_s - time_s));
+  return age_ms < kNoAge ? std::max(0.0, age_ms) : kNoAge;
+}
+
+/// See Radius95 of the watch: by the largest deviation.
+double TipRadius_mm(Source s) {
+  constexpr double kDeviations = 2.7955;
+  Eigen::SelfAdjointEigenSolver<Mat3> axes;
+  axes.computeDirect(Camera(s).tip_covariance_W, Eigen::EigenvaluesOnly);
+  return kMillimetres * kDeviations * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+}
+
+template <int K>
+double Tip_mm(Source s) {
+  return kMillimetres * Camera(s).tip_W[K];
+}
+template <int K>
+double BodyPosition_mm(Source s) {
+  return kMillimetres * s.body->X_WK.p[K];
+}
+template <int K>
+double BodyAngle_deg(Source s) {
+  return kDegrees * AnglesFromRotation(s.body->X_WK.R, s.convention.orientation)[K];
+}
+
+const std::array kFields = {
+    MapField{500, kU16, "camera_state", "code",
+             "0 no camera, 1 unknown, 2 moving, 3 verifying, 4 valid, 5 stale, 6 calibrating, "
+             "7 refused",
+             [](Source s) {
+               return Camera(s).configured ? 1 + static_cast<double>(Camera(s).state) : 0;
+             }},
+    MapField{501, kU16, "camera_reason", "code", "why, see below",
+             [](Source s) { return static_cast<double>(Camera(s).reason); }},
+    MapField{502, kU16, "camera_bits", "bits", "see below",
+             [](Source s) -> double { return Camera(s).bits; }},
+    MapField{503, kU16, "board_prompt", "code", "what to do with the calibration board, see below",
+             [](Source s) { return static_cast<double>(Camera(s).prompt); }},
+    MapField{504, kU16, "board_views", "", "views of the board that are kept in this capture",
+             [](Source s) -> double { return Camera(s).board_views; }},
+    MapField{505, kU16, "camera_age", "ms", "age of the last frame, 65535 where older or none",
+             [](Source s) { return Age_ms(s, Camera(s).frame_time_s); }},
+    MapField{506, kI32, "zoom", "counts", "where the zoom stands, as its sensor counts",
+             [](Source s) -> double { return Camera(s).zoom_counts.value_or(0); }},
+    MapField{508, kI32, "focus", "counts", "likewise the focus; 0 where it is not told",
+             [](Source s) -> double { return Camera(s).focus_counts.value_or(0); }},
+    MapField{510, kU32, "lens", "", "number of the lens in the store, 0: none, or interpolated",
+             [](Source s) -> double { return Camera(s).lens_id; }},
+    MapField{512, kU16, "zoom_age", "ms", "age of the zoom sensor's last answer",
+             [](Source s) { return Age_ms(s, Camera(s).zoom_time_s); }},
+    MapField{513, kU16, "bodies", "", "bodies of the tags' file that have a block",
+             [](Source s) { return static_cast<double>(Camera(s).bodies_configured); }},
+    MapField{514, kFloat, "tip_x", "mm", "the tool's tip by camera, measurement frame", Tip_mm<0>},
+    MapField{516, kFloat, "tip_y", "mm", "", Tip_mm<1>},
+    MapField{518, kFloat, "tip_z", "mm", "", Tip_mm<2>},
+    MapField{520, kFloat, "tip_radius", "mm", "radius that holds 95 % of the tip", TipRadius_mm},
+    MapField{522, kU16, "tip_age", "ms", "age of the tip's image",
+             [](Source s) { return Age_ms(s, Camera(s).tip_time_s); }},
+    MapField{523, kU16, "tip_validity", "bits", "bit 0: the lens is valid and the tool stands",
+             [](Source s) -> double { return Camera(s).tip_valid ? plc_map::kValid : 0; }},
+};
+
+const std::array kBodyFields = {
+    MapField{0, kU16, "body_validity", "bits", "bit 0 valid, 1 another pose fits as well",
+             [](Source s) -> double {
+               return (s.body->valid ? 1 : 0) + (s.body->valid && s.body->ambiguous ? 2 : 0);
+             }},
+    MapField{1, kU16, "body_age", "ms", "age of its last image, 65535 where older or none",
+             [](Source s) { return Age_ms(s, s.body->time_s); }},
+    MapField{2, kFloat, "body_x", "mm", "its origin in the measurement frame", BodyPosition_mm<0>},
+    MapField{4, kFloat, "body_y", "mm", "", BodyPosition_mm<1>},
+    MapField{6, kFloat, "body_z", "mm", "", BodyPosition_mm<2>},
+    MapField{8, kFloat, "body_rx", "deg", "orientation, convention of register 3",
+             BodyAngle_deg<0>},
+    MapField{10, kFloat, "body_ry", "deg", "", BodyAngle_deg<1>},
+    MapField{12, kFloat, "body_rz", "deg", "", BodyAngle_deg<2>},
+    MapField{14, kFloat, "body_radius", "mm", "radius that holds 95 % of its origin",
+             [](Source s) { return kMillimetres * s.body->radius_m; }},
+};
+
+constexpr std::array kCameraBits = {
+    BitMeaning{camera_bits::kLensStale, "the lens is not to be trusted"},
+    BitMeaning{camera_bits::kCameraLost, "no frames"},
+    BitMeaning{camera_bits::kSensorLost, "the zoom is not known"},
+    BitMeaning{camera_bits::kBoardWanted, "the board is asked for"},
+    BitMeaning{camera_bits::kMarksHidden, "the fixed marks are not seen"},
+    BitMeaning{camera_bits::kMarkMoved, "a mark stands elsewhere"},
+    BitMeaning{camera_bits::kStoreFault, "lenses cannot be kept"},
+};
+
+}  // namespace
+
+std::span<const MapField> plc_map::CameraFields() {
+  return kFields;
+}
+std::span<const MapField> plc_map::BodyFields() {
+  return kBodyFields;
+}
+std::span<const BitMeaning> plc_map::CameraBits() {
+  return kCameraBits;
+}
+
+}  // namespace plumbline
