@@ -25,7 +25,8 @@ CREATE TABLE measurement (
   x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
   qw REAL, qx REAL, qy REAL, qz REAL,
   model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
-  q_step_deg REAL  -- of the registers that q was read from; 0: finer than matters
+  q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
+  covariance_mm2 TEXT  -- of x, y, z by camera: array of 9, row by row
 );
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
 INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
@@ -42,13 +43,13 @@ CREATE TABLE monitor_restart (
 constexpr const char* kInsert =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
-    " qy, qz, model_version, wild, alarm, q_step_deg)"
-    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2)"
+    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kSelect =
     "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
     " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
-    " model_version, wild, alarm, id, q_step_deg FROM measurement";
+    " model_version, wild, alarm, id, q_step_deg, covariance_mm2 FROM measurement";
 
 /// Schema 1 counted t_s from the computer's boot, and marked sessions with it. The wall clock of
 /// each probe was kept.
@@ -63,6 +64,12 @@ UPDATE measurement SET session = substr(session, 1, length(session) - 14)
   WHERE source = 'plc' AND session LIKE '% boot ________';
 UPDATE measurement SET session = '' WHERE source = 'plc' AND session LIKE 'boot ________';
 PRAGMA user_version = 2;
+)";
+
+/// Schema 2 knew no probes by camera.
+constexpr const char* kFromSchema2 = R"(
+ALTER TABLE measurement ADD COLUMN covariance_mm2 TEXT;
+PRAGMA user_version = 3;
 )";
 
 double FileUnit(const Joint& joint) {
@@ -93,6 +100,29 @@ bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& 
     values[static_cast<Eigen::Index>(i)] = array[i].get<double>() * unit;
   }
   return true;
+}
+
+std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_m2) {
+  if (!covariance_m2) return std::nullopt;
+  nlohmann::json array = nlohmann::json::array();
+  for (int k = 0; k < 9; ++k) {
+    array.push_back((*covariance_m2)(k / 3, k % 3) * kMmPerMetre * kMmPerMetre);
+  }
+  return array.dump();
+}
+
+/// What is no array of nine numbers is as if it were not there: it was never written by us.
+std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
+  if (row.IsNull(column)) return std::nullopt;
+  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  if (!array.is_array() || array.size() != 9) return std::nullopt;
+  Mat3 covariance;
+  for (std::size_t k = 0; k < 9; ++k) {
+    if (!array[k].is_number()) return std::nullopt;
+    covariance(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) =
+        array[k].get<double>() * kMetrePerMm * kMetrePerMm;
+  }
+  return covariance;
 }
 
 void BindPoint(Statement& statement, int index, const std::optional<Vec3>& point_m) {
@@ -137,6 +167,7 @@ bool Insert(Statement& statement, const JournalRow& row, const std::vector<Joint
   statement.Bind(24, std::int64_t{row.wild});
   statement.Bind(25, std::int64_t{row.alarm});
   statement.Bind(26, row.q_step_rad ? std::optional(*row.q_step_rad / kRadPerDeg) : std::nullopt);
+  statement.Bind(27, CovarianceText(row.covariance_W));
   return statement.Run();
 }
 
@@ -168,6 +199,7 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
   row.alarm = s.Integer(24) != 0;
   row.id = s.Integer(25);
   if (const auto step_deg = s.NumberIfThere(26)) row.q_step_rad = *step_deg * kRadPerDeg;
+  row.covariance_W = CovarianceFrom(s, 27);
   return row;
 }
 
@@ -228,7 +260,7 @@ Result<bool> Journal::BringToThisSchema() {
   Result<std::int64_t> version = database_.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
   if (*version == kSchemaVersion) return true;
-  const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to schema 2";
+  const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed(failed);
   version = database_.IntegerOf("PRAGMA user_version");  // another process may have made it since
@@ -239,6 +271,7 @@ Result<bool> Journal::BringToThisSchema() {
     return Failed(failed);
   }
   if (*version == 1 && !database_.Run(kFromSchema1)) return Failed(failed);
+  if ((*version == 1 || *version == 2) && !database_.Run(kFromSchema2)) return Failed(failed);
   if (!transaction.Commit()) return Failed(failed);
   return true;
 }
@@ -258,7 +291,7 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
   if (*version == 0) return Error{fmt::format("{}: is empty, no journal yet", path)};
-  if (*version == 1) {
+  if (*version < kSchemaVersion) {
     return Error{
         fmt::format("{}: written by an older plumbline; it becomes readable once this "
                     "version's plumblined, or an import, has opened it",
@@ -406,7 +439,7 @@ Result<std::optional<Journal::Restart>> Journal::LastModel() {
 
 Result<std::optional<double>> Journal::LastProbe_s() {
   Statement newest(database_.get(),
-                   "SELECT t_s FROM measurement WHERE source = 'plc' ORDER BY id DESC LIMIT 1");
+                   "SELECT t_s FROM measurement WHERE source != 'import' ORDER BY id DESC LIMIT 1");
   const int code = newest.Step();
   if (code == SQLITE_DONE) return std::optional<double>();
   if (code != SQLITE_ROW) return Failed("cannot be read");

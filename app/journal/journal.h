@@ -24,7 +24,7 @@ struct JournalFilter {
 /// it can be read with the sqlite3 command.
 class Journal {
  public:
-  static constexpr int kSchemaVersion = 2;
+  static constexpr int kSchemaVersion = 3;
 
   /// Opens or makes the file. @return why not: not a journal, of a newer version, not writable
   static Result<Journal> Open(const std::string& path);

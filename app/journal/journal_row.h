@@ -27,8 +27,9 @@ struct JournalRow {
   std::optional<double> q_step_rad;  ///< of the registers that q was read from; 0: fine
   std::optional<double> payload_kg;
   std::optional<double> temp_C;
-  std::optional<Vec3> predicted_W;  ///< tip by the model in force [m]
-  std::optional<Vec3> measured_W;   ///< [m]
+  std::optional<Vec3> predicted_W;   ///< tip by the model in force [m]
+  std::optional<Vec3> measured_W;    ///< [m]
+  std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
   std::optional<double> range_m;
   std::optional<Eigen::Quaterniond> orientation_W;
   std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted

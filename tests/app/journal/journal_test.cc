@@ -133,7 +133,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   const Case cases[] = {
       {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
        "not a database"},
-      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 3"); }, "newer"},
+      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 4"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
        "no plumbline journal"},
   };
@@ -309,6 +309,7 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
     REQUIRE(raw.ok());
     REQUIRE(
         raw.value().Run("DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
+                        "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 1"));
   }
   CHECK_FALSE(Journal::OpenForReading(file).ok());
@@ -414,6 +415,36 @@ TEST_CASE("one probe among many imported rows is left out, not the time of all")
   CHECK_THAT(exported.text.substr(0, 40), Catch::Contains("t_s"));
   REQUIRE(exported.notes.size() == 1);
   CHECK(exported.notes[0] == "row 30: left out, it has no t_s of the same clock as the others do");
+}
+
+TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/journal.sqlite";
+  {
+    auto journal = Journal::Open(file);
+    REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
+  }
+  {
+    auto raw = Database::Open(file, Database::Mode::kWrite);
+    REQUIRE(
+        raw.value().Run("ALTER TABLE measurement DROP COLUMN covariance_mm2;"
+                        "PRAGMA user_version = 2"));
+  }
+  CHECK_FALSE(Journal::OpenForReading(file).ok());
+  auto journal = Journal::Open(file);
+  REQUIRE(journal.ok());
+  JournalRow row = FullRow(2);
+  row.source = JournalRow::Source::kCamera;
+  row.covariance_W = Mat3::Zero();
+  row.covariance_W->diagonal() << 1e-9, 2e-9, 3e-8;
+  (*row.covariance_W)(0, 2) = (*row.covariance_W)(2, 0) = -1e-10;
+  REQUIRE(journal.value().Append({row}, Joints()).ok());
+  const auto rows = journal.value().Read({}, Joints());
+  REQUIRE((rows.ok() && rows->size() == 2));
+  CHECK_FALSE((*rows)[0].covariance_W);
+  CHECK((*rows)[1].source == JournalRow::Source::kCamera);
+  REQUIRE((*rows)[1].covariance_W);
+  CHECK(((*rows)[1].covariance_W.value() - *row.covariance_W).norm() < 1e-18);
 }
 
 TEST_CASE("what only some rows have is left out and told, never zero") {
