@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/config/camera_config.h"
 #include "app/config/loop_config.h"
 #include "drivers/modbus/rtu_slave.h"
 #include "drivers/modbus/tcp_server.h"
@@ -34,6 +35,7 @@ struct DaemonConfig {
   RobotLinkConfig robot;
   PlcConfig plc;
   LoopConfig loop;
+  std::optional<CameraConfig> camera;  ///< changed by a restart only
   /// Corrected points written into the controller's registers, in the order of the profile's
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;

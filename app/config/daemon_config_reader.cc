@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 
 #include "app/config/cell_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
+#include "app/config/named_files.h"
 #include "app/config/point_reader.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
@@ -32,46 +32,6 @@ constexpr NumberRange kSingularValue{0, 1};
 constexpr NumberRange kShare{0, 1};
 constexpr NumberRange kMass{0, kLargestPayload_kg};
 constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
-
-/// Finds and reads the files that a configuration names.
-class NamedFiles {
- public:
-  NamedFiles(const std::string& config_file, const FileSource& files, std::string data_directory)
-      : beside_(std::filesystem::path(config_file).parent_path()),
-        data_(std::move(data_directory)),
-        files_(files) {}
-
-  /// Path and content of the file that `key` names; a fault at the key where there is none.
-  /// `folder` is where a bare name without suffix is looked for.
-  std::optional<std::pair<std::string, std::string>> Read(const TomlTable& table,
-                                                          std::string_view key,
-                                                          const std::string& folder) const {
-    const auto name = table.RequiredString(key);
-    if (!name) return std::nullopt;
-    std::filesystem::path path(*name);
-    if (!folder.empty() && !path.has_extension() && !path.has_parent_path()) {
-      path = std::filesystem::path(folder) / (*name + ".toml");
-    }
-    std::string reason;
-    for (const std::filesystem::path& directory : {beside_, data_}) {
-      const std::string candidate = (directory / path).lexically_normal().string();
-      Result<std::string> text = files_(candidate);
-      if (text) return std::pair(candidate, std::move(text).value());
-      reason += fmt::format("{}{}: {}", reason.empty() ? "" : "; ", candidate, text.error());
-      if (path.is_absolute()) break;
-    }
-    table.AddFault(key, fmt::format("cannot be read ({})", reason));
-    return std::nullopt;
-  }
-
-  std::string Beside(const std::string& path) const {
-    return (beside_ / path).lexically_normal().string();
-  }
-
- private:
-  std::filesystem::path beside_, data_;
-  const FileSource& files_;
-};
 
 bool IsAddress(const std::string& text) {
   in6_addr address;
@@ -326,6 +286,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = root.Table("loop")) config.loop = LoopFromToml(*table);
+    config.camera = CameraFromToml(root, named, of_others);
     if (robot && stale_after_s < config.cycle_period_s) {
       robot->AddFault("stale_after_ms",
                       fmt::format("is below the cycle of {:g} ms, so that input is always stale",

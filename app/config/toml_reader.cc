@@ -70,6 +70,12 @@ int TomlTable::Line() const {
   return std::max(1, LineOfNode(*table_));
 }
 
+std::string TomlTable::Text() const {
+  std::ostringstream text;
+  text << *table_;
+  return text.str();
+}
+
 int TomlTable::LineOf(std::string_view key) const {
   const toml::node* node = table_->get(key);
   return node != nullptr ? LineOfNode(*node) : Line();

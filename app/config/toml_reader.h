@@ -101,6 +101,7 @@ class TomlTable {
   void Ignore(std::initializer_list<std::string_view> keys) const;
 
   int Line() const;
+  std::string Text() const;                ///< the whole table as TOML, to compare it by
   int LineOf(std::string_view key) const;  ///< the table's line where key is absent
   std::string PathOf(std::string_view key) const;
 

@@ -132,9 +132,9 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
     if (done) break;
   }
   const Eigen::LDLT<Mat6> solved(here->JtJ);
-  PoseEstimate estimate{X, solved.solve(Mat6::Identity()), here->chi2,
+  const Eigen::Matrix<double, 6, 9> by_lens = -solved.solve(here->JtL);
+  PoseEstimate estimate{X, solved.solve(Mat6::Identity()), by_lens, here->chi2,
                         8 * static_cast<int>(sets.size()) - 6};
-  const Eigen::Matrix<double, 6, 9> by_lens = solved.solve(here->JtL);
   estimate.covariance += by_lens * known.covariance * by_lens.transpose();
   if (!estimate.covariance.allFinite()) return std::nullopt;
   return estimate;

@@ -39,6 +39,8 @@ struct PoseEstimate {
   /// Of (delta, phi): X = (exp([phi]x) R_CK, p_CK + delta), both along the camera's axes
   /// [m^2, m rad, rad^2]. From the corners' noise, and where it is given the lens' covariance.
   Mat6 covariance = Mat6::Zero();
+  /// Derivative of (delta, phi) by the lens, at fixed corners: what two poses of one image share.
+  Eigen::Matrix<double, 6, 9> by_lens = Eigen::Matrix<double, 6, 9>::Zero();
   double chi2 = 0;  ///< squared reprojection error, each corner in its own deviation
   int freedom = 0;  ///< coordinates less six
 };

@@ -539,6 +539,19 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
         Approx(defaults.robot.connection.push.max_step_m));
   CHECK(config->robot.connection.push.min_period_s ==
         Approx(defaults.robot.connection.push.min_period_s));
+  REQUIRE(config->camera);
+  const BoardConfig board;
+  CHECK(config->camera->board.columns == board.columns);
+  CHECK(config->camera->board.views == board.views);
+  CHECK(config->camera->board.most_views == board.most_views);
+  CHECK(config->camera->board.patience_s == Approx(board.patience_s));
+  CHECK(config->camera->board.acceptable_px == Approx(board.acceptable_px));
+  const ZoomSupervisionSettings& zoom = config->camera->zoom.supervision;
+  CHECK(zoom.settle_s == Approx(ZoomSupervisionSettings{}.settle_s));
+  CHECK(zoom.lost_after_s == Approx(ZoomSupervisionSettings{}.lost_after_s));
+  CHECK(zoom.zoom_band_counts == ZoomSupervisionSettings{}.zoom_band_counts);
+  CHECK(config->camera->zoom.period_s == Approx(kZoomPeriod_s));
+  CHECK(config->camera->tags.place_sd_m == Approx(TagsConfig{}.place_sd_m));
   CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
   CHECK(config->state_directory == defaults.state_directory);
 }

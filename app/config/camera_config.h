@@ -1,0 +1,65 @@
+// [camera], [zoom], [board] and [tags] of plumbline.toml.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/config/fault.h"
+#include "app/tracking/bodies.h"
+#include "drivers/camera/registry.h"
+#include "drivers/zoom/registry.h"
+#include "firmware-like/lens/zoom_supervision.h"
+
+namespace plumbline {
+
+class NamedFiles;
+class TomlTable;
+
+struct ZoomConfig {
+  std::string kind;           ///< of ZoomKinds(); empty: a lens without zoom
+  ZoomConnection connection;  ///< its replay's rows are still in replay_file
+  std::string replay_file;
+  double period_s = kZoomPeriod_s;  ///< from one reading to the next
+  ZoomSupervisionSettings supervision;
+};
+
+struct BoardConfig {
+  int columns = 17, rows = 11;  ///< inner corners
+  double square_m = 0.010;
+  int views = 20, most_views = 60;
+  double patience_s = 180;
+  double acceptable_px = 0.5;        ///< uncertainty of the projection, one deviation
+  std::optional<double> distance_m;  ///< where it is judged; nothing: at infinity
+  bool by_itself = true;  ///< a board that comes into view while it is asked for starts the capture
+};
+
+struct TagsConfig {
+  std::string file, text;
+  std::string family = "36h11";
+  std::optional<int> threshold;  ///< 0..255; nothing: by the light around each place
+  TagDatabase database;
+  std::string cell = "cell";  ///< the body of fixed marks
+  Pose X_WK;                  ///< where that body is in the measurement frame
+  double place_sd_m = 2e-4;   ///< of a mark's declared place, an axis
+  std::string tool;           ///< the body that carries the tip; empty: none
+  Vec3 tip_T = Vec3::Zero();  ///< on that body
+};
+
+struct CameraConfig {
+  std::string text;           ///< of all four tables and the tags' file: what a reload compares
+  std::string kind = "v4l2";  ///< of CameraKinds()
+  CameraConnection connection;
+  ZoomConfig zoom;
+  BoardConfig board;
+  TagsConfig tags;
+};
+
+/// Nothing where there is no [camera], or its faults leave none; the other three tables without it
+/// are faults.
+std::optional<CameraConfig> CameraFromToml(const TomlTable& root, const NamedFiles& files,
+                                           FaultList& faults);
+/// @param camera  whose device serves where the zoom is a control of it
+ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const std::string& camera,
+                        FaultList& faults);
+
+}  // namespace plumbline

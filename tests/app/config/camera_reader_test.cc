@@ -1,0 +1,151 @@
+#include <catch2/catch.hpp>
+
+#include "app/config/camera_config.h"
+#include "app/config/named_files.h"
+
+using namespace plumbline;
+
+namespace {
+
+constexpr const char* kTags = R"(schema = 1
+[[body]]
+name = "cell"
+size_mm = 60.0
+[[body.tag]]
+id = 1
+xyz_mm = [0.0, 0.0, 0.0]
+[[body.tag]]
+id = 2
+xyz_mm = [500.0, 0.0, 0.0]
+[[body]]
+name = "gripper"
+size_mm = 40.0
+[[body.tag]]
+id = 3
+xyz_mm = [0.0, 0.0, 0.0]
+)";
+
+Result<std::string> File(const std::string& path) {
+  if (path == "/etc/bodies.toml") return std::string(kTags);
+  return Error{"No such file or directory"};
+}
+
+struct Read {
+  FaultList faults;
+  std::optional<CameraConfig> camera;
+
+  explicit Read(const std::string& text) {
+    TomlDocument document(text, "/etc/plumbline.toml", faults);
+    REQUIRE(document.parsed());
+    const FileSource files = File;
+    camera =
+        CameraFromToml(document.Root(), NamedFiles("/etc/plumbline.toml", files, "/data"), faults);
+    document.ReportUnknownKeys();
+  }
+  bool Says(const std::string& what) const {
+    return FaultsText(faults).find(what) != std::string::npos;
+  }
+};
+
+constexpr const char* kLeast = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bodies.toml\"\n";
+
+}  // namespace
+
+TEST_CASE("no [camera] is no camera; its tables alone are faults") {
+  CHECK_FALSE(Read("").camera);
+  CHECK(Read("").faults.All().empty());
+  const Read alone("[zoom]\nkind = \"none\"\n[tags]\nfile = \"bodies.toml\"\n");
+  CHECK(alone.Says("zoom"));
+  CHECK(alone.Says("has no meaning without [camera]"));
+  CHECK(alone.faults.All().size() == 2);
+}
+
+TEST_CASE("the least that a camera needs, and its defaults") {
+  const Read read(kLeast);
+  INFO(FaultsText(read.faults));
+  CHECK(read.faults.All().empty());
+  REQUIRE(read.camera);
+  CHECK(read.camera->kind == "v4l2");
+  CHECK(read.camera->connection.v4l2.device == "cam");
+  CHECK(read.camera->zoom.kind.empty());
+  CHECK(read.camera->board.columns == 17);
+  CHECK(read.camera->board.by_itself);
+  CHECK(read.camera->tags.cell == "cell");
+  CHECK(read.camera->tags.database.bodies.size() == 2);
+  CHECK(read.camera->tags.tool.empty());
+}
+
+TEST_CASE("everything, in SI") {
+  const Read read(
+      "[camera]\ndevice = \"cam\"\nwidth_px = 1920\nheight_px = 1080\nrate_hz = 25.0\n"
+      "exposure_ms = 8.0\ngain_counts = 3\nwhite_balance_K = 5000.0\nfocus_counts = 7\n"
+      "[zoom]\nkind = \"visca\"\ndevice = \"/dev/ttyUSB0\"\nbaud = 38400\naddress = 2\n"
+      "timeout_ms = 80\noptical_max_counts = 12000\nzoom_band_counts = 5\nfocus_band_counts = 6\n"
+      "settle_ms = 500\nlost_after_ms = 2000\nverify_patience_s = 3.0\nperiod_ms = 150\n"
+      "[board]\ncolumns = 9\nrows = 6\nsquare_mm = 25.0\nviews = 15\nmost_views = 40\n"
+      "patience_s = 60.0\nacceptable_px = 0.3\ndistance_mm = 1500.0\nby_itself = false\n"
+      "[tags]\nfile = \"bodies.toml\"\nfamily = \"36h11\"\nthreshold = 90\ncell = \"cell\"\n"
+      "cell_xyz_mm = [1000.0, 0.0, 0.0]\ncell_rpy_deg = [0.0, 0.0, 90.0]\nplace_sd_mm = 0.1\n"
+      "tool = \"gripper\"\ntip_mm = [0.0, 0.0, 120.0]\n");
+  INFO(FaultsText(read.faults));
+  REQUIRE(read.faults.All().empty());
+  const CameraConfig& camera = *read.camera;
+  CHECK(camera.connection.v4l2.mode.size == ImageSize{1920, 1080});
+  CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
+  CHECK(camera.zoom.connection.visca.baud == 38400);
+  CHECK(camera.zoom.connection.visca.timeout_s == Approx(0.08));
+  CHECK(camera.zoom.period_s == Approx(0.15));
+  CHECK(camera.zoom.supervision.zoom_band_counts == 5);
+  CHECK(camera.zoom.supervision.settle_s == Approx(0.5));
+  CHECK(camera.board.square_m == Approx(0.025));
+  CHECK(*camera.board.distance_m == Approx(1.5));
+  CHECK_FALSE(camera.board.by_itself);
+  CHECK(camera.tags.X_WK.p.x() == Approx(1));
+  CHECK(camera.tags.X_WK.R(1, 0) == Approx(1));
+  CHECK(camera.tags.place_sd_m == Approx(1e-4));
+  CHECK(camera.tags.tip_T.z() == Approx(0.12));
+}
+
+TEST_CASE("each fault has its own words") {
+  struct Case {
+    std::string text, words;
+  };
+  const std::string camera = "[camera]\ndevice = \"cam\"\n",
+                    tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const Case cases[] = {
+      {"[camera]\n" + tags, "device"},
+      {camera, "tags"},
+      {camera + "width_px = 640\n" + tags, "must stand together"},
+      {camera + "colour = true\n" + tags, "colour"},
+      {"[camera]\nkind = \"webcam\"\n" + tags, "webcam"},
+      {"[camera]\nkind = \"recorded\"\n" + tags, "path"},
+      {camera + "[tags]\nfile = \"nothing.toml\"\n", "cannot be read"},
+      {camera + tags + "cell = \"table\"\n", "\"table\" is no [[body]] of the tags' file"},
+      {camera + tags + "cell = \"gripper\"\n", "has 1 tags; 2 are needed"},
+      {camera + tags + "tool = \"hand\"\ntip_mm = [0.0, 0.0, 1.0]\n", "\"hand\" is no [[body]]"},
+      {camera + tags + "tool = \"gripper\"\n", "tip_mm"},
+      {camera + "[zoom]\nkind = \"visca\"\n" + tags, "device"},
+      {camera + "[zoom]\nkind = \"visca\"\ndevice = \"/dev/t\"\nbaud = 19200\n" + tags,
+       "is not 9600 or 38400"},
+      {camera + "[zoom]\nkind = \"hid\"\n" + tags, "profile"},
+      {camera + "[zoom]\nkind = \"gpio\"\nchip = \"/dev/gpiochip0\"\n" + tags, "line"},
+      {camera + "[zoom]\nkind = \"none\"\nperiod_ms = 900\n" + tags, "is always lost"},
+      {camera + "[zoom]\nkind = \"radio\"\ndevice = \"x\"\n" + tags, "radio"},
+      {camera + "[board]\nviews = 50\nmost_views = 20\n" + tags, "is below views"},
+      {camera + "[board]\nsquare_mm = 0.0\n" + tags, "square_mm"},
+  };
+  for (const Case& one : cases) {
+    CAPTURE(one.text);
+    const Read read(one.text);
+    INFO(FaultsText(read.faults));
+    CHECK(read.faults.HasFaults());
+    CHECK(read.Says(one.words));
+    CHECK(read.faults.All().size() == 1);
+  }
+}
+
+TEST_CASE("what a reload compares: the four tables and the tags' file") {
+  CHECK(Read(kLeast).camera->text == Read(kLeast).camera->text);
+  CHECK(Read(kLeast).camera->text !=
+        Read(std::string(kLeast) + "place_sd_mm = 0.3\n").camera->text);
+}
