@@ -53,7 +53,7 @@ Pose PoseOfWish(const Wish& wish, const Board& board, const Lens& lens, ImageSiz
 
 std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVector& shared,
                                               const Pose& X_CK, ImageSize size, double sigma_px) {
-  const int n = board.corners();
+  const Eigen::Index n = board.corners();
   std::vector<Vec2> pixels;
   std::vector<double> by_shared(static_cast<std::size_t>(2 * n * kSharedCount));
   std::vector<double> by_pose(static_cast<std::size_t>(2 * n * 6));
@@ -64,8 +64,8 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::MatrixXd S = Eigen::Map<RowMajor>(by_shared.data(), 2 * n, kSharedCount);
   Eigen::MatrixXd P = Eigen::Map<RowMajor>(by_pose.data(), 2 * n, 6);
-  int outside = 0;
-  for (int k = 0; k < n; ++k) {
+  Eigen::Index outside = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
     const Vec2& at = pixels[static_cast<std::size_t>(k)];
     const bool inside =
         at.allFinite() && at.x() >= 0 && at.y() >= 0 && at.x() < size.width && at.y() < size.height;
@@ -74,7 +74,7 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
     S.middleRows<2>(2 * k).setZero();
     P.middleRows<2>(2 * k).setZero();
   }
-  if (outside > kMostOutside * n) return std::nullopt;
+  if (static_cast<double>(outside) > kMostOutside * static_cast<double>(n)) return std::nullopt;
   const Eigen::MatrixXd PtS = P.transpose() * S;
   const Eigen::MatrixXd information =
       S.transpose() * S - PtS.transpose() * (P.transpose() * P).ldlt().solve(PtS);

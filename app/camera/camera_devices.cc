@@ -1,0 +1,46 @@
+#include "app/camera/camera_devices.h"
+
+#include <fmt/format.h>
+
+#include "app/config/text_file.h"
+
+namespace plumbline {
+namespace {
+
+Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
+  if (config.kind.empty()) {  // a lens without zoom stands at 0
+    ZoomRow still;
+    still.reading.zoom_counts = 0;
+    return ReplayZoom::Create({still}, MonotonicSeconds);
+  }
+  ZoomConnection connection = config.connection;
+  if (config.kind == "replay") {
+    const Result<std::string> text = ReadTextFile(config.replay_file);
+    if (!text) return Error{fmt::format("{}: {}", config.replay_file, text.error())};
+    auto rows = ZoomRowsFromCsv(*text);
+    if (!rows) return Error{fmt::format("{}: {}", config.replay_file, rows.error())};
+    connection.replay = std::move(rows).value();
+  }
+  return MakeZoomSensor(config.kind, connection);
+}
+
+}  // namespace
+
+Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config) {
+  CameraDevices devices;
+  auto camera = MakeCamera(config.kind, config.connection);
+  if (!camera) return Error{fmt::format("[camera]: {}", camera.error())};
+  devices.camera = std::move(camera).value();
+  auto zoom = ZoomFrom(config.zoom);
+  if (!zoom) return Error{fmt::format("[zoom]: {}", zoom.error())};
+  devices.zoom = std::move(zoom).value();
+  auto family = TagFamilyOfName(config.tags.family);
+  if (!family) return Error{fmt::format("tags.family: {}", family.error())};
+  TrackerSettings settings;
+  settings.detector.threshold = config.tags.threshold;
+  devices.tracker =
+      std::make_unique<Tracker>(std::move(family).value(), config.tags.database, settings);
+  return devices;
+}
+
+}  // namespace plumbline

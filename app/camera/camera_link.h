@@ -1,0 +1,18 @@
+// Between the cycle and the camera's watch: what the PLC is told, and its wishes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "drivers/latest.h"
+#include "drivers/plc/plc_camera.h"
+
+namespace plumbline {
+
+/// Nobody waits. The counts are raised by the cycle; the watch obeys when one has changed.
+struct CameraLink {
+  Latest<PlcCamera> told{1, PlcCamera()};  ///< written by the watch, read by the cycle
+  std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
+};
+
+}  // namespace plumbline

@@ -1,0 +1,340 @@
+#include "app/camera/camera_watch.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+constexpr double kFrameTimeout_s = 0.1;
+constexpr double kStoreRetry_s = 5;
+constexpr double kBoardLook_s = 0.3;  ///< between two looks for a board that was asked for
+constexpr int kNice = 5;              ///< of the images' thread: the cycle goes first
+/// The dead band of a lens: what this share of its focal length is worth in counts. It moves the
+/// corner of a 1080p image by 0.3 px.
+constexpr double kBandOfFocal = 3e-4;
+constexpr std::int32_t kMostBands =
+    10;  ///< times the configured band: a curve that is flat by chance
+
+WatchSettings SettingsFrom(const CameraConfig& config) {
+  WatchSettings settings;
+  settings.zoom = config.zoom.supervision;
+  settings.marks.place_sd_m = config.tags.place_sd_m;
+  settings.acceptable_px = config.board.acceptable_px;
+  for (const Body& body : config.tags.database.bodies) {
+    if (body.name == config.tags.cell) settings.cell = body;
+    settings.bodies.push_back(body.name);
+  }
+  settings.X_WK = config.tags.X_WK;
+  settings.tool = config.tags.tool;
+  settings.tip_T = config.tags.tip_T;
+  return settings;
+}
+
+BoardSettings BoardFrom(const BoardConfig& config) {
+  BoardSettings board;
+  board.board = {config.columns, config.rows, config.square_m};
+  board.views = config.views;
+  board.most_views = config.most_views;
+  board.patience_s = config.patience_s;
+  board.options = {config.acceptable_px, config.distance_m};
+  return board;
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+}  // namespace
+
+CameraWatch::CameraWatch(const CameraConfig& config, CameraDevices devices, Places places,
+                         CameraLink& link, WatchCore::Sink sink)
+    : config_(config),
+      devices_(std::move(devices)),
+      places_(std::move(places)),
+      link_(link),
+      sink_(sink),
+      core_(SettingsFrom(config), std::move(sink)) {}
+
+CameraWatch::~CameraWatch() {
+  Stop();
+}
+
+void CameraWatch::Start() {
+  WithCore([](WatchCore&) {});
+  started_ = link_.start_board;
+  cancelled_ = link_.cancel_board;
+  sensor_thread_ = std::thread([this] { ReadSensor(); });
+  pthread_setname_np(sensor_thread_.native_handle(), "zoom");
+  image_thread_ = std::thread([this] { ReadImages(); });
+  pthread_setname_np(image_thread_.native_handle(), "images");
+}
+
+void CameraWatch::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  if (sensor_thread_.joinable()) sensor_thread_.join();
+  if (image_thread_.joinable()) image_thread_.join();
+}
+
+void CameraWatch::Pause(double seconds) {
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return stop_; });
+}
+
+WatchOrders CameraWatch::Orders() {
+  const std::lock_guard lock(mutex_);
+  return core_.orders();
+}
+
+void CameraWatch::ReadSensor() {
+  double tick_s = MonotonicSeconds();
+  for (;;) {
+    ZoomReading reading;
+    const ZoomResult result = devices_.zoom->Read(reading);
+    const double now_s = MonotonicSeconds();
+    const bool stop = WithCore([&](WatchCore& core) {
+      if (result == ZoomResult::kOk) {
+        core.TakeReading(reading, now_s);
+      } else {
+        core.TakeSensorFault(result, devices_.zoom->problem(), now_s);
+      }
+      return stop_;
+    });
+    if (stop) return;
+    tick_s = std::max(tick_s + config_.zoom.period_s, now_s);
+    Pause(tick_s - now_s);
+  }
+}
+
+void CameraWatch::ReadImages() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  worker_.emplace(places_.plumbline, MonotonicSeconds);  // ends with this thread
+  std::string problem;
+  marks_.emplace(places_.state_directory + "/fixed_marks.json", core_.settings().cell, problem);
+  if (!problem.empty()) sink_(LogLevel::kWarning, "fixed marks: " + problem);
+  for (;;) {
+    Obey();
+    CameraFrame frame;
+    const CameraResult result = devices_.camera->Read(kFrameTimeout_s, frame);
+    const double now_s = MonotonicSeconds();
+    const bool stop = WithCore([&](WatchCore& core) {
+      core.TakeCameraResult(result, devices_.camera->problem(), now_s);
+      return stop_;
+    });
+    if (stop) break;
+    for (const std::string& remark : devices_.camera->TakeRemarks()) {
+      sink_(LogLevel::kWarning, "camera: " + remark);
+    }
+    if (result == CameraResult::kFrame) {
+      TakeFrame(frame);
+    } else {
+      if (session_) session_->TakeMiss("no frame of the camera", now_s);
+      Pause(result == CameraResult::kNoFrame ? 0 : kFrameTimeout_s);
+    }
+  }
+  worker_.reset();
+}
+
+void CameraWatch::Obey() {
+  const double now_s = MonotonicSeconds();
+  if (const std::uint32_t asked = link_.start_board; asked != started_) {
+    started_ = asked;
+    WithCore([&](WatchCore& core) { return core.StartBoard(now_s); });
+  }
+  if (const std::uint32_t asked = link_.cancel_board; asked != cancelled_) {
+    cancelled_ = asked;
+    WithCore([&](WatchCore& core) { core.CancelBoard(now_s); });
+  }
+}
+
+void CameraWatch::TakeFrame(const CameraFrame& frame) {
+  const WatchOrders asked = Orders();
+  if (asked.rest != rest_) devices_.tracker->Forget();
+  rest_ = asked.rest;
+  if (asked.state == ZoomState::kCalibrating) {
+    CaptureBoard(frame);
+    return;
+  }
+  session_.reset();
+  if (asked.look_up) LookUp(asked);
+  Track(asked, frame);
+  if (asked.want_board && config_.board.by_itself) WatchForBoard(frame);
+}
+
+void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
+  const LensInUse* const lens = asked.lens.get();
+  const TrackedFrame& tracked =
+      devices_.tracker->Update(frame.luma, frame.time_s, lens != nullptr ? &lens->known : nullptr);
+  if (lens == nullptr) return;
+  std::vector<SeenTag> tags;
+  tags.reserve(tracked.tags.size());
+  for (const TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+  const WatchSettings& settings = core_.settings();
+  const MarksLook look = LookAtMarks(*lens, asked.memory.get(), settings.cell, tags,
+                                     settings.acceptable_px, settings.marks);
+  const bool changed = WithCore([&](WatchCore& core) {
+    const bool memory = core.TakeLook(look, asked, frame.time_s, MonotonicSeconds());
+    core.TakeBodies(tracked.bodies, asked, frame.time_s);
+    return memory;
+  });
+  if (changed && look.memory) KeepMarks(asked, *look.memory);
+}
+
+void CameraWatch::KeepMarks(const WatchOrders& asked, const MarksMemory& memory) {
+  if (!asked.lens->calibrated || asked.lens->id == 0) return;
+  if (const auto why = marks_->Keep(asked.lens->id, memory)) {
+    sink_(LogLevel::kWarning, "fixed marks: not kept: " + why->message);
+  }
+}
+
+bool CameraWatch::OpenStore() {
+  if (lenses_) return true;
+  const double now_s = MonotonicSeconds();
+  if (now_s - store_tried_s_ < kStoreRetry_s) return false;
+  store_tried_s_ = now_s;
+  auto opened = LensStore::Open(places_.state_directory + "/lenses.sqlite");
+  WithCore([&](WatchCore& core) { core.NoteStoreFault(opened ? "" : opened.error()); });
+  if (!opened) return false;
+  lenses_.emplace(std::move(opened).value());
+  if (!lenses_->notice().empty()) sink_(LogLevel::kWarning, "lens store: " + lenses_->notice());
+  return true;
+}
+
+Result<std::optional<LensFound>> CameraWatch::FindLens(const WatchOrders& asked) {
+  const CameraIdentity& camera = devices_.camera->identity();
+  const ZoomSupervisionSettings& bands = config_.zoom.supervision;
+  return lenses_->Find(
+      {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts},
+      {bands.zoom_band_counts, bands.focus_band_counts});
+}
+
+void CameraWatch::LookUp(const WatchOrders& asked) {
+  if (devices_.camera->identity().serial.empty() || !OpenStore()) return;
+  const double asked_s = MonotonicSeconds();
+  const auto found = FindLens(asked);
+  if (!found) {
+    WithCore([&](WatchCore& core) { core.NoteStoreFault(found.error()); });
+    lenses_.reset();
+    return;
+  }
+  std::shared_ptr<LensInUse> lens;
+  std::shared_ptr<const MarksMemory> memory;
+  if (*found) {
+    const LensFound& entry = **found;
+    lens = std::make_shared<LensInUse>();
+    lens->known = {entry.entry.lens, entry.entry.covariance};
+    lens->size = entry.entry.image;
+    lens->calibrated = entry.how == LensFound::How::kCalibrated;
+    lens->id = lens->calibrated ? entry.entry.id : 0;
+    lens->log_focal_sd = entry.log_focal_sd;
+    if (entry.log_focal_per_count) {
+      lens->band_counts =
+          std::min(DeadBandCounts(*entry.log_focal_per_count, kBandOfFocal),
+                   kMostBands * std::max(1, config_.zoom.supervision.zoom_band_counts));
+    }
+    if (lens->calibrated) memory = marks_->Find(lens->id);
+  }
+  WithCore(
+      [&](WatchCore& core) { core.TakeLens(lens, memory, asked, asked_s, MonotonicSeconds()); });
+}
+
+void CameraWatch::WatchForBoard(const CameraFrame& frame) {
+  if (const auto answer = worker_->Poll(); answer && *answer) {
+    const bool started =
+        WithCore([&](WatchCore& core) { return core.StartBoard(MonotonicSeconds()); });
+    if (started) sink_(LogLevel::kNotice, "camera: the board is in view; its capture begins");
+    return;
+  }
+  if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
+  looked_s_ = frame.time_s;
+  if (const auto why = worker_->Ask(frame.luma, BoardFrom(config_.board).board)) {
+    sink_(LogLevel::kError, "camera: " + why->message);
+  }
+}
+
+void CameraWatch::CaptureBoard(const CameraFrame& frame) {
+  if (!session_) {
+    session_.emplace(BoardFrom(config_.board), frame.luma.size(), frame.time_s);
+    asked_image_s_ = 0;  // whatever the worker has is of a frame from before
+  }
+  if (auto answer = worker_->Poll()) {
+    if (*answer && asked_image_s_ > 0) {
+      BoardView view = std::move(*answer).value();
+      view.time_s = asked_image_s_;
+      session_->Take(std::move(view));
+    } else if (!*answer) {
+      session_->TakeMiss(answer->error(), frame.time_s);
+    }
+  }
+  if (worker_->idle()) {
+    asked_image_s_ = frame.time_s;
+    if (const auto why = worker_->Ask(frame.luma, BoardFrom(config_.board).board)) {
+      session_->TakeMiss(why->message, frame.time_s);
+    }
+  }
+  WithCore([&](WatchCore& core) {
+    core.TakeProgress(session_->prompt(), session_->kept(), MonotonicSeconds());
+  });
+  if (session_->state() != BoardSession::State::kCapturing) FinishBoard(frame.luma.size());
+}
+
+void CameraWatch::FinishBoard(ImageSize size) {
+  const BoardSession session = std::move(*session_);
+  session_.reset();
+  if (session.state() == BoardSession::State::kRefused) {
+    WithCore([&](WatchCore& core) { core.TakeRefused(session.reasons(), MonotonicSeconds()); });
+    return;
+  }
+  const LensCalibration& solved = *session.calibration();
+  LensInUse lens;
+  lens.known = {solved.lens, solved.covariance};
+  lens.size = size;
+  lens.calibrated = true;
+  const WatchOrders asked = Orders();
+  const bool taken = WithCore([&](WatchCore& core) {
+    return core.TakeAccepted(lens, session.oldest_s(), MonotonicSeconds());
+  });
+  if (taken) KeepLens(solved, asked);
+}
+
+void CameraWatch::KeepLens(const LensCalibration& solved, const WatchOrders& asked) {
+  const CameraIdentity& camera = devices_.camera->identity();
+  LensEntry entry;
+  entry.key = {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts};
+  entry.lens = solved.lens;
+  entry.covariance = solved.covariance;
+  entry.image = solved.size;
+  entry.rms_px = solved.rms_px;
+  entry.board = fmt::format("chessboard {}x{}, {:g} mm", solved.board.columns, solved.board.rows,
+                            1e3 * solved.board.square_m);
+  entry.utc = UtcNow();
+  sink_(LogLevel::kNotice,
+        fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",
+                    solved.lens.fx, std::sqrt(solved.covariance(kFx, kFx)),
+                    solved.uncertainty.max_px, solved.frames_used.size()));
+  store_tried_s_ = -1e9;
+  if (!OpenStore()) return;  // told; the lens is used until the zoom changes
+  const auto kept = lenses_->Append(entry);
+  WithCore([&](WatchCore& core) {
+    core.NoteStoreFault(kept ? "" : kept.error());
+    if (kept) core.NoteKept(*kept);
+  });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,95 @@
+// The camera's watch: two threads beside the cycle, one for the zoom sensor, one for the images.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "app/camera/board_session.h"
+#include "app/camera/board_worker.h"
+#include "app/camera/camera_devices.h"
+#include "app/camera/camera_link.h"
+#include "app/camera/marks_store.h"
+#include "app/camera/watch_core.h"
+#include "app/lens_store/lens_store.h"
+
+namespace plumbline {
+
+/// The sensor's thread reads the zoom at its period and does nothing else, so that a change is told
+/// within a period and an answer, whatever the images cost. The images' thread captures, tracks,
+/// looks at the marks, looks lenses up and captures the board. What both know is in the core,
+/// behind one lock that is held for microseconds; the cycle reads the published values and waits
+/// for nobody.
+class CameraWatch {
+ public:
+  struct Places {
+    std::string state_directory;  ///< of lenses.sqlite and fixed_marks.json
+    std::string plumbline;        ///< the program that looks for the board
+  };
+
+  CameraWatch(const CameraConfig& config, CameraDevices devices, Places places, CameraLink& link,
+              WatchCore::Sink sink);
+  ~CameraWatch();
+  CameraWatch(const CameraWatch&) = delete;
+  CameraWatch& operator=(const CameraWatch&) = delete;
+
+  void Start();
+  void Stop();
+
+ private:
+  void ReadSensor();
+  void ReadImages();
+  void Obey();
+  void TakeFrame(const CameraFrame& frame);
+  void Track(const WatchOrders& asked, const CameraFrame& frame);
+  void LookUp(const WatchOrders& asked);
+  Result<std::optional<LensFound>> FindLens(const WatchOrders& asked);
+  void WatchForBoard(const CameraFrame& frame);
+  void CaptureBoard(const CameraFrame& frame);
+  void FinishBoard(ImageSize size);
+  void KeepLens(const LensCalibration& calibration, const WatchOrders& asked);
+  void KeepMarks(const WatchOrders& asked, const MarksMemory& memory);
+  bool OpenStore();
+  void Pause(double seconds);
+  WatchOrders Orders();
+  /// Under the lock: `does` with the core, then what came of it is published.
+  template <typename Does>
+  auto WithCore(Does does) {
+    const std::lock_guard lock(mutex_);
+    struct Published {
+      CameraWatch& watch;
+      ~Published() {
+        watch.link_.told.Begin() = watch.core_.Told();
+        watch.link_.told.Publish();
+      }
+    } const published{*this};
+    return does(core_);
+  }
+
+  const CameraConfig config_;
+  const CameraDevices devices_;
+  const Places places_;
+  CameraLink& link_;
+  const WatchCore::Sink sink_;
+
+  std::mutex mutex_;  ///< of core_, stop_ and the writer's side of link_.told
+  std::condition_variable wake_;
+  WatchCore core_;
+  bool stop_ = false;
+  std::thread sensor_thread_, image_thread_;
+
+  // The images' thread's own.
+  std::optional<LensStore> lenses_;
+  double store_tried_s_ = -1e9;
+  std::optional<MarksStore> marks_;
+  std::optional<BoardWorker> worker_;
+  std::optional<BoardSession> session_;
+  double asked_image_s_ = 0;  ///< when the frame was taken that the worker has
+  double looked_s_ = -1e9;    ///< for a board that comes into view
+  std::uint64_t rest_ = 0;    ///< that the tracker's predictions are of
+  std::uint32_t started_ = 0, cancelled_ = 0;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,42 @@
+// The tool's tip by camera, against the cell's fixed tags.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "app/tracking/bodies.h"
+
+namespace plumbline {
+
+/// Where a point of a body is in the measurement frame W.
+struct MeasuredPoint {
+  Vec3 p_W = Vec3::Zero();
+  Mat3 covariance_W = Mat3::Zero();  ///< [m^2]
+  double time_s = 0;                 ///< when the image was taken, monotonic
+};
+
+/// p_W = X_WK X_CK^-1 X_CT p_TQ, both bodies from one image:
+///   K the cell's body (X_CK), T the tool's (X_CT).
+/// The corners' noise of the two is independent; an error of the lens moves both, and mostly falls
+/// out: it is followed through both poses. Errors of the marks' declared places are not held.
+/// @param X_WK  the cell's body in the measurement frame, as declared
+/// @param p_TQ  the point on the tool's body [m]
+MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
+                           const Vec3& p_TQ, const LensCovariance& lens, double time_s);
+
+/// Whether a point stood over the last kLooks images: every two of them agree within four of their
+/// deviations, and 20 um besides for what their images share.
+class Standing {
+ public:
+  static constexpr std::size_t kLooks = 3;
+  void Take(const MeasuredPoint& point);
+  void Forget() { count_ = 0; }
+  /// The mean of the last looks, its covariance that of one: what they share does not average out.
+  std::optional<MeasuredPoint> Point() const;
+
+ private:
+  std::array<MeasuredPoint, kLooks> looks_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,107 @@
+// The cell as a recorded camera shows it: one image file that is replaced while the camera runs.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "app/camera/view_gain.h"
+#include "tests/app/camera/marks_scene.h"
+#include "tests/app/lens/rendered_views.h"
+
+namespace plumbline::test {
+
+inline Eigen::Isometry3d Placed(const Pose& X) {
+  Eigen::Isometry3d placed = Eigen::Isometry3d::Identity();
+  placed.linear() = X.R;
+  placed.translation() = X.p;
+  return placed;
+}
+
+/// The gripper with three tags; its tip 150 mm beside it.
+inline Body GripperBody() {
+  return {"gripper",
+          {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, -0.02, 0)}},
+           {21, 0.06, {Mat3::Identity(), Vec3(0.1, -0.03, 0.01)}},
+           {22, 0.06, {Mat3::Identity(), Vec3(0, 0.07, 0.005)}}}};
+}
+inline Vec3 GripperTip() {
+  return {0.15, 0.02, 0.01};
+}
+inline Pose GripperInCamera() {
+  return {RotationFromRollPitchYaw(Vec3(-0.1, 0.15, 0.3)), Vec3(0.02, 0.03, 1.4)};
+}
+
+inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK,
+                                const Pose& X_CT) {
+  const TagFamily family = TagFamilyOfName("36h11").value();
+  std::vector<renderer::Sheet> sheets;
+  for (const BodyTag& tag : CellMarks().tags) {
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, Placed(X_CK * tag.X_KM)));
+  }
+  for (const BodyTag& tag : GripperBody().tags) {
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, Placed(X_CT * tag.X_KM)));
+  }
+  return renderer::Render(camera, sheets, {}, 1);
+}
+
+/// The board about where the prompt wants it.
+inline renderer::Image DrawBoard(const renderer::Camera& camera, const Board& board,
+                                 BoardPrompt prompt, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> U(-1, 1);
+  Pose X = PoseOfPrompt(prompt, board, TrueLens(camera), {camera.width, camera.height});
+  X.R = X.R * RotationFromVector(0.1 * Vec3(U(random), U(random), U(random)));
+  X.p *= 1.08 + 0.06 * U(random);
+  renderer::Sheet sheet;
+  sheet.print = renderer::Chessboard(board.columns, board.rows, board.square_m);
+  sheet.X_CK = Placed(X);
+  sheet.centre_x_m = board.Centre().x();
+  sheet.centre_y_m = board.Centre().y();
+  sheet.half_width_m = board.Centre().x() + 2 * board.square_m;
+  sheet.half_height_m = board.Centre().y() + 2 * board.square_m;
+  return renderer::Render(camera, {sheet}, {}, seed);
+}
+
+/// A folder with one image, for `kind = "recorded"` with `repeat = true`.
+class ShownImage {
+ public:
+  explicit ShownImage(const std::string& folder) : folder_(folder) {
+    std::filesystem::create_directories(folder_ + "/frames");
+  }
+  std::string path() const { return folder_ + "/frames"; }
+  void Show(const renderer::Image& image) const {
+    const std::string beside = folder_ + "/next.pgm";
+    std::ofstream(beside, std::ios::binary) << "P5\n"
+                                            << image.width << " " << image.height << "\n255\n"
+                                            << std::string(image.grey.begin(), image.grey.end());
+    std::filesystem::rename(beside, path() + "/frame.pgm");
+  }
+  void Hide() const { std::filesystem::remove(path() + "/frame.pgm"); }
+
+ private:
+  std::string folder_;
+};
+
+/// The tags' file of this cell.
+inline std::string TagsText() {
+  std::string text = "schema = 1\n";
+  for (const Body& body : {CellMarks(), GripperBody()}) {
+    text += "[[body]]\nname = \"" + body.name + "\"\n";
+    for (const BodyTag& tag : body.tags) {
+      const Vec3 p = 1e3 * tag.X_KM.p;
+      const Vec3 rpy = 180 / std::numbers::pi * RollPitchYawFromRotation(tag.X_KM.R);
+      const auto list = [](const Vec3& v) {
+        std::ostringstream out;
+        out.precision(12);
+        out << std::showpoint << "[" << v.x() << ", " << v.y() << ", " << v.z() << "]";
+        return out.str();
+      };
+      text += "[[body.tag]]\nid = " + std::to_string(tag.id) +
+              "\nsize_mm = 60.0\nxyz_mm = " + list(p) + "\nrpy_deg = " + list(rpy) + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace plumbline::test

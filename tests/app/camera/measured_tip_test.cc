@@ -1,0 +1,94 @@
+#include "app/camera/measured_tip.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "tests/app/camera/marks_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+/// The gripper of six tags on 400 x 200 mm, its tip 300 mm beside it.
+Body Gripper() {
+  Body body{"gripper", {}};
+  for (int k = 0; k < 6; ++k) {
+    body.tags.push_back(
+        {20 + k,
+         0.06,
+         {Mat3::Identity(), Vec3(0.17 * (k % 3 - 1), k < 3 ? -0.07 : 0.07, 0.004 * k)}});
+  }
+  return body;
+}
+const Vec3 kTip(0.3, 0.05, 0.02);
+const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.3, -0.2, 1.1)), Vec3(1, 2, 0.5)};
+
+}  // namespace
+
+TEST_CASE("the tip by camera: its error is what is stated, the lens' error included") {
+  const Body cell = CellMarks(4), gripper = Gripper();
+  const Pose X_CK = CellInCamera();
+  const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
+  const Vec3 truth = kCellInW * (X_CK.Inverse() * (X_CT * kTip));
+  LensCovariance lens_covariance = LensCovariance::Zero();
+  lens_covariance.diagonal() << 4, 4, 9, 9, 1e-6, 1e-6, 1e-10, 1e-10, 0;
+  constexpr int kSeeds = 400;
+  double chi2 = 0, squares = 0, apart = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    KnownLens known{MarksLens(), lens_covariance};
+    Lens real = known.lens;
+    real.fx += 2 * normal(random);
+    real.fy += 2 * normal(random);
+    real.cx += 3 * normal(random);
+    real.cy += 3 * normal(random);
+    real.k1 += 1e-3 * normal(random);
+    auto seen = SeenMarks(real, cell, X_CK, 0.05, 10 * seed);
+    for (const SeenTag& tag : SeenMarks(real, gripper, X_CT, 0.05, 10 * seed + 1))
+      seen.push_back(tag);
+    const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
+    const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
+    REQUIRE((cell_seen && tool_seen));
+    const MeasuredPoint tip =
+        MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip, lens_covariance, 0);
+    const Vec3 error = tip.p_W - truth;
+    chi2 += error.dot(tip.covariance_W.ldlt().solve(error));
+    squares += error.squaredNorm();
+    apart += tip.covariance_W.trace();
+  }
+  CHECK(std::sqrt(chi2 / (3 * kSeeds)) == Approx(1).epsilon(0.1));
+  CHECK(std::sqrt(squares / apart) == Approx(1).epsilon(0.12));
+  CHECK(std::sqrt(squares / kSeeds) < 1e-3);
+}
+
+TEST_CASE("a tip stands where three looks agree, and only then") {
+  Standing standing;
+  MeasuredPoint look;
+  look.covariance_W = 1e-10 * Mat3::Identity();
+  look.p_W = Vec3(1, 2, 3);
+  const auto take = [&](double time_s, double x) {
+    look.time_s = time_s;
+    look.p_W.x() = x;
+    standing.Take(look);
+  };
+  take(0.0, 1.0);
+  take(0.1, 1.00001);
+  CHECK_FALSE(standing.Point());
+  take(0.2, 0.99999);
+  REQUIRE(standing.Point());
+  CHECK(standing.Point()->p_W.x() == Approx(1).margin(1e-9));
+  CHECK(standing.Point()->time_s == 0.2);
+  take(0.3, 1.0005);
+  CHECK_FALSE(standing.Point());
+  take(0.4, 1.0005);
+  take(0.5, 1.0005);
+  CHECK(standing.Point());
+  take(2.5, 1.0005);  // after a gap the looks begin anew
+  CHECK_FALSE(standing.Point());
+  take(2.6, NAN);
+  take(2.7, 1.0005);
+  take(2.8, 1.0005);
+  CHECK_FALSE(standing.Point());
+}
