@@ -56,7 +56,15 @@ frame, so that the loaded tool lands where the point is.
 With the robot standing, measure the loaded tip (a touch probe, a tracker) and give it by command 6
 or 7. The result then holds the tip that the model predicts (104-115, base frame) and measured minus
 predicted (116-121, base frame; its length in 216). Code 0 means: taken. It is on the disk when
-`probes` (404) has counted it.
+`probes` (404) has counted it. Command 11 takes the tip as the camera sees it (514-519), while its
+lens is valid and the tool stands.
+
+## The camera
+
+`camera_state` 4: what the camera measures may be used. In any other state bit 0 of `camera_bits` is
+set, tip and bodies are not valid, and `camera_reason` says why; bit 3 asks a person for the
+calibration board. Command 9 starts a calibration (a board that comes into view while it is asked
+for starts it too), `board_prompt` then says what to show, command 10 cancels.
 )";
 
 /// `text` with line ends in place of blanks, so that no line is longer than the house's 100.
@@ -88,6 +96,7 @@ std::string BitsAndCodes() {
          BitsParagraph("Alarm word (register 12; discrete inputs 16-31)", plc_map::AlarmBits()) +
          BitsParagraph("Warning word (register 14; discrete inputs 32-47)",
                        plc_map::WarningBits()) +
+         BitsParagraph("Camera bits (register 502)", plc_map::CameraBits()) +
          "Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.\n\n";
 }
 
@@ -98,6 +107,15 @@ std::string RegisterMapMarkdown() {
   page += "\n## Fixed registers (read only)\n\n";
   page += kHead;
   for (const MapField& field : plc_map::Fields()) page += Row(field, 0);
+  page += "\n## Camera (read only)\n\n";
+  page += kHead;
+  for (const MapField& field : plc_map::CameraFields()) page += Row(field, 0);
+  page += fmt::format(
+      "\n## Block of the first tracked body (read only)\n\nThe block of the k-th body of the "
+      "tags' file (k from 0 to {}) begins at {} + {} k.\n\n",
+      PlcCamera::kMostBodies - 1, plc_map::kBodies, plc_map::kBodySize);
+  page += kHead;
+  for (const MapField& field : plc_map::BodyFields()) page += Row(field, plc_map::kBodies);
   page += fmt::format(
       "\n## Block of the first configured point (read only)\n\nThe block of the k-th point (k from "
       "0) begins at {} + {} k.\n\n",
@@ -109,7 +127,7 @@ std::string RegisterMapMarkdown() {
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
   page += BitsAndCodes();
   page += "Result codes: ";
-  for (int code = 0; code <= static_cast<int>(CorrectionCode::kNotRecorded); ++code) {
+  for (int code = 0; code <= static_cast<int>(CorrectionCode::kTipNotSeen); ++code) {
     page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,
                         Describe(static_cast<CorrectionCode>(code)));
   }
@@ -117,6 +135,16 @@ std::string RegisterMapMarkdown() {
   for (int fault = 0; fault <= static_cast<int>(InputFault::kTcpMismatch); ++fault) {
     page += fmt::format("{}{} {}", fault == 0 ? "" : ", ", fault,
                         Describe(static_cast<InputFault>(fault)));
+  }
+  page += ".\n\nCamera reasons (register 501): ";
+  for (int reason = 0; reason <= static_cast<int>(ZoomReason::kBoardCancelled); ++reason) {
+    page += fmt::format("{}{} {}", reason == 0 ? "" : ", ", reason,
+                        ZoomReasonText(static_cast<ZoomReason>(reason)));
+  }
+  page += ".\n\nBoard prompts (register 503): ";
+  for (int prompt = 1; prompt < kBoardPrompts; ++prompt) {
+    page += fmt::format("{}{} {}", prompt == 1 ? "0 none, " : ", ", prompt,
+                        BoardPromptText(static_cast<BoardPrompt>(prompt)));
   }
   return page + ".\n";
 }
@@ -134,6 +162,8 @@ nlohmann::json AsJson() {
                    {"window", window}});
   };
   for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
+  for (const MapField& field : plc_map::CameraFields()) add(field, 0, "fixed");
+  for (const MapField& field : plc_map::BodyFields()) add(field, plc_map::kBodies, "body");
   for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
   for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");
   return map;

@@ -68,6 +68,9 @@ class DaemonRegisters {
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
     ok = ok && read(plc_map::kLoop, plc_map::kLoopSize);
+    ok = ok && read(plc_map::kCamera, plc_map::kCameraSize);
+    ok =
+        ok && read(plc_map::kBodies, plc_map::kBodySize * static_cast<int>(PlcCamera::kMostBodies));
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
     }
@@ -81,6 +84,10 @@ class DaemonRegisters {
   double Value(std::string_view name) const { return Find(plc_map::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
+  }
+  double Camera(std::string_view name) const { return Find(plc_map::CameraFields(), name, 0); }
+  double Body(std::string_view name, int body) const {
+    return Find(plc_map::BodyFields(), name, plc_map::kBodies + plc_map::kBodySize * body);
   }
   int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
   bool Status(int bit) const { return (Word("status") & bit) != 0; }
@@ -111,6 +118,17 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
     const bool result = field.address >= plc_map::kResult && field.address < plc_map::kInputs;
     if (!result) json[field.name] = JsonOf(field.type, daemon.Value(field.name));
   }
+  for (const MapField& field : plc_map::CameraFields()) {
+    json[field.name] = JsonOf(field.type, daemon.Camera(field.name));
+  }
+  json["bodies_detail"] = nlohmann::json::array();
+  for (int k = 0; k < static_cast<int>(daemon.Camera("bodies")); ++k) {
+    nlohmann::json body;
+    for (const MapField& field : plc_map::BodyFields()) {
+      body[field.name] = JsonOf(field.type, daemon.Body(field.name, k));
+    }
+    json["bodies_detail"].push_back(body);
+  }
   json["points_detail"] = nlohmann::json::array();
   for (int k = 0; k < daemon.points(); ++k) {
     nlohmann::json point;
@@ -138,6 +156,51 @@ std::string WordText(int word, std::span<const BitMeaning> bits) {
 std::string Within(double radius_mm) {
   return radius_mm > 0 ? fmt::format("95 % within {:.3f} mm", radius_mm)
                        : "uncertainty not known: nothing in this model yields";
+}
+
+std::string Age(double age_ms) {
+  return age_ms >= 65535 ? "never or long ago" : fmt::format("{:.0f} ms ago", age_ms);
+}
+
+void PrintCamera(const DaemonRegisters& daemon) {
+  const auto line = [](const char* topic, const std::string& text) {
+    std::cout << fmt::format("{:<12} {}\n", topic, text);
+  };
+  const auto value = [&](const char* name) { return daemon.Camera(name); };
+  const auto number = [&](const char* name) { return static_cast<int>(value(name)); };
+  const int state = number("camera_state");
+  if (state == 0) return;
+  line("camera", fmt::format("{}: {}", ZoomStateText(static_cast<ZoomState>(state - 1)),
+                             ZoomReasonText(static_cast<ZoomReason>(number("camera_reason")))));
+  line("", fmt::format("zoom {}, told {}; last frame {}; {}", number("zoom"),
+                       Age(value("zoom_age")), Age(value("camera_age")),
+                       number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
+                                          : std::string("no kept lens")));
+  if (const int bits = number("camera_bits"); bits != 0) {
+    line("", WordText(bits, plc_map::CameraBits()));
+  }
+  if (const int prompt = number("board_prompt"); prompt > 0) {
+    line("board", fmt::format("{} ({} views)", BoardPromptText(static_cast<BoardPrompt>(prompt)),
+                              number("board_views")));
+  }
+  for (int k = 0; k < number("bodies"); ++k) {
+    const auto of_body = [&](const char* name) { return daemon.Body(name, k); };
+    const bool valid = (static_cast<int>(of_body("body_validity")) & plc_map::kValid) != 0;
+    line("body", fmt::format("{:<5} {}", k + 1,
+                             valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, 95 % within "
+                                                 "{:.2f} mm, seen {}",
+                                                 WithoutMinusZero(of_body("body_x"), 2),
+                                                 WithoutMinusZero(of_body("body_y"), 2),
+                                                 WithoutMinusZero(of_body("body_z"), 2),
+                                                 of_body("body_radius"), Age(of_body("body_age")))
+                                   : std::string("not seen, or the lens is not to be trusted")));
+  }
+  if ((number("tip_validity") & plc_map::kValid) != 0) {
+    line("tip",
+         fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm by camera, 95 % within {:.3f} mm",
+                     WithoutMinusZero(value("tip_x"), 3), WithoutMinusZero(value("tip_y"), 3),
+                     WithoutMinusZero(value("tip_z"), 3), value("tip_radius")));
+  }
 }
 
 void Print(const DaemonRegisters& daemon) {
@@ -181,6 +244,7 @@ void Print(const DaemonRegisters& daemon) {
                                (loop & loop_state::kAlarm) != 0 ? ", ALARM" : "",
                                (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
   }
+  PrintCamera(daemon);
   line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));
   line("warnings", WordText(daemon.Word("warnings"), plc_map::WarningBits()));
   for (int k = 0; k < daemon.points(); ++k) {

@@ -51,6 +51,22 @@ std::uint16_t LoopWarnings(std::uint16_t state) {
   return static_cast<std::uint16_t>(warnings);
 }
 
+std::uint16_t CameraWarnings(const PlcCamera& camera) {
+  if (!camera.configured) return 0;
+  int warnings = 0;
+  if ((camera.bits & camera_bits::kLensStale) != 0) warnings |= warning::kLensStale;
+  if ((camera.bits & (camera_bits::kCameraLost | camera_bits::kSensorLost)) != 0) {
+    warnings |= warning::kCameraLost;
+  }
+  if ((camera.bits & camera_bits::kBoardWanted) != 0) warnings |= warning::kBoardWanted;
+  return static_cast<std::uint16_t>(warnings);
+}
+
+CameraInput CameraInputFrom(const PlcCamera& camera) {
+  return {camera.configured, camera.state == ZoomState::kValid, camera.tip_valid,
+          camera.tip_W,      camera.tip_covariance_W,           camera.tip_time_s};
+}
+
 }  // namespace
 
 CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
@@ -163,9 +179,13 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   }
   environment_.loop = *link_.told.Read();
   environment_.loop.applied = parts.model_version;
+  environment_.camera = *link_.camera.told.Read();
+  environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
-  input.loop_warnings = LoopWarnings(environment_.loop.state);
+  input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
+                                                   CameraWarnings(environment_.camera));
+  input.camera = CameraInputFrom(environment_.camera);
   const Snapshot& snapshot = parts.machine.Cycle(input);
   HandOver(parts, snapshot);
   Publish(parts, snapshot);
@@ -177,6 +197,8 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
 }
 
 void CyclicLoop::HandOver(const CycleParts& parts, const Snapshot& snapshot) {
+  if (snapshot.calibration_order == CalibrationOrder::kStart) ++link_.camera.start_board;
+  if (snapshot.calibration_order == CalibrationOrder::kCancel) ++link_.camera.cancel_board;
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
   link_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version});
 }

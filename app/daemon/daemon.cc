@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "app/daemon/boot_counter.h"
+#include "app/daemon/camera_side.h"
 #include "app/daemon/cyclic_loop.h"
 #include "app/daemon/loop_worker.h"
 #include "app/daemon/model_in_force.h"
@@ -145,6 +146,11 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Repor
         "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
         "what the daemon started with");
   }
+  if (CameraDiffers(fresh, started)) {
+    Log(LogLevel::kWarning,
+        "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
+        "the daemon started with");
+  }
   if (in_force->asked_state_directory != started.state_directory) {
     Log(LogLevel::kWarning,
         fmt::format("needs a restart: state_directory, in force is {}", started.state_directory));
@@ -213,6 +219,12 @@ int RunDaemon(const std::string& config_file) {
 
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
+  LoopLink link;
+  const auto camera = CameraWatchFor(*config, link.camera);
+  if (!camera) {
+    Log(LogLevel::kError, camera.error());
+    return 1;
+  }
   // Whoever asks before the first cycle finds the map's form: numbers of points, none of them
   // valid.
   modbus::RegisterImage first_image;
@@ -253,7 +265,6 @@ int RunDaemon(const std::string& config_file) {
   } else {
     Log(LogLevel::kWarning, fmt::format("boot counter not kept: {}", raised.error()));
   }
-  LoopLink link;
   LoopWorker worker(
       link, [](LogLevel level, const std::string& text) { Log(level, text); },
       [] { kill(getpid(), SIGHUP); });
@@ -261,6 +272,7 @@ int RunDaemon(const std::string& config_file) {
   worker.Start();
   CyclicLoop loop(std::move(parts), handler, images, link, boot_count, server->get());
   loop.Start();
+  if (*camera) (*camera)->Start();
   Log(LogLevel::kNotice,
       fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
                   config->machine.cell.robot.name, config->machine.points.size(),
@@ -268,6 +280,7 @@ int RunDaemon(const std::string& config_file) {
   TellModel(in_force->models);
   malloc_trim(0);
   Watch(signals, config_file, loop, worker, *config);
+  if (*camera) (*camera)->Stop();
   loop.Stop();
   worker.Stop();
   if (const RobotLinkStatus robot = loop.parts().link->Status();

@@ -9,6 +9,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/utc_text.h"
+#include "app/daemon/probe_row.h"
 #include "app/journal/journal_csv.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_change.h"
@@ -62,6 +63,15 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (since->has_value()) filter.after_id = (*since)->after_row;
   auto rows = journal.Read(filter, config.machine.cell.robot.joints);
   if (!rows) return Error{rows.error()};
+  const double sigma_m = config.loop.probe_sigma_m;
+  const std::size_t coarse =
+      std::erase_if(rows.value(), [&](const JournalRow& row) { return IsCoarse(row, sigma_m); });
+  if (coarse > 0) {
+    sink(LogLevel::kNotice,
+         fmt::format(
+             "diagnosis: {} probes by camera left out, less certain than loop.probe_sigma_mm",
+             coarse));
+  }
   const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
   for (const std::string& note : exported.notes) sink(LogLevel::kNotice, "diagnosis: " + note);
   std::erase_if(rows.value(), [&exported](const JournalRow& row) {

@@ -1,9 +1,10 @@
-// Between the cycle and the loop worker: probes one way, what the PLC is told the other.
+// Between the cycle and what works beside it: probes one way, what the PLC is told the other.
 #pragma once
 
 #include <array>
 #include <atomic>
 
+#include "app/camera/camera_link.h"
 #include "drivers/latest.h"
 #include "drivers/plc/register_map.h"
 
@@ -42,6 +43,7 @@ class LoopQueue {
 struct LoopLink {
   LoopQueue queue;
   Latest<PlcLoop> told{1, PlcLoop()};  ///< written by the worker, read by the cycle
+  CameraLink camera;
 };
 
 }  // namespace plumbline

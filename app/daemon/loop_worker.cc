@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/daemon/probe_row.h"
 #include "app/daemon/utc_clock.h"
 #include "firmware-like/median.h"
 #include "firmware-like/monitor/run_length.h"
@@ -27,24 +28,6 @@ MonitorDesign DesignFrom(const LoopConfig& loop) {
   wish.reference_probes = loop.reference_probes;
   wish.reference_sd_m = loop.reference_sd_m;
   return MonitorDesignFor(wish);
-}
-
-JournalRow RowFrom(const LoopEvent& event, const std::string& session, double epoch_utc_s) {
-  const Probe& probe = event.probe;
-  JournalRow row;
-  row.source = JournalRow::Source::kPlc;
-  row.unix_ms = probe.unix_ms;
-  row.t_s = probe.utc_s - epoch_utc_s;
-  row.session = session;
-  row.command = probe.sequence;
-  row.q = probe.q;
-  row.q_step_rad = probe.q_resolution;
-  row.payload_kg = probe.payload_kg;
-  row.temp_C = probe.temp_C;
-  row.predicted_W = probe.predicted_W;
-  row.measured_W = probe.measured_W;
-  row.model_version = event.model_version;
-  return row;
 }
 
 }  // namespace
@@ -178,7 +161,7 @@ bool LoopWorker::RestartMonitor(const char* reason) {
 }
 
 bool LoopWorker::Record(const LoopEvent& event) {
-  JournalRow row = RowFrom(event, config_.loop.session, journal_->EpochUtc_s());
+  JournalRow row = RowOfProbe(event, config_.loop.session, journal_->EpochUtc_s());
   const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size())) return true;  // of a former cell
   const Result<std::int64_t> id = journal_->Append({row}, joints);
@@ -195,7 +178,7 @@ bool LoopWorker::Record(const LoopEvent& event) {
 }
 
 void LoopWorker::Judge(const JournalRow& row, bool replayed) {
-  if (!row.measured_W || !row.predicted_W || !row.measured_W->allFinite()) return;
+  if (!MayBeJudged(row, config_.loop.probe_sigma_m)) return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
   if (verdict.raised) alarm_row_ = row.id;

@@ -1,0 +1,25 @@
+#include "app/daemon/camera_side.h"
+
+#include "app/daemon/diagnosis_process.h"
+#include "app/daemon/log.h"
+
+namespace plumbline {
+
+Result<std::unique_ptr<CameraWatch>> CameraWatchFor(const DaemonConfig& config, CameraLink& link) {
+  if (!config.camera) return std::unique_ptr<CameraWatch>();
+  auto devices = CameraDevicesFrom(*config.camera);
+  if (!devices) return Error{devices.error()};
+  return std::make_unique<CameraWatch>(
+      *config.camera, std::move(devices).value(),
+      CameraWatch::Places{config.state_directory, PlumblineProgram()}, link,
+      [](LogLevel level, const std::string& text) { Log(level, text); });
+}
+
+bool CameraDiffers(const DaemonConfig& a, const DaemonConfig& b) {
+  const auto text = [](const DaemonConfig& config) {
+    return config.camera ? config.camera->text : std::string();
+  };
+  return text(a) != text(b);
+}
+
+}  // namespace plumbline

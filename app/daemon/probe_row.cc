@@ -1,0 +1,37 @@
+#include "app/daemon/probe_row.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace plumbline {
+
+JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s) {
+  const Probe& probe = event.probe;
+  JournalRow row;
+  row.source = probe.covariance_W ? JournalRow::Source::kCamera : JournalRow::Source::kPlc;
+  row.unix_ms = probe.unix_ms;
+  row.t_s = probe.utc_s - epoch_utc_s;
+  row.session = session;
+  row.command = probe.sequence;
+  row.q = probe.q;
+  row.q_step_rad = probe.q_resolution;
+  row.payload_kg = probe.payload_kg;
+  row.temp_C = probe.temp_C;
+  row.predicted_W = probe.predicted_W;
+  row.measured_W = probe.measured_W;
+  row.covariance_W = probe.covariance_W;
+  row.model_version = event.model_version;
+  return row;
+}
+
+bool IsCoarse(const JournalRow& row, double probe_sigma_m) {
+  if (!row.covariance_W) return false;
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(*row.covariance_W, Eigen::EigenvaluesOnly);
+  return !(axes.eigenvalues()[2] <= probe_sigma_m * probe_sigma_m);
+}
+
+bool MayBeJudged(const JournalRow& row, double probe_sigma_m) {
+  return row.measured_W && row.predicted_W && row.measured_W->allFinite() &&
+         !IsCoarse(row, probe_sigma_m);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,267 @@
+// The camera's side of the real daemon: a recorded camera whose image the test replaces, a zoom
+// sensor at a pseudo-terminal or played from a table, a Modbus client as the PLC.
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "app/journal/journal.h"
+#include "app/lens_store/lens_store.h"
+#include "tests/app/camera/camera_scene.h"
+#include "tests/app/daemon/daemon_process.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/drivers/zoom/fake_visca_camera.h"
+#include "tests/virtual_cell/running_cell.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+using virtual_cell::Eventually;
+using virtual_cell::RegisterClient;
+using virtual_cell::RunningCell;
+
+namespace {
+
+constexpr int kKnown = 4000, kOtherKnown = 6000, kNever = 9000;
+const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
+
+renderer::Camera CameraAt(int zoom) {
+  return renderer::ZoomLens(zoom == kKnown ? 2600 : zoom == kOtherKnown ? 3000 : 2200);
+}
+
+virtual_cell::VirtualCellOptions Idle() {
+  virtual_cell::VirtualCellOptions options;
+  options.profile = virtual_cell::Profile::kUr;
+  options.idle = true;
+  options.time_scale = 4;
+  return options;
+}
+
+void KeepLenses(const std::string& state) {
+  std::filesystem::create_directories(state);
+  auto store = LensStore::Open(state + "/lenses.sqlite");
+  REQUIRE(store);
+  for (const int zoom : {kKnown, kOtherKnown}) {
+    LensEntry entry;
+    entry.key = {"test camera", "test mode", zoom, 0};
+    entry.lens = TrueLens(CameraAt(zoom));
+    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.image = {1920, 1080};
+    entry.board = "none";
+    entry.utc = "2026-01-01T00:00:00Z";
+    REQUIRE(store.value().Append(entry));
+  }
+}
+
+std::string ConfigText(const std::string& robot, const std::string& folder,
+                       const std::string& zoom) {
+  std::ofstream(folder + "/bodies.toml") << TagsText();
+  return WithLine(DemoConfig(robot, "universal-robots-fine"), "", "state_directory",
+                  "\"" + folder + "/state\"") +
+         "\n[loop]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
+         "[camera]\nkind = \"recorded\"\npath = \"" +
+         folder +
+         "/frames\"\nrepeat = true\n"
+         "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n"
+         "[zoom]\nlost_after_ms = 5000\n" +
+         zoom +
+         "[board]\nviews = 12\n"
+         "[tags]\nfile = \"" +
+         folder +
+         "/bodies.toml\"\ntool = \"gripper\"\n"
+         "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
+         "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n";
+}
+
+struct Station {
+  TemporaryFolder folder;
+  ShownImage image{folder.path()};
+  std::atomic<int> zoom{kKnown};
+  std::atomic<bool> moving{false};
+  FakeViscaCamera visca{CameraAnswers([this] { return BlockOf(zoom, 0, false, moving); })};
+  RunningCell cell{Idle()};
+  std::optional<DaemonProcess> daemon;
+  std::optional<RegisterClient> plc;
+  std::uint16_t sequence = 100;
+
+  explicit Station(const std::string& replay = "") {
+    KeepLenses(folder.path() + "/state");
+    ShowCell();
+    std::ofstream(folder.path() + "/zoom.csv") << replay;
+    const std::string sensor =
+        replay.empty() ? "kind = \"visca\"\ndevice = \"" + visca.device() + "\"\n"
+                       : "kind = \"replay\"\nfile = \"" + folder.path() + "/zoom.csv\"\n";
+    daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor));
+    plc.emplace("plumblined", daemon->Plc(), 1, 10);
+  }
+  void ShowCell() const { image.Show(DrawCell(CameraAt(zoom), CellInCamera(), GripperInCamera())); }
+  void ZoomTo(int counts) {
+    zoom = counts;
+    ShowCell();
+  }
+  int State() { return plc->Read(500, 24).Word(0); }
+  int Bits() { return plc->Read(500, 24).Word(2); }
+  std::uint32_t Lens() { return plc->Read(500, 24).Long(10); }
+  bool Becomes(int state) {
+    return Eventually([&] { return State() == state; });
+  }
+  int Command(int code) {
+    std::vector<std::uint16_t> words(40);
+    words[0] = static_cast<std::uint16_t>(code);
+    words[39] = ++sequence;
+    plc->Write(1000, words);
+    REQUIRE(Eventually([&] { return plc->Read(100, 40).Word(1) == sequence; }));
+    return plc->Read(100, 40).Word(2);
+  }
+  std::vector<JournalRow> Journal() const {
+    auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
+    return journal.value().Read({}, std::vector<Joint>(6)).value();
+  }
+};
+
+std::string Status(const std::string& plc) {
+  const std::string command =
+      std::string(PLUMBLINE) + " status --port " + plc.substr(plc.find(':') + 1) + " 2>&1";
+  std::string text;
+  FILE* const pipe = popen(command.c_str(), "r");
+  char line[256];
+  while (fgets(line, sizeof line, pipe) != nullptr) text += line;
+  pclose(pipe);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself") {
+  Station station;
+  INFO(station.daemon->Log());
+  REQUIRE(station.Becomes(4));
+  CHECK(station.Lens() == 1);
+  REQUIRE(Eventually([&] { return (station.plc->Read(500, 24).Word(23) & 1) == 1; }));
+
+  const auto told = station.plc->Read(500, 24);
+  const Vec3 tip_C = GripperInCamera() * GripperTip();
+  const Vec3 truth_mm = 1e3 * (kCellInW * (CellInCamera().Inverse() * tip_C));
+  const Vec3 tip_mm(told.Float(14), told.Float(16), told.Float(18));
+  CHECK(told.Float(20) > 0.01);
+  CHECK(told.Float(20) < 3);
+  CHECK((tip_mm - truth_mm).norm() < 2 * told.Float(20));
+  CHECK(told.Word(13) == 2);
+  CHECK((station.plc->Read(540 + 16, 16).Word(0) & 1) == 1);
+  CHECK((station.plc->Read(14, 1).Word(0) & 0x700) == 0);
+  const std::string status = Status(station.daemon->Plc());
+  CHECK_THAT(status, Catch::Contains("camera       valid: the fixed marks"));
+  CHECK_THAT(status, Catch::Contains("lens 1 of the store"));
+
+  REQUIRE(Eventually([&] { return (station.plc->Read(400, 20).Word(0) & 1) != 0; }));
+  REQUIRE(station.Command(11) == 0);
+  REQUIRE(Eventually([&] { return station.plc->Read(404, 2).Long(0) == 1; }));
+  const auto rows = station.Journal();
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].source == JournalRow::Source::kCamera);
+  REQUIRE((rows[0].measured_W && rows[0].covariance_W));
+  CHECK((1e3 * *rows[0].measured_W - truth_mm).norm() < 2 * told.Float(20));
+  CHECK(rows[0].covariance_W->trace() > 0);
+
+  station.moving = true;
+  REQUIRE(station.Becomes(2));
+  CHECK((station.Bits() & 1) == 1);
+  CHECK((station.plc->Read(14, 1).Word(0) & 0x100) != 0);
+  CHECK(station.Command(11) == 14);
+  CHECK((station.plc->Read(500, 24).Word(23) & 1) == 0);
+  station.ZoomTo(kOtherKnown);
+  station.moving = false;
+  REQUIRE(station.Becomes(4));
+  CHECK(station.Lens() == 2);
+  CHECK(station.daemon->Says("camera moving: the lens moves"));
+  CHECK(station.Journal().size() == 1);
+
+  station.daemon->Signal(SIGTERM);
+  CHECK(station.daemon->Wait() == 0);
+}
+
+TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts, and on") {
+  Station station;
+  REQUIRE(station.Becomes(4));
+  station.ZoomTo(kNever);
+  REQUIRE(Eventually([&] { return station.State() == 5 && (station.Bits() & 8) != 0; }));
+  CHECK(station.plc->Read(500, 24).Word(3) == static_cast<int>(BoardPrompt::kShowBoard));
+  CHECK(station.Command(11) == 14);
+
+  SECTION("started and cancelled by the PLC") {
+    REQUIRE(station.Command(9) == 0);
+    REQUIRE(station.Becomes(6));
+    station.image.Hide();  // the camera goes away meanwhile
+    CHECK(station.daemon->Awaits("frame.pgm"));
+    REQUIRE(station.Command(10) == 0);
+    REQUIRE(station.Becomes(5));
+    station.ShowCell();
+    station.ZoomTo(kKnown);
+    REQUIRE(station.Becomes(4));
+  }
+  SECTION("calibrated") {
+    const renderer::Camera camera = CameraAt(kNever);
+    std::uint64_t views = 0;
+    for (; views < 80 && station.State() != 4; ++views) {
+      const auto told = station.plc->Read(500, 24);
+      const int kept = told.Word(4);
+      auto prompt = static_cast<BoardPrompt>(told.Word(3));
+      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
+        prompt = static_cast<BoardPrompt>(3 + views % 4);
+      }
+      station.image.Show(DrawBoard(camera, {}, prompt, views + 1));
+      // Until this view is kept; one that is not is followed by another.
+      const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+      while (std::chrono::steady_clock::now() < give_up && station.State() != 4 &&
+             station.plc->Read(504, 1).Word(0) == kept) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    }
+    INFO(station.daemon->Log());
+    CAPTURE(views);
+    REQUIRE(station.State() == 4);
+    CHECK(station.daemon->Says("the board is in view; its capture begins"));
+    CHECK(station.daemon->Says("camera valid: the calibration was accepted"));
+    station.ShowCell();
+    REQUIRE(Eventually([&] { return (station.plc->Read(500, 24).Word(23) & 1) == 1; }));
+    CHECK(station.State() == 4);
+    CHECK(station.Lens() == 3);
+    auto store = LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
+    const auto kept = store.value().Find({"test camera", "test mode", kNever, 0}, {});
+    REQUIRE((kept && *kept));
+    CHECK((*kept)->how == LensFound::How::kCalibrated);
+    const LensEntry& entry = (*kept)->entry;
+    CHECK(std::abs(entry.lens.fx - camera.fx) < 5 * std::sqrt(entry.covariance(0, 0)));
+
+    station.ZoomTo(kKnown);  // and back, and there again: no board any more
+    REQUIRE(station.Becomes(4));
+    REQUIRE(Eventually([&] { return station.Lens() == 1; }));
+    station.ZoomTo(kNever);
+    REQUIRE(Eventually([&] { return station.State() == 4 && station.Lens() == 3; }));
+  }
+}
+
+TEST_CASE("a played zoom sensor does the same") {
+  Station station("t_s,zoom_counts,focus_counts\n0,4000,0\n6,6000,0\n");
+  INFO(station.daemon->Log());
+  REQUIRE(station.Becomes(4));
+  CHECK(station.Lens() == 1);
+  REQUIRE(station.daemon->Awaits("camera moving: the zoom changed"));
+  station.ZoomTo(kOtherKnown);
+  REQUIRE(Eventually([&] { return station.State() == 4 && station.Lens() == 2; }));
+}
+
+TEST_CASE("without a camera its commands are refused, and its block says so") {
+  RunningCell cell(Idle());
+  DaemonProcess daemon(DemoConfig(cell.robot(), "universal-robots-fine"));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  std::uint16_t sequence = 7;
+  for (int code = 9; code <= 11; ++code) {
+    std::vector<std::uint16_t> words(40);
+    words[0] = static_cast<std::uint16_t>(code);
+    words[39] = ++sequence;
+    plc.Write(1000, words);
+    REQUIRE(Eventually([&] { return plc.Read(101, 1).Word(0) == sequence; }));
+    CHECK(plc.Read(102, 1).Word(0) == 13);
+  }
+  CHECK(plc.Read(500, 24).Word(0) == 0);
+  CHECK((plc.Read(14, 1).Word(0) & 0x700) == 0);
+}

@@ -1,0 +1,125 @@
+// From a turn of the zoom ring to "stale" at the PLC's mailbox, the images' thread at work.
+#include <fmt/core.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <random>
+
+#include "app/camera/camera_watch.h"
+#include "tests/app/camera/camera_scene.h"
+#include "tests/drivers/zoom/fake_visca_camera.h"
+
+namespace {
+
+using namespace plumbline;
+
+constexpr int kHere = 4000, kThere = 6000;
+constexpr double kAnswer_s =
+    0.004;  ///< of a HID bridge: two reports of the host, two of the device
+
+/// Answers at once what it is told: a lens by HID, or a control that reports its change.
+class QuickSensor : public ZoomSensor {
+ public:
+  explicit QuickSensor(const std::atomic<int>& zoom) : zoom_(zoom) {}
+  ZoomResult Read(ZoomReading& reading) override {
+    std::this_thread::sleep_for(std::chrono::duration<double>(kAnswer_s));
+    reading = {};
+    reading.zoom_counts = zoom_;
+    reading.time_s = MonotonicSeconds();
+    return ZoomResult::kOk;
+  }
+  std::string_view problem() const override { return {}; }
+
+ private:
+  const std::atomic<int>& zoom_;
+};
+
+/// A folder for the state, with a lens for both zooms and the image that fits it.
+std::string MakeState() {
+  char name[] = "/tmp/plumbline-zoom-bench-XXXXXX";
+  if (mkdtemp(name) == nullptr) std::abort();
+  auto store = LensStore::Open(std::string(name) + "/lenses.sqlite");
+  for (const int zoom : {kHere, kThere}) {
+    LensEntry entry;
+    entry.key = {"bench", "mode", zoom, std::nullopt};
+    entry.lens = TrueLens(renderer::ZoomLens(2600));
+    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.image = {1920, 1080};
+    entry.utc = "2026-01-01T00:00:00Z";
+    if (!store || !store.value().Append(entry)) std::abort();
+  }
+  const test::ShownImage image(name);
+  image.Show(
+      test::DrawCell(renderer::ZoomLens(2600), test::CellInCamera(), test::GripperInCamera()));
+  return name;
+}
+
+bool Await(CameraLink& link, bool stale, double patience_s) {
+  const double give_up_s = MonotonicSeconds() + patience_s;
+  while (MonotonicSeconds() < give_up_s) {
+    if (((link.told.Read()->bits & camera_bits::kLensStale) != 0) == stale) return true;
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  return false;
+}
+
+void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period_s,
+             std::atomic<int>& zoom, int changes, double reach_ms) {
+  const std::string folder = MakeState();
+  CameraConfig config;
+  config.kind = "recorded";
+  config.connection.recorded = {folder + "/frames", 20, true, true, "bench", "mode"};
+  config.zoom.period_s = period_s;
+  config.zoom.supervision.settle_s = 0.05;
+  config.tags.database.bodies = {test::CellMarks(), test::GripperBody()};
+  auto devices = CameraDevicesFrom(config);
+  if (!devices) std::abort();
+  devices.value().zoom = std::move(sensor);
+  CameraLink link;
+  std::vector<double> waits_ms;
+  {
+    CameraWatch watch(config, std::move(devices).value(), {folder, "/bin/false"}, link,
+                      [](LogLevel, const std::string&) {});
+    watch.Start();
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> phase_s(0, 0.12);
+    for (int k = 0; k < changes && Await(link, false, 20); ++k) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(phase_s(random)));
+      const double turned_s = MonotonicSeconds();
+      zoom = zoom == kHere ? kThere : kHere;
+      if (Await(link, true, 5)) waits_ms.push_back(1e3 * (MonotonicSeconds() - turned_s));
+    }
+  }
+  std::filesystem::remove_all(folder);
+  std::sort(waits_ms.begin(), waits_ms.end());
+  if (static_cast<int>(waits_ms.size()) < changes) {
+    fmt::print("{:<44} only {} of {} changes\n", name, waits_ms.size(), changes);
+    std::exit(1);
+  }
+  fmt::print("{:<44} {:>8.1f} {:>8.1f} {:>8.0f} {:>8}\n", name, waits_ms[waits_ms.size() / 2],
+             waits_ms.back(), reach_ms, waits_ms.back() <= reach_ms ? "yes" : "NO");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int changes = argc > 1 && std::strcmp(argv[1], "--quick") == 0 ? 50 : 200;
+  fmt::print("zoom change to \"stale\", {} changes at random moments, 1080p tracked at 20 Hz\n",
+             changes);
+  fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8}\n", "", "median", "max ms", "reach", "kept");
+  std::atomic<int> zoom{kHere};
+  Measure("sensor read at 20 Hz, 4 ms (HID, V4L2 event)", std::make_unique<QuickSensor>(zoom), 0.05,
+          zoom, changes, 150);
+  test::FakeViscaCamera camera(test::CameraAnswers([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(22));  // 5 + 16 bytes at 9600 baud
+    return test::BlockOf(zoom, 0, false, false);
+  }));
+  ViscaOptions options;
+  options.device = camera.device();
+  auto visca = ViscaZoom::Create(options, MonotonicSeconds);
+  if (!visca) std::abort();
+  Measure("VISCA at 10 Hz, pty, 22 ms for an answer", std::move(visca).value(), kZoomPeriod_s, zoom,
+          changes, 250);
+}
