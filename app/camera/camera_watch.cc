@@ -255,7 +255,7 @@ void CameraWatch::LookUp(const WatchOrders& asked) {
 }
 
 void CameraWatch::WatchForBoard(const CameraFrame& frame) {
-  if (const auto answer = worker_->Poll(); answer && *answer) {
+  if (const auto answer = worker_->Poll(); answer && *answer && look_rest_ == rest_) {
     const bool started =
         WithCore([&](WatchCore& core) { return core.StartBoard(MonotonicSeconds()); });
     if (started) sink_(LogLevel::kNotice, "camera: the board is in view; its capture begins");
@@ -263,6 +263,7 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
   }
   if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
   looked_s_ = frame.time_s;
+  look_rest_ = rest_;
   if (const auto why = worker_->Ask(frame.luma, BoardFrom(config_.board).board)) {
     sink_(LogLevel::kError, "camera: " + why->message);
   }
@@ -271,6 +272,7 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
 void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
     session_.emplace(BoardFrom(config_.board), frame.luma.size(), frame.time_s);
+    look_rest_.reset();
     asked_image_s_ = 0;  // whatever the worker has is of a frame from before
   }
   if (auto answer = worker_->Poll()) {

@@ -88,7 +88,10 @@ class CameraWatch {
   std::optional<BoardSession> session_;
   double asked_image_s_ = 0;  ///< when the frame was taken that the worker has
   double looked_s_ = -1e9;    ///< for a board that comes into view
-  std::uint64_t rest_ = 0;    ///< that the tracker's predictions are of
+  /// The rest of the lens in which the worker was given a frame of such a look; nothing: what it
+  /// has is of a capture.
+  std::optional<std::uint64_t> look_rest_;
+  std::uint64_t rest_ = 0;  ///< that the tracker's predictions are of
   std::uint32_t started_ = 0, cancelled_ = 0;
 };
 
