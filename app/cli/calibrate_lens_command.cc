@@ -19,7 +19,7 @@
 #include "app/lens/chessboard_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_store/opencv_file.h"
-#include "drivers/camera/image_folder.h"
+#include "drivers/camera/image_file.h"
 
 namespace plumbline {
 namespace {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/cli/number_option.h"
+#include "drivers/camera/image_file.h"
 #include "drivers/camera/registry.h"
 
 namespace plumbline {
@@ -76,6 +77,7 @@ bool IsRecording(const std::string& camera) {
 Result<std::unique_ptr<Camera>> MakeLiveCamera(const LiveCameraOptions& options) {
   CameraConnection connection;
   connection.recorded.path = options.camera;
+  connection.recorded.read = ReadImage;
   connection.recorded.rate_hz = options.rate_hz;
   connection.recorded.paced = !options.fast;
   connection.recorded.repeat = options.repeat;

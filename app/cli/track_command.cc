@@ -17,7 +17,7 @@
 #include "app/lens/lens_json.h"
 #include "app/tracking/body_reader.h"
 #include "app/tracking/track_json.h"
-#include "drivers/camera/image_folder.h"
+#include "drivers/camera/image_file.h"
 
 namespace plumbline {
 namespace {

@@ -68,7 +68,8 @@ struct RowTrace {
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
   /// With frames fitted without this row's block; absent where it was not predicted.
   std::optional<Vec3> held_out_before;
-  std::optional<Vec3> held_out_after;  ///< likewise, model chosen and fitted without it (held_out.h)
+  std::optional<Vec3>
+      held_out_after;  ///< likewise, model chosen and fitted without it (held_out.h)
 };
 
 /// A recorded signal over the rows, for drawing and for naming drivers.

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "app/lens/board_detection.h"
-#include "drivers/camera/image_folder.h"
+#include "drivers/camera/image_file.h"
 
 namespace plumbline {
 namespace {

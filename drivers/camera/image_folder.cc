@@ -4,14 +4,12 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 
 namespace plumbline {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 constexpr std::array kEndings = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
                                  ".tiff", ".pgm", ".ppm",  ".webp"};
 
@@ -48,27 +46,6 @@ bool NaturallyBefore(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
-
-Result<GreyImage> ReadImage(const std::string& path) {
-  std::error_code why;
-  const std::uintmax_t bytes = fs::file_size(path, why);
-  if (why) return Error{why.message()};
-  if (bytes > kLargestFile) return Error{"larger than 256 MB"};
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception&) {
-    return Error{"no image that can be read, or one of absurd size"};
-  }
-  if (image.empty()) return Error{"no image that can be read: broken, or of an unknown kind"};
-  GreyImage grey;
-  grey.width = image.cols;
-  grey.height = image.rows;
-  grey.grey.reserve(image.total());
-  for (int v = 0; v < image.rows; ++v)
-    grey.grey.insert(grey.grey.end(), image.ptr(v), image.ptr(v) + image.cols);
-  return grey;
-}
 
 Result<std::vector<std::string>> ImageNames(const std::string& folder) {
   std::error_code why;

@@ -17,10 +17,6 @@ struct GreyImage {
   LumaView View() const { return {grey.data(), width, height, width}; }
 };
 
-/// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and what else OpenCV reads; colour is
-/// turned to grey, 16 bits to 8. Refused are files beyond 256 MB and what is no image.
-Result<GreyImage> ReadImage(const std::string& path);
-
 /// Names of the image files of a folder by their endings, frame2 before frame10.
 Result<std::vector<std::string>> ImageNames(const std::string& folder);
 

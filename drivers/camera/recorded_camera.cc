@@ -86,7 +86,7 @@ CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
     problem_ = fmt::format("{}: the camera was lost here, as recorded", options_.path);
     return CameraResult::kLost;
   }
-  auto image = ReadImage(recorded.file);
+  auto image = options_.read(recorded.file);
   if (!image) {
     problem_ = fmt::format("{}: {}", recorded.file, image.error());
     return CameraResult::kUnusable;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/camera/camera.h"
-#include "drivers/camera/image_folder.h"
+#include "drivers/camera/pgm_image.h"
 #include "drivers/camera/sequence_file.h"
 #include "drivers/clock.h"
 #include "firmware-like/result.h"
@@ -21,6 +21,7 @@ struct RecordedCameraOptions {
   bool repeat = false;    ///< from the beginning again, after the last one
   std::string serial = {};  ///< of the camera that recorded it, for the lens store; else "recorded"
   std::string mode = {};    ///< likewise; else made of the images' size and the rate
+  Result<GreyImage> (*read)(const std::string& path) = ReadPgm;  ///< ReadImage() takes every kind
 };
 
 /// Frames carry their recorded times, moved so that the first one is taken when Read() is called

@@ -1,13 +1,20 @@
-// Any text as a sequence file: what is read has frames whose times ascend.
+// Any bytes as a recording: frames whose times ascend, or a PGM with all its pixels.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
 
+#include "drivers/camera/pgm_image.h"
 #include "drivers/camera/sequence_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const auto image = plumbline::GreyFromPgm(text);
+  if (!image && image.error().empty()) std::abort();
+  if (image && image->grey.size() != static_cast<std::size_t>(image->width) *
+                                         static_cast<std::size_t>(image->height)) {
+    std::abort();
+  }
   const auto frames = plumbline::SequenceFromCsv(text);
   if (!frames) {
     if (frames.error().empty()) std::abort();

@@ -1,10 +1,9 @@
 // plumbline calibrate-lens with each kind of board, and with what is none.
-#include "app/cli/calibrate_lens_command.h"
-
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/calibrate_lens_command.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"

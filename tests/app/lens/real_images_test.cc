@@ -10,7 +10,7 @@
 
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
-#include "drivers/camera/image_folder.h"
+#include "drivers/camera/image_file.h"
 
 namespace plumbline {
 namespace {
