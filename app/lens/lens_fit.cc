@@ -82,7 +82,7 @@ class ViewCost : public ceres::CostFunction {
       residuals[2 * row] = error.x();
       residuals[2 * row + 1] = error.y();
       if (derive && jacobians[0] != nullptr)
-        copy(&by_shared[k * 2 * kSharedCount], 2 * kSharedCount,
+        copy(&by_shared[k * 2 * kSharedCount], std::size_t{2} * kSharedCount,
              jacobians[0] + row * 2 * kSharedCount);
       if (derive && jacobians[1] != nullptr) copy(&by_pose[k * 12], 12, jacobians[1] + row * 12);
       ++row;

@@ -88,6 +88,7 @@ void BoardCorners(int frames) {
     if (!peer) continue;
     ++peer_found;
     std::vector<Vec2> pixels;
+    pixels.reserve(points.size());
     for (const cv::Point2f& p : points) pixels.emplace_back(p.x, p.y);
     AddErrors(pixels, std::vector<bool>(pixels.size(), true), truth, their_errors);
   }

@@ -133,8 +133,8 @@ void Blur(Plane& plane, int width, int height, double sigma) {
   std::fill(plane.begin(), plane.end(), 0.0F);
   for (int v = 0; v < height; ++v) {
     for (int i = -reach; i <= reach; ++i) {
-      const float* row = &half[std::clamp(v + i, 0, height - 1) * width];
-      float* out = &plane[v * width];
+      const float* row = &half[static_cast<std::size_t>(std::clamp(v + i, 0, height - 1)) * width];
+      float* out = &plane[static_cast<std::size_t>(v) * width];
       for (int u = 0; u < width; ++u) out[u] += kernel[i + reach] * row[u];
     }
   }

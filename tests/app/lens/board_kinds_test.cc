@@ -13,6 +13,7 @@ namespace {
 using test::ViewOf;
 
 constexpr ImageSize kSize{1920, 1080};
+constexpr std::size_t kPixels = std::size_t{1920} * 1080;
 
 /// 10 x 7 squares of 20 mm with tags of 15 mm, as such boards are usually printed.
 Board Charuco() {
@@ -202,17 +203,17 @@ TEST_CASE("frames without such a board") {
       CHECK_FALSE(DetectBoard(
           ViewOf(renderer::Render(renderer::ZoomLens(1700), {}, cluttered, seed)), board));
     for (const int grey : {0, 255}) {
-      const std::vector<std::uint8_t> image(1920 * 1080, static_cast<std::uint8_t>(grey));
+      const std::vector<std::uint8_t> image(kPixels, static_cast<std::uint8_t>(grey));
       CHECK_FALSE(DetectBoard({image.data(), 1920, 1080, 1920}, board));
     }
     // A grid of discs over the whole frame is larger than the board.
-    std::vector<std::uint8_t> dots(1920 * 1080);
-    for (int k = 0; k < 1920 * 1080; ++k) {
-      const int u = k % 1920 % 24 - 12, v = k / 1920 % 24 - 12;
+    std::vector<std::uint8_t> dots(kPixels);
+    for (std::size_t k = 0; k < kPixels; ++k) {
+      const int u = static_cast<int>(k % 1920 % 24) - 12, v = static_cast<int>(k / 1920 % 24) - 12;
       dots[k] = u * u + v * v < 49 ? 20 : 220;
     }
     CHECK_FALSE(DetectBoard({dots.data(), 1920, 1080, 1920}, board));
-    const std::vector<std::uint8_t> tiny(8 * 8, 7);
+    const std::vector<std::uint8_t> tiny(64, 7);
     CHECK_FALSE(DetectBoard({tiny.data(), 8, 8, 8}, board));
   }
 }

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 /// A folder of the recordings; empty, and told, where it is not.
 fs::path Measured(const std::string& name) {
   const char* given = std::getenv("PLUMBLINE_MEASURED");
-  const fs::path folder = fs::path(given != nullptr ? given : "../shared/measured") / name;
+  fs::path folder = fs::path(given != nullptr ? given : "../shared/measured") / name;
   if (fs::exists(folder)) return folder;
   WARN("SKIPPED: no folder " << folder.string() << "; set PLUMBLINE_MEASURED");
   std::cout << "SKIPPED: no measured images\n";
@@ -229,6 +229,7 @@ TEST_CASE("a real ChArUco board: corners as OpenCV's, a lens as published", "[me
     }
   }
   std::vector<BoardView> all;
+  all.reserve(views.size());
   for (const auto& [number, view] : views) all.push_back(view);
   const LensCalibration c = CalibrateLens(kRobotBoard, all, {1600, 1200});
   // Published: a pinhole without distortion, 1352.03, 1356.14, (789.67, 627.30), whose corners

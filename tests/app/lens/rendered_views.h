@@ -145,7 +145,7 @@ inline std::vector<BoardView> NoisyViews(const std::vector<DrawnView>& drawn, co
     view.time_s = static_cast<double>(views.size());
     view.blur_px = 1;
     for (const Vec2& p : TrueCorners(one, board)) {
-      view.corners_px.push_back(p + Vec2(N(random), N(random)));
+      view.corners_px.emplace_back(p + Vec2(N(random), N(random)));
       view.seen.push_back(p.x() > 0 && p.y() > 0 && p.x() < one.camera.width - 1 &&
                           p.y() < one.camera.height - 1);
     }
