@@ -9,8 +9,10 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kLeastViews = 6;
-constexpr double kCreepDeviations = 4.5;  // chance of a false refusal 7e-6
-constexpr double kHalvesDisagree = 45;    // chi^2 of 9 degrees of freedom, 1e-6
+// Chances to refuse a capture without fault: 5e-4 for each of three tests, where 5 % may be
+// refused.
+constexpr double kCreepDeviations = 3.5;
+constexpr double kHalvesDisagree = 29.7;  // chi^2 of 9 degrees of freedom
 constexpr double kLeastCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kLeastTilt_rad = 0.15;  // spread of the board's normals
@@ -147,7 +149,18 @@ void JudgeStandstill(const LensFit& fit, double widening, std::vector<std::strin
       100 * creep));
 }
 
-/// What moved in a jump between two halves need not look like a steady creep.
+/// A jump between the halves, as one parameter of the whole fit: with two times alone, the creep is
+/// a step. It has six tenths of the deviation that a steady creep has, and sees what is too small
+/// for the halves' own lenses, which each fit anew.
+void JudgeJump(const Board& board, std::span<const BoardView> views, ImageSize size,
+               double widening, std::vector<std::string>& reasons) {
+  std::vector<BoardView> halves(views.begin(), views.end());
+  for (std::size_t j = 0; j < halves.size(); ++j) halves[j].time_s = 2 * j < halves.size() ? 0 : 1;
+  const Result<LensFit> stepped = FitLens(board, halves, size);
+  if (stepped) JudgeStandstill(*stepped, widening, reasons);
+}
+
+/// What moved in a jump between two halves need not be the focal length.
 void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize size,
                  double widening, std::vector<std::string>& reasons) {
   const std::size_t half = views.size() / 2;
@@ -237,6 +250,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
   JudgeStandstill(*fit, widening, answer.reasons);
   JudgeHalves(board, kept, size, widening, answer.reasons);
+  if (answer.reasons.empty()) JudgeJump(board, kept, size, widening, answer.reasons);
   std::size_t mendable = answer.reasons.size();
   JudgeUncertainty(*fit, kept, options, answer);
   mendable = answer.reasons.size() - mendable;
