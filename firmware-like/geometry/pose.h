@@ -18,6 +18,7 @@ using Mat3Of = Eigen::Matrix<T, 3, 3>;
 using Vec3 = Vec3Of<double>;
 using Mat3 = Mat3Of<double>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Vec3f = Vec3Of<float>;
 
 /// A rigid pose X_AB: R_AB and p_AB [m], so that p_AQ = R_AB p_BQ + p_AB. T is double, or a number
 /// that carries its derivatives.
