@@ -11,7 +11,7 @@ namespace plumbline {
 
 /// Nobody waits. The counts are raised by the cycle; the watch obeys when one has changed.
 struct CameraLink {
-  Latest<PlcCamera> told{1, PlcCamera()};  ///< written by the watch, read by the cycle
+  Latest<PlcCamera> told{2, PlcCamera()};  ///< written by the watch, read by the cycle and the view
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
 };
 

@@ -60,12 +60,13 @@ std::string UtcNow() {
 }  // namespace
 
 CameraWatch::CameraWatch(const CameraConfig& config, CameraDevices devices, Places places,
-                         CameraLink& link, WatchCore::Sink sink)
+                         CameraLink& link, WatchCore::Sink sink, Show show)
     : config_(config),
       devices_(std::move(devices)),
       places_(std::move(places)),
       link_(link),
       sink_(sink),
+      show_(std::move(show)),
       core_(SettingsFrom(config), std::move(sink)) {}
 
 CameraWatch::~CameraWatch() {
@@ -168,6 +169,7 @@ void CameraWatch::TakeFrame(const CameraFrame& frame) {
   if (asked.rest != rest_) devices_.tracker->Forget();
   rest_ = asked.rest;
   if (asked.state == ZoomState::kCalibrating) {
+    if (show_) show_(*devices_.camera, frame, {}, nullptr);
     CaptureBoard(frame);
     return;
   }
@@ -181,6 +183,7 @@ void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
   const LensInUse* const lens = asked.lens.get();
   const TrackedFrame& tracked =
       devices_.tracker->Update(frame.luma, frame.time_s, lens != nullptr ? &lens->known : nullptr);
+  if (show_) show_(*devices_.camera, frame, tracked, lens != nullptr ? &lens->known.lens : nullptr);
   if (lens == nullptr) return;
   std::vector<SeenTag> tags;
   tags.reserve(tracked.tags.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -29,8 +30,13 @@ class CameraWatch {
     std::string plumbline;        ///< the program that looks for the board
   };
 
+  /// What is done with each image beside measuring: it is shown. Called by the images' thread, with
+  /// what was seen in it (nothing while the board is captured) and the lens in use, or null.
+  using Show = std::function<void(Camera& camera, const CameraFrame& frame,
+                                  const TrackedFrame& seen, const Lens* lens)>;
+
   CameraWatch(const CameraConfig& config, CameraDevices devices, Places places, CameraLink& link,
-              WatchCore::Sink sink);
+              WatchCore::Sink sink, Show show = nullptr);
   ~CameraWatch();
   CameraWatch(const CameraWatch&) = delete;
   CameraWatch& operator=(const CameraWatch&) = delete;
@@ -73,6 +79,7 @@ class CameraWatch {
   const Places places_;
   CameraLink& link_;
   const WatchCore::Sink sink_;
+  const Show show_;
 
   std::mutex mutex_;  ///< of core_, stop_ and the writer's side of link_.told
   std::condition_variable wake_;

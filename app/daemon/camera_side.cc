@@ -5,14 +5,17 @@
 
 namespace plumbline {
 
-Result<std::unique_ptr<CameraWatch>> CameraWatchFor(const DaemonConfig& config, CameraLink& link) {
+Result<std::unique_ptr<CameraWatch>> CameraWatchFor(const DaemonConfig& config, CameraLink& link,
+                                                    ViewSide& view) {
   if (!config.camera) return std::unique_ptr<CameraWatch>();
   auto devices = CameraDevicesFrom(*config.camera);
   if (!devices) return Error{devices.error()};
   return std::make_unique<CameraWatch>(
       *config.camera, std::move(devices).value(),
       CameraWatch::Places{config.state_directory, PlumblineProgram()}, link,
-      [](LogLevel level, const std::string& text) { Log(level, text); });
+      [](LogLevel level, const std::string& text) { Log(level, text); },
+      [&view](Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
+              const Lens* lens) { view.TakeImage(camera, frame, seen, lens); });
 }
 
 bool CameraDiffers(const DaemonConfig& a, const DaemonConfig& b) {

@@ -94,7 +94,7 @@ CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& 
       handler_(handler),
       images_(images),
       link_(link),
-      snapshots_(1, parts_->machine.Cycle({})),
+      snapshots_(kSnapshotReaders, parts_->machine.Cycle({})),
       server_(server) {
   environment_.boot_count = boot_count;
   environment_.firmware =

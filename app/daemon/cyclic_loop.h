@@ -61,7 +61,8 @@ class CyclicLoop {
   /// pushed: the slots may be others now.
   void Replace(std::unique_ptr<CycleParts> parts);
 
-  /// The newest snapshot; one reader.
+  /// The newest snapshot; at most kSnapshotReaders at a time.
+  static constexpr int kSnapshotReaders = 2;
   Latest<Snapshot>::Guard ReadSnapshot() const { return snapshots_.Read(); }
   /// Alarm bits raised in any cycle since the last call.
   std::uint16_t TakeAlarms() { return alarms_.exchange(0); }

@@ -16,6 +16,7 @@
 #include "app/daemon/loop_worker.h"
 #include "app/daemon/model_in_force.h"
 #include "app/daemon/reporter.h"
+#include "app/daemon/view_side.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "app/version.h"
@@ -130,8 +131,8 @@ Opened OpenedFor(const DaemonConfig& config) {
   return opened;
 }
 
-void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Reporter& reporter,
-            const DaemonConfig& started) {
+void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, ViewSide& view,
+            Reporter& reporter, const DaemonConfig& started) {
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, started.state_directory);
   LogFaults(faults);
@@ -157,6 +158,7 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Repor
   }
   worker.Configure(fresh, in_force->models);  // first: it judges the new machine's first probe too
   loop.Replace(std::move(parts));
+  view.Configure(fresh);
   reporter = ReporterFor(fresh);
   Log(LogLevel::kNotice, fmt::format("configuration {} reloaded", file));
   TellModel(in_force->models);
@@ -164,7 +166,7 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, Repor
 
 /// Tells transitions until a signal ends the daemon.
 void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& worker,
-           const DaemonConfig& started) {
+           ViewSide& view, const DaemonConfig& started) {
   Reporter reporter = ReporterFor(started);
   UtcClock clock = loop.clock();
   for (;;) {
@@ -177,7 +179,7 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& w
             fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
         return;
       }
-      Reload(file, loop, worker, reporter, started);
+      Reload(file, loop, worker, view, reporter, started);
     }
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), MonotonicSeconds())) {
       Log(LogLevel::kWarning,
@@ -187,9 +189,16 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& w
               *step_s));
     }
     const std::uint16_t raised = loop.TakeAlarms();
-    const auto snapshot = loop.ReadSnapshot();
-    reporter.Observe(*snapshot, raised, loop.parts().link->Status());
+    reporter.Observe(*loop.ReadSnapshot(), raised, loop.parts().link->Status());
+    view.TakeTime();
   }
+}
+
+std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
+  auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
+  if (opened) return std::move(opened).value();
+  Log(LogLevel::kWarning, fmt::format("nothing can be shown on a monitor: {}", opened.error()));
+  return nullptr;
 }
 
 }  // namespace
@@ -220,7 +229,8 @@ int RunDaemon(const std::string& config_file) {
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
   LoopLink link;
-  const auto camera = CameraWatchFor(*config, link.camera);
+  ViewSide view(OpenView(config->state_directory), link);
+  const auto camera = CameraWatchFor(*config, link.camera, view);
   if (!camera) {
     Log(LogLevel::kError, camera.error());
     return 1;
@@ -272,6 +282,8 @@ int RunDaemon(const std::string& config_file) {
   worker.Start();
   CyclicLoop loop(std::move(parts), handler, images, link, boot_count, server->get());
   loop.Start();
+  view.Configure(*config);
+  view.Start(loop);
   if (*camera) (*camera)->Start();
   Log(LogLevel::kNotice,
       fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
@@ -279,7 +291,7 @@ int RunDaemon(const std::string& config_file) {
                   config->plc.tcp.address, (*server)->port()));
   TellModel(in_force->models);
   malloc_trim(0);
-  Watch(signals, config_file, loop, worker, *config);
+  Watch(signals, config_file, loop, worker, view, *config);
   if (*camera) (*camera)->Stop();
   loop.Stop();
   worker.Stop();

@@ -42,7 +42,7 @@ class LoopQueue {
 
 struct LoopLink {
   LoopQueue queue;
-  Latest<PlcLoop> told{1, PlcLoop()};  ///< written by the worker, read by the cycle
+  Latest<PlcLoop> told{2, PlcLoop()};  ///< written by the worker, read by the cycle and the view
   CameraLink camera;
 };
 

@@ -1,0 +1,113 @@
+#include "app/daemon/view_side.h"
+
+#include <algorithm>
+
+#include "app/daemon/log.h"
+#include "app/daemon/utc_clock.h"
+#include "app/version.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kWithoutImages_s = 0.2;  ///< from one state to the next
+
+ViewCamera SeenBy(const Camera& camera, const TrackedFrame& seen, const Lens* lens) {
+  ViewCamera view;
+  view.serial = camera.identity().serial;
+  view.mode = camera.identity().mode;
+  if (lens != nullptr) view.lens = *lens;
+  for (const TrackedTag& tag : seen.tags) {
+    ViewTag shown;
+    shown.id = tag.seen.id;
+    std::copy_n(tag.seen.corners_px.begin(), shown.corners_px.size(), shown.corners_px.begin());
+    if (tag.estimate) shown.X_CM = tag.estimate->X_CK;
+    shown.ambiguous = tag.ambiguous;
+    view.tags.push_back(shown);
+  }
+  for (const SeenBody& body : seen.bodies) {
+    view.bodies.push_back({body.body->name, body.estimate.X_CK, body.ambiguous});
+  }
+  return view;
+}
+
+void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, ViewState& state) {
+  state.status = snapshot.status;
+  state.alarms = snapshot.alarms;
+  state.warnings = snapshot.warnings;
+  state.data_age_s = snapshot.data_age_s;
+  state.q = snapshot.robot.q;
+  if (snapshot.payload_valid) {
+    state.payload_kg = snapshot.payload.mass_kg;
+    state.payload_cog_F = snapshot.payload.cog_F;
+  }
+  state.temp_C = snapshot.robot.temp_C;
+  const std::size_t points = std::min(snapshot.points.size(), point_ids.size());
+  for (std::size_t i = 0; i < points; ++i) {
+    const PointResult& point = snapshot.points[i];
+    state.points.push_back({point_ids[i], point.valid, point.correction.extrapolated, point.code,
+                            point.correction.X_BP_command, point.correction.translation_B,
+                            point.correction.uncertainty_m});
+  }
+}
+
+}  // namespace
+
+std::string ViewSocketOf(const std::string& state_directory) {
+  return state_directory + "/view.socket";
+}
+
+ViewSide::ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link)
+    : publisher_(std::move(publisher)), link_(link) {}
+
+void ViewSide::Configure(const DaemonConfig& config) {
+  const std::lock_guard lock(mutex_);
+  cell_ = config.machine.cell.robot.name;
+  point_ids_.clear();
+  for (const AssemblyPoint& point : config.machine.points) point_ids_.push_back(point.id);
+}
+
+void ViewSide::Start(const CyclicLoop& loop) {
+  const std::lock_guard lock(mutex_);
+  loop_ = &loop;
+}
+
+void ViewSide::TakeImage(Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
+                         const Lens* lens) {
+  const std::lock_guard lock(mutex_);
+  if (!publisher_ || loop_ == nullptr || !publisher_->Watched()) return;
+  camera_ = SeenBy(camera, seen, lens);
+  const std::vector<std::uint8_t>* const bgr = camera.Bgr();
+  camera_.image = publisher_->Share(frame.luma, bgr != nullptr ? bgr->data() : nullptr);
+  if (camera_.image) {
+    camera_.image->time_s = frame.time_s;
+    camera_.image->sequence = frame.sequence;
+  }
+  Send();
+}
+
+void ViewSide::TakeTime() {
+  const std::lock_guard lock(mutex_);
+  if (!publisher_ || loop_ == nullptr) return;
+  if (MonotonicSeconds() - sent_s_ < kWithoutImages_s || !publisher_->Watched()) return;
+  Send();
+}
+
+void ViewSide::Send() {
+  ViewState state;
+  state.now_s = sent_s_ = MonotonicSeconds();
+  state.utc_s = ComputerUtcSeconds();
+  state.version = PLUMBLINE_VERSION;
+  state.cell = cell_;
+  TakeSnapshot(*loop_->ReadSnapshot(), point_ids_, state);
+  state.loop = *link_.told.Read();
+  state.model_version = state.loop.applied;
+  state.watch = *link_.camera.told.Read();
+  state.camera = camera_;
+  for (const LogLine& line : RecentLog()) {
+    state.lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
+  }
+  publisher_->Send(state);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,49 @@
+// What the daemon shows, put together from its parts.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "app/camera/camera_watch.h"
+#include "app/config/daemon_config.h"
+#include "app/daemon/cyclic_loop.h"
+#include "app/view_link/view_publisher.h"
+
+namespace plumbline {
+
+/// Where viewers of a daemon find it.
+std::string ViewSocketOf(const std::string& state_directory);
+
+/// Sends a state with every image, and without images a few times a second. Where nobody looks it
+/// does nothing but look whether somebody does. The cycle knows nothing of it: what it shows it
+/// takes from the mailboxes.
+class ViewSide {
+ public:
+  /// @param publisher  null where the socket could not be made: nothing is shown
+  ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link);
+
+  void Configure(const DaemonConfig& config);
+  /// From here on there are snapshots.
+  void Start(const CyclicLoop& loop);
+
+  /// By the images' thread, for each image.
+  void TakeImage(Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
+                 const Lens* lens);
+  /// By the thread that watches over the daemon, often: sends where no image does.
+  void TakeTime();
+
+ private:
+  void Send();
+
+  std::mutex mutex_;
+  const std::unique_ptr<ViewPublisher> publisher_;
+  LoopLink& link_;
+  const CyclicLoop* loop_ = nullptr;
+  std::string cell_;
+  std::vector<int> point_ids_;
+  ViewCamera camera_;
+  double sent_s_ = -1e300;
+};
+
+}  // namespace plumbline

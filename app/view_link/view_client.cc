@@ -1,0 +1,180 @@
+#include "app/view_link/view_client.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "app/view_link/view_json.h"
+#include "app/view_link/view_publisher.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kLargestMessage = 1 << 21;
+/// Slots larger than an image of the largest camera are somebody else's memory.
+constexpr std::uint64_t kLargestSlot = std::uint64_t{1} << 30;
+
+/// One message, with the descriptor that came along or -1.
+struct Received {
+  ssize_t bytes = 0;
+  int descriptor = -1;
+};
+
+Received ReceiveFrom(int socket, std::vector<char>& message) {
+  message.resize(kLargestMessage);
+  iovec part{message.data(), message.size()};
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  header.msg_control = control;
+  header.msg_controllen = sizeof control;
+  Received received;
+  received.bytes = recvmsg(socket, &header, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  if (received.bytes < 0) return received;
+  for (cmsghdr* at = CMSG_FIRSTHDR(&header); at != nullptr; at = CMSG_NXTHDR(&header, at)) {
+    if (at->cmsg_level != SOL_SOCKET || at->cmsg_type != SCM_RIGHTS) continue;
+    std::memcpy(&received.descriptor, CMSG_DATA(at), sizeof received.descriptor);
+  }
+  return received;
+}
+
+}  // namespace
+
+ViewClient::~ViewClient() {
+  Disconnect("");
+}
+
+void ViewClient::Disconnect(std::string problem) {
+  if (socket_ >= 0) close(socket_);
+  socket_ = -1;
+  if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
+  at_ = nullptr;
+  problem_ = std::move(problem);
+  back_off_.Failed(MonotonicSeconds());
+}
+
+bool ViewClient::Connect() {
+  if (socket_ >= 0) return true;
+  if (!back_off_.Due(MonotonicSeconds())) return false;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path_.size() >= sizeof address.sun_path) {
+    Disconnect(path_ + ": too long for the path of a socket");
+    return false;
+  }
+  std::memcpy(address.sun_path, path_.c_str(), path_.size() + 1);
+  socket_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket_ < 0 ||
+      connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    Disconnect(fmt::format("{}: {}; is plumblined running, and may this user look?", path_,
+                           std::strerror(errno)));
+    return false;
+  }
+  problem_ = "connected, no state yet";
+  return true;
+}
+
+bool ViewClient::TakeMemory(int memory, std::size_t slot_bytes) {
+  if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
+  at_ = nullptr;
+  struct stat about {};
+  const std::size_t bytes = ViewPublisher::kSlots * slot_bytes;
+  const bool enough = slot_bytes >= kViewPixels && slot_bytes <= kLargestSlot &&
+                      fstat(memory, &about) == 0 &&
+                      static_cast<std::size_t>(about.st_size) >= bytes;
+  void* const at = enough ? mmap(nullptr, bytes, PROT_READ, MAP_SHARED, memory, 0) : MAP_FAILED;
+  close(memory);
+  if (at == MAP_FAILED) return false;
+  at_ = static_cast<const std::uint8_t*>(at);
+  bytes_ = bytes;
+  slot_bytes_ = slot_bytes;
+  return true;
+}
+
+bool ViewClient::CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pixels) const {
+  const std::size_t size = static_cast<std::size_t>(image.width) *
+                           static_cast<std::size_t>(image.height) * (image.colour ? 3 : 1);
+  if (at_ == nullptr || image.slot >= ViewPublisher::kSlots || kViewPixels + size > slot_bytes_) {
+    return false;
+  }
+  const std::uint8_t* const slot = at_ + static_cast<std::size_t>(image.slot) * slot_bytes_;
+  // The mapping is for reading; an atomic load of 32 bits writes nothing.
+  const auto stamp = [slot] {
+    return std::atomic_ref<std::uint32_t>(
+               *reinterpret_cast<std::uint32_t*>(const_cast<std::uint8_t*>(slot)))
+        .load();
+  };
+  if (stamp() != image.stamp) return false;
+  pixels.assign(slot + kViewPixels, slot + kViewPixels + size);
+  std::atomic_thread_fence(std::memory_order_seq_cst);
+  return stamp() == image.stamp;
+}
+
+bool ViewClient::Read(double timeout_s, View& view) {
+  const double deadline_s = MonotonicSeconds() + timeout_s;
+  if (!Connect()) {
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::min(std::max(timeout_s, 0.0), BackOff::kFirst_s)));
+    return false;
+  }
+  std::string newest;
+  for (;;) {
+    const double left_s = newest.empty() ? deadline_s - MonotonicSeconds() : 0;
+    pollfd waiting{socket_, POLLIN, 0};
+    const int ready = poll(&waiting, 1, static_cast<int>(std::ceil(1e3 * std::max(0.0, left_s))));
+    if (ready <= 0) break;
+    const Received got = ReceiveFrom(socket_, message_);
+    if (got.bytes < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+    if (got.bytes <= 0) {
+      Disconnect("the daemon has ended the connection");
+      break;
+    }
+    if (got.descriptor < 0) {
+      newest.assign(message_.data(), static_cast<std::size_t>(got.bytes));
+      continue;
+    }
+    ViewMemory memory;
+    const bool known = static_cast<std::size_t>(got.bytes) == sizeof memory &&
+                       std::memcmp(message_.data(), memory.magic, sizeof memory.magic) == 0;
+    if (known) {
+      std::memcpy(&memory, message_.data(), sizeof memory);
+    } else {
+      close(got.descriptor);
+    }
+    if (!known || !TakeMemory(got.descriptor, memory.slot_bytes)) {
+      Disconnect("the daemon hands over images in a way not known here: another version?");
+      return false;
+    }
+  }
+  if (newest.empty()) return false;
+  auto state = ViewOfJson(newest);
+  if (!state) {
+    problem_ = state.error();
+    return false;
+  }
+  view.state = std::move(state).value();
+  if (!view.state.camera.image) {
+    view.pixels.clear();
+  } else if (!CopyImage(*view.state.camera.image, view.pixels)) {
+    return false;  // overtaken while it was copied: the next one is on its way
+  }
+  back_off_.Well();
+  problem_.clear();
+  return true;
+}
+
+}  // namespace plumbline

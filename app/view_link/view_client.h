@@ -1,0 +1,52 @@
+// The viewer's side: the newest state and its image.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view_link/view_state.h"
+#include "drivers/back_off.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// A state with its pixels, the viewer's own copy.
+struct View {
+  ViewState state;
+  std::vector<std::uint8_t> pixels;  ///< as state.camera.image says; empty: none
+};
+
+/// Connects by itself, again after a pause that grows. Always the newest state: older ones that
+/// wait are passed over. Used by one thread.
+class ViewClient {
+ public:
+  explicit ViewClient(std::string path) : path_(std::move(path)) {}
+  ~ViewClient();
+  ViewClient(const ViewClient&) = delete;
+  ViewClient& operator=(const ViewClient&) = delete;
+
+  /// Waits at most `timeout_s` for a state newer than the last. @return  false: none came
+  bool Read(double timeout_s, View& view);
+
+  bool connected() const { return socket_ >= 0; }
+  /// Why there is no state, in words that say what to do; empty while they come.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  bool Connect();
+  void Disconnect(std::string problem);
+  bool TakeMemory(int memory, std::size_t slot_bytes);
+  bool CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pixels) const;
+
+  const std::string path_;
+  int socket_ = -1;
+  const std::uint8_t* at_ = nullptr;
+  std::size_t bytes_ = 0, slot_bytes_ = 0;
+  BackOff back_off_;
+  std::vector<char> message_;
+  std::string problem_ = "not connected yet";
+};
+
+}  // namespace plumbline

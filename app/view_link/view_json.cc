@@ -1,0 +1,338 @@
+#include "app/view_link/view_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMostSlots = 16, kMostPixels = 16384;
+constexpr std::size_t kMostOfAKind = 4096;
+
+Json NumberJson(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+double NumberOf(const Json& json) {
+  return json.is_null() ? PlcCamera::kNever : json.get<double>();
+}
+
+template <typename Vector>
+Json VectorJson(const Vector& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(NumberJson(value));
+  return list;
+}
+
+/// @throws  where it is not a list of as many numbers
+template <typename Vector>
+void ReadVector(const Json& json, Vector& values) {
+  if (json.size() != static_cast<std::size_t>(values.size())) {
+    throw std::out_of_range(fmt::format("{} numbers in place of {}", json.size(), values.size()));
+  }
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    values[i] = json.at(static_cast<std::size_t>(i)).get<double>();
+  }
+}
+
+Vec3 Vec3Of(const Json& json) {
+  Vec3 v;
+  ReadVector(json, v);
+  return v;
+}
+
+Json PoseJson(const Pose& X) {
+  const Eigen::Quaterniond q(X.R);
+  return {{"p_m", VectorJson(X.p)}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+Pose PoseOfJson(const Json& json) {
+  Eigen::Vector4d q;
+  ReadVector(json.at("quaternion_wxyz"), q);
+  if (!(std::abs(q.norm() - 1) < 1e-3)) throw std::out_of_range("a quaternion without length 1");
+  const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
+  return {turn.normalized().toRotationMatrix(), Vec3Of(json.at("p_m"))};
+}
+
+template <typename T>
+Json OptionalJson(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+template <typename T>
+std::optional<T> OptionalOf(const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  return json.get<T>();
+}
+
+/// An enumerator, which counts from 0 to `last`.
+template <typename E>
+E EnumOf(const Json& json, E last) {
+  const int number = json.get<int>();
+  if (number < 0 || number > static_cast<int>(last)) {
+    throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
+  }
+  return static_cast<E>(number);
+}
+
+int IntWithin(const Json& json, int low, int high) {
+  const auto number = json.get<std::int64_t>();
+  if (number < low || number > high) {
+    throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
+  }
+  return static_cast<int>(number);
+}
+
+const Json& ListAt(const Json& json, const char* key) {
+  const Json& list = json.at(key);
+  if (!list.is_array() || list.size() > kMostOfAKind) {
+    throw std::out_of_range(fmt::format("{} is no list of at most {}", key, kMostOfAKind));
+  }
+  return list;
+}
+
+Json ImageJson(const ViewImage& image) {
+  return {{"slot", image.slot},        {"stamp", image.stamp},   {"width", image.width},
+          {"height", image.height},    {"colour", image.colour}, {"time_s", image.time_s},
+          {"sequence", image.sequence}};
+}
+
+ViewImage ImageOf(const Json& json) {
+  ViewImage image;
+  image.slot = IntWithin(json.at("slot"), 0, kMostSlots - 1);
+  image.stamp = json.at("stamp").get<std::uint32_t>();
+  image.width = IntWithin(json.at("width"), 1, kMostPixels);
+  image.height = IntWithin(json.at("height"), 1, kMostPixels);
+  image.colour = json.at("colour").get<bool>();
+  image.time_s = json.at("time_s").get<double>();
+  image.sequence = json.at("sequence").get<std::uint64_t>();
+  return image;
+}
+
+Json LensJson(const Lens& l) {
+  return {l.fx, l.fy, l.cx, l.cy, l.k1, l.k2, l.p1, l.p2, l.k3};
+}
+
+Lens LensOf(const Json& json) {
+  Eigen::Matrix<double, 9, 1> v;
+  ReadVector(json, v);
+  if (!(v[0] > 0) || !(v[1] > 0)) throw std::out_of_range("a focal length is not positive");
+  return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+}
+
+Json CameraJson(const ViewCamera& camera) {
+  Json json = {{"serial", camera.serial},
+               {"mode", camera.mode},
+               {"image", camera.image ? ImageJson(*camera.image) : Json(nullptr)},
+               {"lens", camera.lens ? LensJson(*camera.lens) : Json(nullptr)},
+               {"tags", Json::array()},
+               {"bodies", Json::array()}};
+  for (const ViewTag& tag : camera.tags) {
+    Json corners = Json::array();
+    for (const Vec2& corner : tag.corners_px) corners.push_back(VectorJson(corner));
+    json["tags"].push_back({{"id", tag.id},
+                            {"corners_px", corners},
+                            {"X_CM", tag.X_CM ? PoseJson(*tag.X_CM) : Json(nullptr)},
+                            {"ambiguous", tag.ambiguous}});
+  }
+  for (const ViewBody& body : camera.bodies) {
+    json["bodies"].push_back(
+        {{"name", body.name}, {"X_CK", PoseJson(body.X_CK)}, {"ambiguous", body.ambiguous}});
+  }
+  return json;
+}
+
+ViewCamera CameraOf(const Json& json) {
+  ViewCamera camera;
+  camera.serial = json.at("serial").get<std::string>();
+  camera.mode = json.at("mode").get<std::string>();
+  if (!json.at("image").is_null()) camera.image = ImageOf(json.at("image"));
+  if (!json.at("lens").is_null()) camera.lens = LensOf(json.at("lens"));
+  for (const Json& entry : ListAt(json, "tags")) {
+    ViewTag tag;
+    tag.id = entry.at("id").get<int>();
+    for (std::size_t k = 0; k < tag.corners_px.size(); ++k) {
+      ReadVector(entry.at("corners_px").at(k), tag.corners_px[k]);
+    }
+    if (!entry.at("X_CM").is_null()) tag.X_CM = PoseOfJson(entry.at("X_CM"));
+    tag.ambiguous = entry.at("ambiguous").get<bool>();
+    camera.tags.push_back(tag);
+  }
+  for (const Json& entry : ListAt(json, "bodies")) {
+    camera.bodies.push_back({entry.at("name").get<std::string>(), PoseOfJson(entry.at("X_CK")),
+                             entry.at("ambiguous").get<bool>()});
+  }
+  return camera;
+}
+
+Json WatchJson(const PlcCamera& watch) {
+  return {{"configured", watch.configured},
+          {"state", static_cast<int>(watch.state)},
+          {"reason", static_cast<int>(watch.reason)},
+          {"bits", watch.bits},
+          {"prompt", static_cast<int>(watch.prompt)},
+          {"board_views", watch.board_views},
+          {"zoom_counts", OptionalJson(watch.zoom_counts)},
+          {"focus_counts", OptionalJson(watch.focus_counts)},
+          {"lens_id", watch.lens_id},
+          {"zoom_time_s", NumberJson(watch.zoom_time_s)},
+          {"frame_time_s", NumberJson(watch.frame_time_s)},
+          {"tip_valid", watch.tip_valid},
+          {"tip_W_m", VectorJson(watch.tip_W)},
+          {"tip_covariance_W_m2", VectorJson(watch.tip_covariance_W.reshaped())},
+          {"tip_time_s", NumberJson(watch.tip_time_s)}};
+}
+
+PlcCamera WatchOf(const Json& json) {
+  PlcCamera watch;
+  watch.configured = json.at("configured").get<bool>();
+  watch.state = EnumOf(json.at("state"), ZoomState::kRefused);
+  watch.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
+  watch.bits = json.at("bits").get<std::uint16_t>();
+  watch.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
+  watch.board_views = json.at("board_views").get<std::uint16_t>();
+  watch.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
+  watch.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
+  watch.lens_id = json.at("lens_id").get<std::uint32_t>();
+  watch.zoom_time_s = NumberOf(json.at("zoom_time_s"));
+  watch.frame_time_s = NumberOf(json.at("frame_time_s"));
+  watch.tip_valid = json.at("tip_valid").get<bool>();
+  watch.tip_W = Vec3Of(json.at("tip_W_m"));
+  Eigen::Matrix<double, 9, 1> covariance;
+  ReadVector(json.at("tip_covariance_W_m2"), covariance);
+  watch.tip_covariance_W = covariance.reshaped(3, 3);
+  watch.tip_time_s = NumberOf(json.at("tip_time_s"));
+  return watch;
+}
+
+Json PointsJson(const std::vector<ViewPoint>& points) {
+  Json list = Json::array();
+  for (const ViewPoint& point : points) {
+    list.push_back({{"id", point.id},
+                    {"valid", point.valid},
+                    {"extrapolated", point.extrapolated},
+                    {"code", static_cast<int>(point.code)},
+                    {"X_BP_command", PoseJson(point.X_BP_command)},
+                    {"translation_B_m", VectorJson(point.translation_B)},
+                    {"uncertainty_m", NumberJson(point.uncertainty_m)}});
+  }
+  return list;
+}
+
+ViewPoint PointOf(const Json& json) {
+  ViewPoint point;
+  point.id = json.at("id").get<int>();
+  point.valid = json.at("valid").get<bool>();
+  point.extrapolated = json.at("extrapolated").get<bool>();
+  point.code = EnumOf(json.at("code"), CorrectionCode::kTipNotSeen);
+  point.X_BP_command = PoseOfJson(json.at("X_BP_command"));
+  point.translation_B = Vec3Of(json.at("translation_B_m"));
+  point.uncertainty_m = NumberOf(json.at("uncertainty_m"));
+  return point;
+}
+
+Json LoopJson(const PlcLoop& loop) {
+  return {{"state", loop.state},
+          {"applied", loop.applied},
+          {"proposed", loop.proposed},
+          {"declared", loop.declared},
+          {"probes", loop.probes},
+          {"statistic", NumberJson(loop.statistic)},
+          {"residual_m", VectorJson(loop.residual_m)}};
+}
+
+PlcLoop LoopOf(const Json& json) {
+  PlcLoop loop;
+  loop.state = json.at("state").get<std::uint16_t>();
+  loop.applied = json.at("applied").get<int>();
+  loop.proposed = json.at("proposed").get<int>();
+  loop.declared = json.at("declared").get<int>();
+  loop.probes = json.at("probes").get<std::uint32_t>();
+  loop.statistic = NumberOf(json.at("statistic"));
+  loop.residual_m = Vec3Of(json.at("residual_m"));
+  return loop;
+}
+
+Json LinesJson(const std::vector<ViewLine>& lines) {
+  Json list = Json::array();
+  for (const ViewLine& line : lines) {
+    list.push_back({{"number", line.number},
+                    {"utc_s", line.utc_s},
+                    {"level", line.level},
+                    {"text", line.text}});
+  }
+  return list;
+}
+
+ViewState StateOf(const Json& json) {
+  if (const int schema = json.at("schema").get<int>(); schema != kViewSchema) {
+    throw std::out_of_range(
+        fmt::format("schema {} in place of {}: daemon and view are of different versions", schema,
+                    kViewSchema));
+  }
+  ViewState state;
+  state.now_s = json.at("now_s").get<double>();
+  state.utc_s = json.at("utc_s").get<double>();
+  state.version = json.at("version").get<std::string>();
+  state.cell = json.at("cell").get<std::string>();
+  state.model_version = json.at("model_version").get<int>();
+  state.status = json.at("status").get<std::uint16_t>();
+  state.alarms = json.at("alarms").get<std::uint16_t>();
+  state.warnings = json.at("warnings").get<std::uint16_t>();
+  state.data_age_s = NumberOf(json.at("data_age_s"));
+  const Json& q = ListAt(json, "q");
+  if (q.size() > kMaxJoints) throw std::out_of_range("more joints than an arm may have");
+  state.q.resize(static_cast<Eigen::Index>(q.size()));
+  ReadVector(q, state.q);
+  state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
+  state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
+  state.temp_C = OptionalOf<double>(json.at("temp_C"));
+  for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
+  state.loop = LoopOf(json.at("loop"));
+  state.watch = WatchOf(json.at("watch"));
+  state.camera = CameraOf(json.at("camera"));
+  for (const Json& line : ListAt(json, "lines")) {
+    state.lines.push_back({line.at("number").get<std::uint64_t>(), line.at("utc_s").get<double>(),
+                           line.at("level").get<int>(), line.at("text").get<std::string>()});
+  }
+  return state;
+}
+
+}  // namespace
+
+std::string JsonOfView(const ViewState& state) {
+  const Json json = {{"schema", kViewSchema},
+                     {"now_s", state.now_s},
+                     {"utc_s", state.utc_s},
+                     {"version", state.version},
+                     {"cell", state.cell},
+                     {"model_version", state.model_version},
+                     {"status", state.status},
+                     {"alarms", state.alarms},
+                     {"warnings", state.warnings},
+                     {"data_age_s", NumberJson(state.data_age_s)},
+                     {"q", VectorJson(state.q)},
+                     {"payload_kg", OptionalJson(state.payload_kg)},
+                     {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
+                     {"temp_C", OptionalJson(state.temp_C)},
+                     {"points", PointsJson(state.points)},
+                     {"loop", LoopJson(state.loop)},
+                     {"watch", WatchJson(state.watch)},
+                     {"camera", CameraJson(state.camera)},
+                     {"lines", LinesJson(state.lines)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<ViewState> ViewOfJson(std::string_view text) {
+  try {
+    return StateOf(Json::parse(text));
+  } catch (const std::exception& why) {
+    return Error{fmt::format("the daemon's state cannot be read: {}", why.what())};
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,172 @@
+#include "app/view_link/view_publisher.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "app/view_link/view_json.h"
+
+namespace plumbline {
+namespace {
+
+/// A state with a long list of points and lines; the kernel refuses a message larger than this.
+constexpr int kSendBuffer = 1 << 20;
+
+std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
+  return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    return Error{fmt::format("{}: the path of a socket has at most {} bytes", path,
+                             sizeof address.sun_path - 1)};
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const int made = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (made < 0) return Error{fmt::format("{}: no socket: {}", path, std::strerror(errno))};
+  struct stat about {};
+  if (lstat(path.c_str(), &about) == 0 && S_ISSOCK(about.st_mode)) unlink(path.c_str());
+  const auto* const where = reinterpret_cast<const sockaddr*>(&address);
+  if (bind(made, where, sizeof address) != 0 || chmod(path.c_str(), 0660) != 0 ||
+      listen(made, kMostViewers) != 0) {
+    const std::string why = std::strerror(errno);
+    close(made);
+    return Error{fmt::format("{}: {}", path, why)};
+  }
+  return std::unique_ptr<ViewPublisher>(new ViewPublisher(path, made));
+}
+
+ViewPublisher::ViewPublisher(std::string path, int socket)
+    : path_(std::move(path)), socket_(socket) {}
+
+ViewPublisher::~ViewPublisher() {
+  for (const Viewer& viewer : viewers_) close(viewer.socket);
+  close(socket_);
+  unlink(path_.c_str());
+  if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
+  if (memory_ >= 0) close(memory_);
+}
+
+bool ViewPublisher::Watched() {
+  Accept();
+  for (std::size_t k = viewers_.size(); k-- > 0;) {
+    char byte = 0;  // viewers say nothing; one that is gone reads as an end
+    const ssize_t got = recv(viewers_[k].socket, &byte, 1, MSG_DONTWAIT);
+    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) Drop(k);
+  }
+  return !viewers_.empty();
+}
+
+void ViewPublisher::Accept() {
+  for (;;) {
+    const int viewer = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (viewer < 0) return;
+    if (viewers_.size() >= kMostViewers) {
+      close(viewer);
+      continue;
+    }
+    setsockopt(viewer, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+    viewers_.push_back({viewer, -1});
+  }
+}
+
+void ViewPublisher::Drop(std::size_t index) {
+  close(viewers_[index].socket);
+  viewers_.erase(viewers_.begin() + static_cast<std::ptrdiff_t>(index));
+}
+
+bool ViewPublisher::Reserve(std::size_t bytes) {
+  if (bytes <= slot_bytes_) return true;
+  const std::size_t slot = (bytes + 4095) / 4096 * 4096;
+  const int fresh = memfd_create("plumbline-view", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  if (fresh < 0) return false;
+  void* const at = ftruncate(fresh, static_cast<off_t>(kSlots * slot)) == 0
+                       ? mmap(nullptr, kSlots * slot, PROT_READ | PROT_WRITE, MAP_SHARED, fresh, 0)
+                       : MAP_FAILED;
+  // Sealed after it was mapped here: viewers can map it for reading only, and cannot cut it off.
+  if (at == MAP_FAILED ||
+      fcntl(fresh, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL)) {
+    close(fresh);
+    return false;
+  }
+  if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
+  if (memory_ >= 0) close(memory_);
+  memory_ = fresh;
+  ++memory_number_;
+  at_ = static_cast<std::uint8_t*>(at);
+  slot_bytes_ = slot;
+  next_slot_ = 0;
+  return true;
+}
+
+std::optional<ViewImage> ViewPublisher::Share(const LumaView& luma, const std::uint8_t* bgr) {
+  const std::size_t row = static_cast<std::size_t>(luma.width) * (bgr != nullptr ? 3 : 1);
+  const auto height = static_cast<std::size_t>(luma.height);
+  if (row == 0 || height == 0 || !Reserve(kViewPixels + row * height)) return std::nullopt;
+  ViewImage image;
+  image.slot = next_slot_;
+  image.stamp = ++stamp_ == 0 ? ++stamp_ : stamp_;
+  image.width = luma.width;
+  image.height = luma.height;
+  image.colour = bgr != nullptr;
+  std::uint8_t* const slot = at_ + static_cast<std::size_t>(next_slot_) * slot_bytes_;
+  StampIn(slot).store(0);
+  std::atomic_thread_fence(std::memory_order_seq_cst);
+  if (bgr != nullptr) {
+    std::memcpy(slot + kViewPixels, bgr, row * height);
+  } else {
+    for (std::size_t v = 0; v < height; ++v) {
+      std::memcpy(slot + kViewPixels + v * row, luma.row(static_cast<int>(v)), row);
+    }
+  }
+  StampIn(slot).store(image.stamp);
+  next_slot_ = (next_slot_ + 1) % kSlots;
+  return image;
+}
+
+bool ViewPublisher::HandMemory(Viewer& viewer) {
+  ViewMemory memory;
+  memory.slot_bytes = slot_bytes_;
+  iovec part{&memory, sizeof memory};
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control;
+  message.msg_controllen = sizeof control;
+  cmsghdr* const head = CMSG_FIRSTHDR(&message);
+  head->cmsg_level = SOL_SOCKET;
+  head->cmsg_type = SCM_RIGHTS;
+  head->cmsg_len = CMSG_LEN(sizeof(int));
+  std::memcpy(CMSG_DATA(head), &memory_, sizeof memory_);
+  if (sendmsg(viewer.socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return false;
+  viewer.memory_handed = memory_number_;
+  return true;
+}
+
+void ViewPublisher::Send(const ViewState& state) {
+  const std::string text = JsonOfView(state);
+  for (std::size_t k = viewers_.size(); k-- > 0;) {
+    Viewer& viewer = viewers_[k];
+    if (memory_ >= 0 && viewer.memory_handed != memory_number_ && !HandMemory(viewer)) {
+      if (errno != EAGAIN) Drop(k);
+      continue;
+    }
+    const ssize_t sent = send(viewer.socket, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) Drop(k);
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,78 @@
+// The daemon's side of the view: images and states for whoever looks.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view_link/view_state.h"
+#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// Listens on a socket of the file system; whoever may open that file may look, and nobody can
+/// write through it. A new viewer is handed the memory in which the images lie, to read only; then
+/// a message (view_json.h) comes for every state. Nobody is waited for: a viewer whose socket is
+/// full misses that state and gets the next, and one that stays away costs nothing: with no viewer
+/// at all, nothing is copied.
+///
+/// Images go round kSlots places. A viewer copies one and then looks whether the place's stamp is
+/// still the one that the state named; a viewer slower than kSlots - 1 images sees that it is not.
+class ViewPublisher {
+ public:
+  static constexpr int kSlots = 4;
+  static constexpr int kMostViewers = 8;
+
+  /// @param path  of the socket; one that is left over is replaced. At most 107 bytes.
+  static Result<std::unique_ptr<ViewPublisher>> Open(const std::string& path);
+  ~ViewPublisher();
+  ViewPublisher(const ViewPublisher&) = delete;
+  ViewPublisher& operator=(const ViewPublisher&) = delete;
+
+  /// Lets new viewers in and old ones go; whether anybody looks. Call it before work is done for
+  /// them.
+  bool Watched();
+
+  /// Copies an image into the next slot. @param bgr  the same in colour, no padding; may be null
+  /// @return  its place, without time and sequence; nothing where there is no memory for it
+  std::optional<ViewImage> Share(const LumaView& luma, const std::uint8_t* bgr);
+
+  void Send(const ViewState& state);
+
+ private:
+  struct Viewer {
+    int socket = -1;
+    int memory_handed = -1;  ///< which memory it knows
+  };
+  ViewPublisher(std::string path, int socket);
+  bool Reserve(std::size_t bytes);
+  void Accept();
+  bool HandMemory(Viewer& viewer);
+  void Drop(std::size_t index);
+
+  const std::string path_;
+  const int socket_;
+  std::vector<Viewer> viewers_;
+  int memory_ = -1, memory_number_ = 0;
+  std::uint8_t* at_ = nullptr;
+  std::size_t slot_bytes_ = 0;
+  int next_slot_ = 0;
+  std::uint32_t stamp_ = 0;
+};
+
+/// At the begin of each slot; the pixels follow at kViewPixels.
+struct ViewSlotHead {
+  std::uint32_t stamp;  ///< 0 while it is filled; read and written atomically
+};
+inline constexpr std::size_t kViewPixels = 64;
+
+/// The first message after connecting, and again when the memory was replaced; with its descriptor.
+struct ViewMemory {
+  char magic[8] = {'p', 'l', 'u', 'm', 'b', 'v', 'w', '1'};
+  std::uint64_t slot_bytes = 0;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,82 @@
+// What the daemon shows of itself: one moment, for the picture on the monitor and the status page.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/plc/register_map.h"
+#include "firmware-like/lens/lens.h"
+#include "firmware-like/snapshot.h"
+
+namespace plumbline {
+
+/// The image that goes with a state; its pixels lie in shared memory.
+struct ViewImage {
+  int slot = 0;             ///< of the shared memory
+  std::uint32_t stamp = 0;  ///< of the slot when it was filled
+  int width = 0, height = 0;
+  bool colour = false;         ///< BGR instead of luma; rows without padding
+  double time_s = 0;           ///< when it was taken, monotonic
+  std::uint64_t sequence = 0;  ///< of the camera
+};
+
+struct ViewTag {
+  int id = 0;
+  std::array<Vec2, 4> corners_px;  ///< from the tag's own top left, clockwise as seen upright
+  std::optional<Pose> X_CM;
+  bool ambiguous = false;
+};
+
+struct ViewBody {
+  std::string name;
+  Pose X_CK;
+  bool ambiguous = false;
+};
+
+/// What the camera saw, all of one image.
+struct ViewCamera {
+  std::string serial, mode;
+  std::optional<ViewImage> image;  ///< nothing: none came
+  std::optional<Lens> lens;        ///< in use at that image
+  std::vector<ViewTag> tags;
+  std::vector<ViewBody> bodies;
+};
+
+/// A line of the log.
+struct ViewLine {
+  std::uint64_t number = 0;  ///< counts up from 1 since the start
+  double utc_s = 0;
+  int level = 5;  ///< of syslog(3)
+  std::string text;
+};
+
+struct ViewPoint {
+  int id = 0;
+  bool valid = false, extrapolated = false;
+  CorrectionCode code = CorrectionCode::kPending;
+  Pose X_BP_command;
+  Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
+  double uncertainty_m = 0;
+};
+
+/// One moment of the daemon. SI; times are of the monotonic clock of this computer where not UTC.
+struct ViewState {
+  double now_s = 0, utc_s = 0;
+  std::string version, cell;
+  int model_version = 0;  ///< in force; 0: the cell file, not known to the model store
+  std::uint16_t status = 0, alarms = 0, warnings = 0;  ///< bits as in the register map
+  double data_age_s = 0;                               ///< of the robot reading
+  JointVector q;  ///< of the last trusted reading; may be empty
+  std::optional<double> payload_kg, temp_C;
+  Vec3 payload_cog_F = Vec3::Zero();
+  std::vector<ViewPoint> points;  ///< in configured order
+  PlcLoop loop;
+  PlcCamera watch;  ///< state of the zoom and the lens, prompts, measured tip
+  ViewCamera camera;
+  std::vector<ViewLine> lines;  ///< the newest, oldest first
+};
+
+}  // namespace plumbline

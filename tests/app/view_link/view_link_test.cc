@@ -1,0 +1,228 @@
+// The view between two ends of a real socket.
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "app/view_link/view_client.h"
+#include "app/view_link/view_json.h"
+#include "app/view_link/view_publisher.h"
+#include "tests/app/temporary_folder.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// A state with a value other than its default in every field.
+ViewState FullState() {
+  ViewState state;
+  state.now_s = 12.5;
+  state.utc_s = 1.7e9;
+  state.version = "0.1.0";
+  state.cell = "KR 210 \"left\"";
+  state.model_version = 3;
+  state.status = 0x1009;
+  state.alarms = 2;
+  state.warnings = 0x100;
+  state.data_age_s = 0.004;
+  state.q = JointVector::LinSpaced(6, -1.5, 2.25);
+  state.payload_kg = 80;
+  state.temp_C = 31.5;
+  state.payload_cog_F = {0.01, -0.02, 0.4};
+  ViewPoint point;
+  point.id = 7;
+  point.valid = point.extrapolated = true;
+  point.code = CorrectionCode::kSingular;
+  point.X_BP_command.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // exact as a quaternion, too
+  point.X_BP_command.p = {1.2, -0.4, 0.9};
+  point.translation_B = {0.001, 0, 0.004};
+  point.uncertainty_m = 2e-4;
+  state.points = {point};
+  state.loop = {5, 3, 4, 1, 120, 0.6, Vec3(1e-4, 0, -2e-4)};
+  state.watch.configured = state.watch.tip_valid = true;
+  state.watch.state = ZoomState::kCalibrating;
+  state.watch.reason = ZoomReason::kBoardStarted;
+  state.watch.bits = 9;
+  state.watch.prompt = BoardPrompt::kTiltUpper;
+  state.watch.board_views = 11;
+  state.watch.zoom_counts = 4096;
+  state.watch.lens_id = 2;
+  state.watch.zoom_time_s = 12.4;
+  state.watch.tip_W = {1, 2, 3};
+  state.watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
+  state.camera.serial = "A-1";
+  state.camera.mode = "GREY 8x4@30";
+  state.camera.lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
+  ViewTag tag;
+  tag.id = 17;
+  tag.corners_px = {Vec2(1, 2), Vec2(3, 2), Vec2(3, 4), Vec2(1, 4)};
+  tag.X_CM = point.X_BP_command;
+  tag.ambiguous = true;
+  state.camera.tags = {tag, {18, tag.corners_px, {}, false}};
+  state.camera.bodies = {{"gripper", point.X_BP_command, true}};
+  state.lines = {{41, 1.7e9, 4, "robot link lost: no answer"}};
+  return state;
+}
+
+std::vector<std::uint8_t> Ramp(int width, int height) {
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width * height));
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(7 * i);
+  return pixels;
+}
+
+struct Ends {
+  test::TemporaryFolder folder;
+  std::string path = folder.path() + "/view";
+  std::unique_ptr<ViewPublisher> publisher = ViewPublisher::Open(path).value();
+  ViewClient client{path};
+
+  /// The client connects while it waits for its first state.
+  Ends() {
+    View none;
+    REQUIRE_FALSE(client.Read(0, none));
+    REQUIRE(publisher->Watched());
+  }
+  void Publish(const std::vector<std::uint8_t>& pixels, int width, std::uint64_t sequence) {
+    ViewState state = FullState();
+    const int height = static_cast<int>(pixels.size()) / width;
+    state.camera.image = publisher->Share({pixels.data(), width, height, width}, nullptr);
+    REQUIRE(state.camera.image);
+    state.camera.image->sequence = sequence;
+    publisher->Send(state);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A state survives the text whole") {
+  const ViewState state = FullState();
+  const std::string text = JsonOfView(state);
+  const auto back = ViewOfJson(text);
+  REQUIRE(back);
+  CHECK(JsonOfView(*back) == text);
+  CHECK(back->camera.tags[1].id == 18);
+  CHECK_FALSE(back->camera.tags[1].X_CM);
+  CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
+  CHECK(back->watch.frame_time_s == PlcCamera::kNever);
+  CHECK(back->watch.tip_covariance_W == state.watch.tip_covariance_W);
+}
+
+TEST_CASE("A text that is none is told, and why") {
+  std::string text = JsonOfView(FullState());
+  using Catch::Contains;
+  CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
+  CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
+  std::string other = text;
+  other.replace(other.find("\"schema\":1"), 10, "\"schema\":9");
+  CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
+  std::string senseless = text;
+  senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
+  CHECK_THAT(ViewOfJson(senseless).error(), Contains("99 is outside 0..12"));
+}
+
+TEST_CASE("The newest state comes with its image") {
+  Ends ends;
+  const auto first = Ramp(8, 4);
+  auto second = first;
+  second[5] = 200;
+  ends.Publish(first, 8, 1);
+  ends.Publish(second, 8, 2);
+  View view;
+  REQUIRE(ends.client.Read(1, view));
+  CHECK(view.state.camera.image->sequence == 2);
+  CHECK(view.pixels == second);
+  CHECK(ends.client.problem().empty());
+  CHECK_FALSE(ends.client.Read(0.01, view));  // nothing newer
+}
+
+TEST_CASE("A larger image takes another memory, which viewers are handed") {
+  Ends ends;
+  ends.Publish(Ramp(8, 4), 8, 1);
+  View view;
+  REQUIRE(ends.client.Read(1, view));
+  const auto large = Ramp(320, 240);
+  ends.Publish(large, 320, 2);
+  REQUIRE(ends.client.Read(1, view));
+  CHECK(view.pixels == large);
+}
+
+TEST_CASE("An image that was overtaken is not taken for another one") {
+  Ends ends;
+  ViewState state = FullState();
+  const auto pixels = Ramp(8, 4);
+  const LumaView luma{pixels.data(), 8, 4, 8};
+  state.camera.image = ends.publisher->Share(luma, nullptr);
+  for (int k = 0; k < ViewPublisher::kSlots; ++k) (void)ends.publisher->Share(luma, nullptr);
+  ends.publisher->Send(state);
+  View view;
+  CHECK_FALSE(ends.client.Read(0.2, view));
+}
+
+TEST_CASE("Who looks cannot write") {
+  Ends ends;
+  ends.Publish(Ramp(8, 4), 8, 1);
+  const int other = socket(AF_UNIX, SOCK_SEQPACKET, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strcpy(address.sun_path, ends.path.c_str());
+  REQUIRE(connect(other, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
+  REQUIRE(ends.publisher->Watched());
+  ends.Publish(Ramp(8, 4), 8, 2);
+  ViewMemory memory;
+  iovec part{&memory, sizeof memory};
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  header.msg_control = control;
+  header.msg_controllen = sizeof control;
+  REQUIRE(recvmsg(other, &header, 0) == sizeof memory);
+  int descriptor = -1;
+  std::memcpy(&descriptor, CMSG_DATA(CMSG_FIRSTHDR(&header)), sizeof descriptor);
+  CHECK(mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0) == MAP_FAILED);
+  CHECK(ftruncate(descriptor, 0) != 0);
+  CHECK(pwrite(descriptor, "x", 1, 0) < 0);
+  close(descriptor);
+  close(other);
+}
+
+TEST_CASE(
+    "A viewer that does not read costs nothing but its own states; one that is gone, a place") {
+  Ends ends;
+  for (std::uint64_t k = 0; k < 5000; ++k) ends.Publish(Ramp(8, 4), 8, k);
+  CHECK(ends.publisher->Watched());
+  View view;
+  {
+    ViewClient passing(ends.path);
+    CHECK_FALSE(passing.Read(0, view));
+    CHECK(ends.publisher->Watched());
+  }
+  CHECK(ends.publisher->Watched());  // the first one still looks
+}
+
+TEST_CASE("A daemon that ends is told, and found again") {
+  test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/view";
+  ViewClient client(path);
+  View view;
+  CHECK_FALSE(client.Read(0, view));
+  CHECK_THAT(client.problem(), Catch::Contains("is plumblined running"));
+  auto publisher = ViewPublisher::Open(path).value();
+  for (int k = 0; k < 100 && !client.connected(); ++k) client.Read(0.05, view);
+  REQUIRE(publisher->Watched());
+  publisher->Send(FullState());
+  REQUIRE(client.Read(1, view));
+  CHECK(view.state.cell == FullState().cell);
+  CHECK(view.pixels.empty());
+  publisher.reset();
+  CHECK_FALSE(client.Read(1, view));
+  CHECK_FALSE(client.connected());
+}
+
+TEST_CASE("A path that cannot be a socket is refused with its reason") {
+  CHECK_FALSE(ViewPublisher::Open("/no/such/folder/view"));
+  CHECK_FALSE(ViewPublisher::Open("/tmp/" + std::string(200, 'x')));
+}
