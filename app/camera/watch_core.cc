@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Eigenvalues>
-#include <cmath>
+#include "firmware-like/deflection/uncertainty.h"
 
 namespace plumbline {
 namespace {
@@ -21,14 +20,6 @@ LogLevel LevelOf(const ZoomTransition& transition) {
     default:
       return transition.from == ZoomState::kValid ? LogLevel::kNotice : LogLevel::kInfo;
   }
-}
-
-/// Radius that holds 95 % of a point with this covariance, by its largest deviation; 2.80 is right
-/// for equal ones and generous otherwise.
-double Radius95(const Mat3& covariance) {
-  constexpr double kDeviations = 2.7955;
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance, Eigen::EigenvaluesOnly);
-  return kDeviations * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
 }
 
 ZoomEvent EventOf(ZoomEvent::Kind kind, double now_s) {
@@ -225,7 +216,7 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
     if (!told.valid) continue;
     told.ambiguous = body->ambiguous || cell->ambiguous;
     told.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    told.radius_m = Radius95(
+    told.radius_m = RadiusHolding95Percent(
         MeasurePoint(cell->estimate, body->estimate, settings_.X_WK, Vec3::Zero(), lens, image_s)
             .covariance_W);
     told.time_s = image_s;

@@ -1,10 +1,10 @@
 // Registers 500..635: the camera, its lens, and the bodies that it tracks.
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "drivers/plc/register_map.h"
+#include "firmware-like/deflection/uncertainty.h"
 
 namespace plumbline {
 namespace {
@@ -26,12 +26,8 @@ double Age_ms(Source s, double time_s) {
   return age_ms < kNoAge ? std::max(0.0, age_ms) : kNoAge;
 }
 
-/// See Radius95 of the watch: by the largest deviation.
 double TipRadius_mm(Source s) {
-  constexpr double kDeviations = 2.7955;
-  Eigen::SelfAdjointEigenSolver<Mat3> axes;
-  axes.computeDirect(Camera(s).tip_covariance_W, Eigen::EigenvaluesOnly);
-  return kMillimetres * kDeviations * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+  return kMillimetres * RadiusHolding95Percent(Camera(s).tip_covariance_W);
 }
 
 template <int K>
