@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/camera/view_gain.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -35,12 +36,6 @@ double Distance(const BoardView& a, const BoardView& b) {
   return count > 0 ? std::sqrt(sum / count) : INFINITY;
 }
 
-double Middle(std::deque<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 BoardSession::BoardSession(const BoardSettings& settings, ImageSize size, double now_s)
@@ -61,7 +56,8 @@ double BoardSession::NoveltyOf(const BoardView& view) const {
 
 /// Why a view is not kept; empty where it is.
 std::string BoardSession::Objection(const BoardView& view) {
-  const double middle = blurs_.empty() ? view.blur_px : Middle(blurs_);
+  std::vector<double> blurs(blurs_.begin(), blurs_.end());
+  const double middle = blurs.empty() ? view.blur_px : MedianOf(blurs);
   blurs_.push_back(view.blur_px);
   if (blurs_.size() > kBlurs) blurs_.pop_front();
   if (view.blur_px > std::max(kAlwaysSharp_px, kBlurred * middle)) {

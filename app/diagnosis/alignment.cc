@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/diagnosis/statistics.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -190,7 +190,7 @@ Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
     for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
-    const double limit_m = 4 * Median(sizes) + 1e-9;
+    const double limit_m = 4 * MedianOf(sizes) + 1e-9;
     double largest = 0;
     for (int session = 0; session < data.sessions_count(); ++session) {
       Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();

@@ -9,9 +9,9 @@
 #include <set>
 
 #include "app/diagnosis/clusters.h"
-#include "app/diagnosis/statistics.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -195,7 +195,7 @@ void AddReadingError(Dataset& data) {
     const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
     sum += repeats[static_cast<std::size_t>(data.cluster_of[at])] * largest;
   }
-  data.reading_radius_m = Median(radii);
+  data.reading_radius_m = MedianOf(radii);
   data.reading_sigma_m = std::sqrt(sum / data.rows());
   // Where sigma is taken from the residual, that holds the reading error already.
   if (data.sigma_m <= 0 || data.reading_sigma_m < 0.1 * data.sigma_m) return;

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "app/diagnosis/alignment.h"
-#include "app/diagnosis/statistics.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -19,7 +19,7 @@ constexpr double kMended = 0.2;  // of the residual, that a mended mistake must 
 double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
   for (const LinearRow& row : linear.rows) sizes.push_back(row.residual.norm());
-  return Median(sizes);
+  return MedianOf(sizes);
 }
 
 double AfterMend(const Dataset& data, int threads, const std::function<void(JointVector&)>& mend) {

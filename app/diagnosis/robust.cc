@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/diagnosis/statistics.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 
@@ -19,7 +19,7 @@ double RobustSigma(const std::vector<Vec3>& residuals, int axes) {
   std::vector<double> sizes;
   sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());
-  return Median(sizes) / (axes == 1 ? 0.6745 : 1.5382);  // medians of chi_1 and chi_3
+  return MedianOf(sizes) / (axes == 1 ? 0.6745 : 1.5382);  // medians of chi_1 and chi_3
 }
 
 double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes) {

@@ -15,9 +15,6 @@ double ChiSquareQuantile(double tail, double freedom);
 /// P(F_{d1,d2} > value).
 double FisherTail(double value, double d1, double d2);
 
-/// Middle of the values; 0 of none.
-double Median(std::vector<double> values);
-
 /// A small generator, the same on every machine [Steele et al. 2014, splitmix64].
 class Random {
  public:

@@ -9,6 +9,7 @@
 
 #include "app/hand_eye/hand_eye_fit.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -138,9 +139,7 @@ bool Calibration::LeaveOutWorst() {
   for (std::size_t k = 0; k < views_.size(); ++k)
     sizes.push_back(std::max(fit_.place_misfit[k], fit_.turn_misfit[k]));
   std::vector<double> sorted = sizes;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
-  const double usual = std::max(1e-3, sorted[sorted.size() / 2]);
+  const double usual = std::max(1e-3, MedianOf(sorted));
   const auto worst =
       static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
   if (sizes[worst] < kOutlier * usual) return false;

@@ -9,6 +9,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -29,12 +30,6 @@ Mat3 NearestRotation(Mat3 m) {
 
 double Angle(const Mat3& R) {
   return VectorFromRotation(R).norm();
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// One number for place and turn: the turn seen at the mean distance of the target.
@@ -102,7 +97,8 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
   double least = 1e300;
   const auto judge = [&](const std::optional<HandEyePoses>& poses) {
     if (!poses) return;
-    const double median = MedianOf(MisfitsOf(*poses, pairings, distance_m));
+    std::vector<double> misfits = MisfitsOf(*poses, pairings, distance_m);
+    const double median = MedianOf(misfits);
     if (median < least) {
       least = median;
       best = poses;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware-like/median.h"
+
 namespace plumbline {
 namespace {
 
@@ -22,19 +24,13 @@ constexpr double kMisfit = 3;            // times the middle RMS of the views
 constexpr double kUnevenBoard = 0.4;     // share of a view's variance that all views share
 constexpr std::size_t kLeastOfHalf = 4;
 
-double Middle(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Takes the views out that are far more blurred than the others.
 std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<RefusedFrame>& refused) {
   std::vector<double> widths;
   for (const BoardView& view : views) widths.push_back(view.blur_px);
   std::vector<BoardView> sharp;
   if (widths.empty()) return sharp;
-  const double limit = std::max(kBlurred * Middle(widths), 1.5);
+  const double limit = std::max(kBlurred * MedianOf(widths), 1.5);
   for (const BoardView& view : views) {
     if (view.blur_px > limit) {
       refused.push_back(
@@ -50,7 +46,8 @@ std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<Refus
 /// Takes the views out that the fit does not reach. @return whether there were any
 bool TakeMisfitsOut(const LensFit& fit, std::vector<BoardView>& views,
                     std::vector<RefusedFrame>& refused) {
-  const double limit = kMisfit * std::max(Middle(fit.view_rms_px), 0.01);
+  std::vector<double> sizes = fit.view_rms_px;
+  const double limit = kMisfit * std::max(MedianOf(sizes), 0.01);
   std::vector<BoardView> fitting;
   for (std::size_t j = 0; j < views.size(); ++j) {
     const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);

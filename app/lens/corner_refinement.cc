@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "firmware-like/median.h"
+
 namespace plumbline {
 namespace {
 
@@ -338,10 +340,7 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
     view.corners_px[k] = *refined + origin;
     if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, smooth_px, *refined, region));
   }
-  if (widths.empty()) return;
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  view.blur_px = *middle;
+  if (!widths.empty()) view.blur_px = MedianOf(widths);
 }
 
 }  // namespace plumbline

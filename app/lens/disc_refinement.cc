@@ -6,6 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "firmware-like/median.h"
+
 namespace plumbline {
 namespace {
 
@@ -83,9 +85,8 @@ void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double g
     widths.push_back(centre->width_px);
   }
   if (widths.empty()) return;
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  view.blur_px = std::sqrt(std::max(0.0, *middle * *middle - kSmooth_px * kSmooth_px));
+  const double width_px = MedianOf(widths);
+  view.blur_px = std::sqrt(std::max(0.0, width_px * width_px - kSmooth_px * kSmooth_px));
 }
 
 }  // namespace plumbline

@@ -8,6 +8,7 @@
 
 #include "app/lens/disc_offsets.h"
 #include "app/lens/lens_start.h"
+#include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
@@ -245,9 +246,7 @@ class Adjustment {
         sizes.push_back(std::abs(residuals[j][k].y()));
       }
     }
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    const double robust = std::max(kLeastSigma_px, kRobustOfMad * *middle);
+    const double robust = std::max(kLeastSigma_px, kRobustOfMad * MedianOf(sizes));
     double sum = 0;
     int used = 0;
     for (std::size_t j = 0; j < placed_.size(); ++j) {
