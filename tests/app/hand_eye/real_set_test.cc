@@ -66,7 +66,8 @@ std::vector<HandEyeView> Views() {
 
 }  // namespace
 
-TEST_CASE("a real robot and camera: the published lens, and the lens adjusted with them") {
+TEST_CASE("a real robot and camera: the published lens, and the lens adjusted with them",
+          "[measured]") {
   if (!fs::exists(Folder())) {
     WARN("SKIPPED: no " << Folder() << " (set PLUMBLINE_MEASURED)");
     return;
