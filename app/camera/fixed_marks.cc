@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "app/camera/marks_fit.h"
+#include "firmware-like/chi_square.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kNormalOfChance = 4.265;  // one-sided, of kChance
 constexpr std::size_t kLeastForPose = 2, kLeastToLeaveOut = 3;
 
 bool Holds(const std::optional<MarksFit>& fit) {
-  return fit && fit->chi2 <= ChiSquareLimit(fit->freedom);
+  return fit && ChiSquareTail(fit->chi2, std::max(1, fit->freedom)) >= kChance;
 }
 
 void Take(const MarksFit& fit, MarksVerdict verdict, MarksJudged& judged) {
@@ -89,11 +89,6 @@ MarksJudged Alone(const KnownLens& lens, const MarksProblem& problem) {
 }
 
 }  // namespace
-
-double ChiSquareLimit(int freedom) {
-  const double n = std::max(1, freedom);
-  return n * std::pow(1 - 2 / (9 * n) + kNormalOfChance * std::sqrt(2 / (9 * n)), 3);
-}
 
 MarksJudged JudgeMarks(const KnownLens& lens, const Body& cell, const std::vector<SeenTag>& seen,
                        const MarksMemory* memory, const MarkSettings& settings) {

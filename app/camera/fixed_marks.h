@@ -80,9 +80,4 @@ std::optional<KnownLens> RefineFocal(const KnownLens& lens, double prior_sd, con
 /// A calibrated lens that drifted by exp(log_focal), what is not known of that added to it.
 KnownLens Drifted(const KnownLens& lens, double log_focal, double log_focal_sd);
 
-/// The value that chi^2 of so many degrees of freedom exceeds with the chance kChance.
-///   n (1 - 2 / (9 n) + z sqrt(2 / (9 n)))^3   [E. B. Wilson and M. M. Hilferty, PNAS 17 (1931)
-///   684]
-double ChiSquareLimit(int freedom);
-
 }  // namespace plumbline

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "app/diagnosis/robust.h"
-#include "app/diagnosis/statistics.h"
+#include "firmware-like/chi_square.h"
 #include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline {

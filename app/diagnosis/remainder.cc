@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/diagnosis/statistics.h"
+#include "firmware-like/chi_square.h"
 
 namespace plumbline {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "app/diagnosis/statistics.h"
+#include "firmware-like/chi_square.h"
 
 namespace plumbline {
 namespace {

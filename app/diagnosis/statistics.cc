@@ -6,20 +6,6 @@
 
 namespace plumbline {
 
-double ChiSquareTail(double value, double freedom) {
-  return value <= 0 ? 1.0 : Eigen::numext::igammac(freedom / 2, value / 2);
-}
-
-double ChiSquareQuantile(double tail, double freedom) {
-  double low = 0, high = freedom + 20;
-  while (ChiSquareTail(high, freedom) > tail) high *= 2;
-  for (int step = 0; step < 100; ++step) {
-    const double middle = (low + high) / 2;
-    (ChiSquareTail(middle, freedom) > tail ? low : high) = middle;
-  }
-  return (low + high) / 2;
-}
-
 double FisherTail(double value, double d1, double d2) {
   if (value <= 0) return 1;
   return Eigen::numext::betainc(d2 / 2, d1 / 2, d2 / (d2 + d1 * value));

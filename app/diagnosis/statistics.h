@@ -6,12 +6,6 @@
 
 namespace plumbline {
 
-/// P(chi^2_freedom > value); 1 for value <= 0.
-double ChiSquareTail(double value, double freedom);
-
-/// The value that chi^2_freedom exceeds with probability `tail` (0..1).
-double ChiSquareQuantile(double tail, double freedom);
-
 /// P(F_{d1,d2} > value).
 double FisherTail(double value, double d1, double d2);
 

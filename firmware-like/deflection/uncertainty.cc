@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware-like/chi_square.h"
 #include "firmware-like/deflection/sensitivity.h"
 
 namespace plumbline {
@@ -112,10 +113,7 @@ double RadiusHolding95Percent(const Mat3& covariance) {
   if (trace <= 0) return 0;
   const double trace_of_square = covariance.squaredNorm();
   const double freedom = trace * trace / trace_of_square;
-  constexpr double kNormal95 = 1.6448536269514722;
-  const double h = 2 / (9 * freedom);
-  const double root = 1 - h + kNormal95 * std::sqrt(h);
-  return std::sqrt(trace * root * root * root);
+  return std::sqrt(trace / freedom * ChiSquareQuantileNear(kNormal95, freedom));
 }
 
 bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,

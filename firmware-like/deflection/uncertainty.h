@@ -38,7 +38,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
 
 /// Radius [m] of the ball that holds 95 % of a zero-mean normal error of covariance C [m^2].
 /// |e|^2 is taken as a chi^2_nu, a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite 1946], its
-/// quantile by Wilson & Hilferty (1931). Within 2 % of the exact radius for every C.
+/// quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for every C.
 double RadiusHolding95Percent(const Mat3& covariance);
 
 /// True where q, payload or temperature lie outside what the model was fitted on, or the time
