@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/lens/lens_model.h"
+#include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -15,19 +16,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr double kMmPerMetre = 1e3;
 
-Json ListOf(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 bool Found(const FoundPose& pose) {
   return pose.covariance.trace() > 0;
 }
 
 Json PoseJson(const FoundPose& pose, const char* frame) {
   if (!Found(pose)) return nullptr;
-  Eigen::Quaterniond q(pose.X.R);
-  q.normalize();
-  if (q.w() < 0) q.coeffs() *= -1;
   Vec6 to_file;
   to_file << Vec3::Constant(kMmPerMetre), Vec3::Ones();
   const Mat6 covariance = to_file.asDiagonal() * pose.covariance * to_file.asDiagonal();
@@ -38,9 +32,9 @@ Json PoseJson(const FoundPose& pose, const char* frame) {
     matrix.push_back(std::move(row));
   }
   return {{"in", frame},
-          {"xyz_mm", ListOf(kMmPerMetre * pose.X.p)},
-          {"rpy_deg", ListOf(RollPitchYawFromRotation(pose.X.R) / kRadPerDeg)},
-          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+          {"xyz_mm", JsonOfVector(kMmPerMetre * pose.X.p)},
+          {"rpy_deg", JsonOfVector(RollPitchYawFromRotation(pose.X.R) / kRadPerDeg)},
+          {"quaternion_wxyz", JsonOfRotation(pose.X.R)},
           {"covariance",
            {{"order", {"x_mm", "y_mm", "z_mm", "rx_rad", "ry_rad", "rz_rad"}},
             {"matrix", std::move(matrix)}}}};
@@ -110,8 +104,8 @@ std::string HandEyeJson(const HandEye& answer, const HandEyeOptions& options, co
   if (X_WB != nullptr && to_hand && found) {
     const Pose X_WC = *X_WB * answer.camera.X;
     root["measurement"] = {
-        {"camera_xyz_mm", ListOf(kMmPerMetre * X_WC.p)},
-        {"camera_rpy_deg", ListOf(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
+        {"camera_xyz_mm", JsonOfVector(kMmPerMetre * X_WC.p)},
+        {"camera_rpy_deg", JsonOfVector(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
   }
   return root.dump(2) + "\n";
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline {
@@ -14,23 +15,16 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMmPerMetre = 1e3;
 
-Json ListOf(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 Vec3 SdOf(const Mat6& covariance, int first) {
   return covariance.diagonal().segment<3>(first).cwiseSqrt();
 }
 
 Json PoseJson(const PoseEstimate& estimate) {
-  Eigen::Quaterniond q(estimate.X_CK.R);
-  q.normalize();
-  if (q.w() < 0) q.coeffs() *= -1;
-  return {{"t_mm", ListOf(kMmPerMetre * estimate.X_CK.p)},
-          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+  return {{"t_mm", JsonOfVector(kMmPerMetre * estimate.X_CK.p)},
+          {"quaternion_wxyz", JsonOfRotation(estimate.X_CK.R)},
           {"sd",
-           {{"t_mm", ListOf(kMmPerMetre * SdOf(estimate.covariance, 0))},
-            {"rotation_deg", ListOf(SdOf(estimate.covariance, 3) / kRadPerDeg)}}}};
+           {{"t_mm", JsonOfVector(kMmPerMetre * SdOf(estimate.covariance, 0))},
+            {"rotation_deg", JsonOfVector(SdOf(estimate.covariance, 3) / kRadPerDeg)}}}};
 }
 
 std::string PoseText(const PoseEstimate& estimate, bool ambiguous) {
