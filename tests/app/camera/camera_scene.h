@@ -2,12 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
+#include <sstream>
 #include <string>
 
 #include "app/camera/view_gain.h"
 #include "tests/app/camera/marks_scene.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/renderer/pgm.h"
 
 namespace plumbline::test {
 
@@ -72,9 +73,7 @@ class ShownImage {
   std::string path() const { return folder_ + "/frames"; }
   void Show(const renderer::Image& image) const {
     const std::string beside = folder_ + "/next.pgm";
-    std::ofstream(beside, std::ios::binary) << "P5\n"
-                                            << image.width << " " << image.height << "\n255\n"
-                                            << std::string(image.grey.begin(), image.grey.end());
+    renderer::WritePgm(beside, image);
     std::filesystem::rename(beside, path() + "/frame.pgm");
   }
   void Hide() const { std::filesystem::remove(path() + "/frame.pgm"); }

@@ -11,9 +11,10 @@
 #include <random>
 #include <sstream>
 
+#include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
-#include "tests/renderer/scene.h"
+#include "tests/renderer/pgm.h"
 
 using namespace plumbline;
 using test::Answer;
@@ -48,20 +49,14 @@ struct Files {
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> draw(-1, 1);
     for (int k = 0; k < 12; ++k) {
-      renderer::Sheet sheet;
-      sheet.print = renderer::Chessboard(9, 6, 0.02);
-      sheet.half_width_m = 0.12;
-      sheet.half_height_m = 0.09;
-      sheet.centre_x_m = 0.08;
-      sheet.centre_y_m = 0.05;
+      renderer::Sheet sheet = test::BoardSheet();
       sheet.X_CK = Placed({0.5 * draw(random), 0.5 * draw(random), 2.5 * draw(random)}, {0, 0, 0});
       sheet.X_CK.translation() =
           Eigen::Vector3d(0.05 * draw(random), 0.03 * draw(random), 0.5 + 0.05 * draw(random)) -
           sheet.X_CK.linear() * Eigen::Vector3d(0.08, 0.05, 0);
       const auto shot = renderer::Render(camera, {sheet}, {}, 100 + static_cast<std::uint64_t>(k));
       const std::string name = "shot" + std::to_string(k) + ".pgm";
-      Write(Path("frames/" + name),
-            "P5\n800 600\n255\n" + std::string(shot.grey.begin(), shot.grey.end()));
+      renderer::WritePgm(Path("frames/" + name), shot);
       const Eigen::Isometry3d X_BF = X_BC * sheet.X_CK * X_FK.inverse();
       const Eigen::Quaterniond q(X_BF.linear());
       const Eigen::Vector3d p = 1e3 * X_BF.translation();

@@ -1,12 +1,12 @@
 // plumbline calibrate-lens with each kind of board, and with what is none.
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/calibrate_lens_command.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/renderer/pgm.h"
 
 using namespace plumbline;
 using test::Answer;
@@ -24,8 +24,7 @@ struct Images {
     capture.views = 1;
     const DrawnView view = DrawViews(capture, board, 3).at(0);
     const auto shot = renderer::Render(view.camera, {view.sheet}, {}, 1);
-    std::ofstream(folder.path() + "/1.pgm", std::ios::binary)
-        << "P5\n1920 1080\n255\n" + std::string(shot.grey.begin(), shot.grey.end());
+    renderer::WritePgm(folder.path() + "/1.pgm", shot);
   }
   Answer Run(const std::string& arguments) const {
     return RunCommand(AddCalibrateLensCommand,

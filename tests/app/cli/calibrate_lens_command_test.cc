@@ -7,9 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
-#include "tests/renderer/scene.h"
+#include "tests/renderer/pgm.h"
 
 using namespace plumbline;
 
@@ -28,24 +29,15 @@ struct Files {
     camera.cx = 319.5;
     camera.cy = 239.5;
     for (int k = 0; k < 3; ++k) {
-      renderer::Sheet sheet;
-      sheet.print = renderer::Chessboard(9, 6, 0.02);
-      sheet.half_width_m = 0.12;
-      sheet.half_height_m = 0.09;
-      sheet.centre_x_m = 0.08;
-      sheet.centre_y_m = 0.05;
+      renderer::Sheet sheet = test::BoardSheet();
       sheet.X_CK = Eigen::Isometry3d::Identity();
       sheet.X_CK.translation() = Eigen::Vector3d(-0.08 + 0.01 * k, -0.05, 0.5);
       const auto shot = renderer::Render(camera, {sheet}, {}, 7 + static_cast<std::uint64_t>(k));
-      Write("frames/" + std::to_string(k) + ".pgm",
-            "P5\n640 480\n255\n" + std::string(shot.grey.begin(), shot.grey.end()));
+      renderer::WritePgm(Path("frames/" + std::to_string(k) + ".pgm"), shot);
     }
-    Write("frames/9.pgm", "P5\n640 480\n255\n" + std::string(640 * 480, 'x'));
+    renderer::WritePgm(Path("frames/9.pgm"), {640, 480, std::vector<std::uint8_t>(640 * 480, 'x')});
   }
   std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
-  void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name), std::ios::binary) << text;
-  }
   std::string Content(const std::string& name) const {
     std::ifstream file(Path(name));
     std::stringstream text;

@@ -8,6 +8,7 @@
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/app/tracking/tag_scene.h"
+#include "tests/renderer/pgm.h"
 
 using namespace plumbline;
 using test::Answer;
@@ -41,7 +42,7 @@ struct Files {
     scene.Add(family, 5, test::FacingPose({-0.09, 0, 0.8}, 0.4, 1, 0));
     scene.Add(family, 6, test::FacingPose({0.09, 0.01, 0.8}, 0.4, 2, 0));
     const auto shot = renderer::Render(scene.camera, scene.sheets, {}, 1);
-    Write(image, "P5\n480 360\n255\n" + std::string(shot.grey.begin(), shot.grey.end()));
+    renderer::WritePgm(image, shot);
     WriteLens(true, 480);
   }
   std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
@@ -139,7 +140,7 @@ TEST_CASE("A body that no tag shows is told, and an id that the family does not 
 
 TEST_CASE("No tag is an answer") {
   const Files files;
-  Files::Write(files.image, "P5\n480 360\n255\n" + std::string(kPixels, 'x'));
+  renderer::WritePgm(files.image, {480, 360, std::vector<std::uint8_t>(kPixels, 'x')});
   const Answer answer = files.Track("--tag-size-mm 80 --json");
   CHECK(answer.exit_code == 0);
   CHECK(nlohmann::json::parse(answer.out)["tags"].empty());

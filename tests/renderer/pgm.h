@@ -1,0 +1,18 @@
+// A rendered image as a file.
+#pragma once
+
+#include <fstream>
+#include <string>
+
+#include "tests/renderer/scene.h"
+
+namespace plumbline::renderer {
+
+/// Writes the image as a binary PGM of 8 bits.
+inline void WritePgm(const std::string& path, const Image& image) {
+  std::ofstream(path, std::ios::binary) << "P5\n"
+                                        << image.width << ' ' << image.height << "\n255\n"
+                                        << std::string(image.grey.begin(), image.grey.end());
+}
+
+}  // namespace plumbline::renderer
