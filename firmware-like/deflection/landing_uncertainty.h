@@ -12,7 +12,8 @@ namespace plumbline {
 /// repeatability. It is the radius for points measured with that instrument; for the tip itself it
 /// is too large by the instrument's noise, which no measured point can be told without. Outside the
 /// domain nothing was seen, and the declared share of each deflection counts again, in squares.
-/// Holds its own scratch memory: Radius95_m() allocates nothing. Costs about 25 loaded postures.
+/// Holds its own scratch memory: Radius95_m() allocates nothing. Costs about ten postures
+/// (LoadedArm::AtCommanded).
 class LandingUncertainty {
  public:
   LandingUncertainty(const CellModel& cell, const LoadedArm& arm);
