@@ -1,0 +1,167 @@
+// What the PLC orders: corrected points and poses, probes, the camera's calibration.
+#include <algorithm>
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/machine.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kTipStale_s = 0.5;  // of a tip by camera: some frames
+
+}  // namespace
+
+void Machine::Execute(const MachineInput& input) {
+  const PlcCommand& command = input.command;
+  CommandResult& result = snapshot_.result;
+  const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  if (!robot_trusted) result.valid = false;  // the values stay
+  if (command.acknowledge && !acknowledged_) result.valid = false;
+  acknowledged_ = command.acknowledge;
+  if (command.sequence == result.sequence) return;
+  result.sequence = command.sequence;
+  result.command = command.code;
+  result.unix_ms = input.unix_ms;
+  result.valid = false;
+  if (command.code == PlcCommandCode::kAcknowledge) {
+    result.code = CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kRestartMonitor) {
+    snapshot_.monitor_restart = input.probes_recorded;
+    result.code = input.probes_recorded ? CorrectionCode::kOk : CorrectionCode::kNotRecorded;
+    return;
+  }
+  if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
+    result.point_id = 0;
+    result.code = TakeProbe(input, command.probe_W);
+    result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kProbeByCamera) {
+    result.point_id = 0;
+    result.code = TakeProbeByCamera(input);
+    result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kStartCalibration ||
+      command.code == PlcCommandCode::kCancelCalibration) {
+    result.code = OrderCalibration(input);
+    return;
+  }
+  result.point_id =
+      command.code == PlcCommandCode::kCorrectPoint ? command.point_id : std::uint16_t{0};
+  const auto refuse = [&](CorrectionCode code) { result.code = code; };
+
+  AssemblyPoint point;
+  JointVector seed = snapshot_.robot.q;
+  switch (command.code) {
+    case PlcCommandCode::kCorrectPoint: {
+      const auto known =
+          std::find_if(config_.points.begin(), config_.points.end(),
+                       [&](const AssemblyPoint& p) { return p.id == command.point_id; });
+      if (known == config_.points.end()) return refuse(CorrectionCode::kUnknownPoint);
+      const auto index = static_cast<std::size_t>(known - config_.points.begin());
+      if (!command.payload_kg) {  // what this cycle found for its block
+        const PointResult& block = snapshot_.points[index];
+        result.code = block.code;
+        result.valid = block.valid;
+        if (block.valid) result.correction = block.correction;
+        return;
+      }
+      point.X_WP = known->X_WP;
+      point.p_TP = known->p_TP;
+      point.orientation_free = known->orientation_free;
+      if (known->near_q) seed = *known->near_q;
+      if (branches_[index].solution) seed = *branches_[index].solution;
+      break;
+    }
+    case PlcCommandCode::kCorrectPose:
+    case PlcCommandCode::kCorrectPoseScaled:
+    case PlcCommandCode::kPredictLanding:
+      if (!command.pose_valid) return refuse(CorrectionCode::kBadCommand);
+      point.X_WP = corrector_.arm().X_WB() * command.X_BP;
+      break;
+    default:
+      return refuse(CorrectionCode::kBadCommand);
+  }
+  if (!robot_trusted) return refuse(CorrectionCode::kNoRobot);
+  if (command.payload_kg) point.payload_kg = command.payload_kg;
+  const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+  if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
+  Correction correction;
+  if (command.code == PlcCommandCode::kPredictLanding) {
+    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
+                       BranchSearch::kBrief, correction);
+  } else {
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
+                       correction);
+  }
+  result.code = correction.code;
+  if (correction.code != CorrectionCode::kOk) return;
+  StateUncertainty(*payload, correction);
+  result.correction = correction;
+  result.valid = true;
+}
+
+CorrectionCode Machine::OrderCalibration(const MachineInput& input) {
+  if (!input.camera.configured) return CorrectionCode::kNoCamera;
+  const bool start = input.command.code == PlcCommandCode::kStartCalibration;
+  snapshot_.calibration_order = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
+  return CorrectionCode::kOk;
+}
+
+CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
+  const CameraInput& camera = input.camera;
+  if (!camera.configured) return CorrectionCode::kNoCamera;
+  if (!camera.lens_valid) return CorrectionCode::kLensStale;
+  const bool fresh = input.now_s - camera.tip_time_s <= kTipStale_s;
+  if (!camera.tip_valid || !fresh || !camera.tip_W.allFinite()) return CorrectionCode::kTipNotSeen;
+  const CorrectionCode code = TakeProbe(input, camera.tip_W);
+  if (code == CorrectionCode::kOk) snapshot_.probe.covariance_W = camera.tip_covariance_W;
+  return code;
+}
+
+CorrectionCode Machine::TakeProbe(const MachineInput& input,
+                                  const std::optional<Vec3>& measured_W) {
+  const PlcCommand& command = input.command;
+  const LoadedArm& arm = corrector_.arm();
+  if (!input.probes_recorded) return CorrectionCode::kNotRecorded;
+  if (!measured_W) return CorrectionCode::kBadCommand;
+  if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
+  const std::optional<Payload> payload = PayloadAt(command.payload_kg);
+  if (!payload) return CorrectionCode::kPayloadUnknown;
+  if (arm.torques_missing()) return CorrectionCode::kTorquesUnknown;
+  LoadedState state;
+  if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
+    return CorrectionCode::kNotConverged;
+  }
+
+  Probe& probe = snapshot_.probe;
+  probe.sequence = command.sequence;
+  probe.unix_ms = input.unix_ms;
+  probe.utc_s = input.utc_s;
+  probe.q = snapshot_.robot.q;
+  probe.q_resolution = snapshot_.robot.q_resolution;
+  probe.payload_kg = payload->mass_kg;
+  probe.temp_C = snapshot_.robot.temp_C;
+  probe.predicted_W = state.p_read_W;
+  probe.measured_W = *measured_W;
+  probe.covariance_W.reset();
+  snapshot_.probe_taken = true;
+
+  Correction& told = snapshot_.result.correction;
+  told.code = CorrectionCode::kOk;
+  told.q = probe.q;
+  told.X_BP_command = state.X_BT;
+  told.translation_B = arm.X_WB().R.transpose() * (probe.measured_W - probe.predicted_W);
+  told.rotation_B.setZero();
+  told.uncertainty_m =
+      RadiusHolding95Percent(DeflectionCovariance(arm, state, config_.limits.deflection_sd));
+  told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
+                                    ConditionsOf(*payload).t_s);
+  StateUncertainty(*payload, told);
+  return CorrectionCode::kOk;
+}
+
+}  // namespace plumbline
