@@ -319,81 +319,6 @@ const std::array kPointFields = {
              [](Source s) -> double { return s.point->sequence; }},
 };
 
-constexpr std::array kCommandFields = {
-    CommandField{
-        1000, kU16, "command_code", "code",
-        "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
-        "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge, 6 record a "
-        "probe (measured tip in 1002-1007, measurement frame), 7 likewise from 1032-1037, "
-        "8 restart the drift monitor, 9 start a calibration of the lens, 10 cancel it, 11 record a "
-        "probe by camera"},
-    CommandField{1001, kU16, "command_point", "", "id of the point, for code 1"},
-    CommandField{1002, kFloat, "command_x", "mm",
-                 "wanted pose of the tool point, robot base frame"},
-    CommandField{1004, kFloat, "command_y", "mm", ""},
-    CommandField{1006, kFloat, "command_z", "mm", ""},
-    CommandField{1008, kFloat, "command_rx", "deg", "orientation, convention of register 3"},
-    CommandField{1010, kFloat, "command_ry", "deg", ""},
-    CommandField{1012, kFloat, "command_rz", "deg", ""},
-    CommandField{1014, kFloat, "command_payload", "kg",
-                 "mass to compute with; 0 or less: what the robot carries now"},
-    CommandField{1020, kI16, "command_x_scaled", "0.1 mm", "wanted pose for code 3"},
-    CommandField{1021, kI16, "command_y_scaled", "0.1 mm", ""},
-    CommandField{1022, kI16, "command_z_scaled", "0.1 mm", ""},
-    CommandField{1023, kI16, "command_rx_scaled", "mrad", "rotation vector, always"},
-    CommandField{1024, kI16, "command_ry_scaled", "mrad", ""},
-    CommandField{1025, kI16, "command_rz_scaled", "mrad", ""},
-    CommandField{1030, kU16, "plc_heartbeat", "", "change it at least every 2 s"},
-    CommandField{1031, kU16, "plc_flags", "bits", "bit 0: operated by hand"},
-    CommandField{1032, kI32, "probe_x_fine", "0.001 mm",
-                 "measured tip for code 7, measurement frame"},
-    CommandField{1034, kI32, "probe_y_fine", "0.001 mm", ""},
-    CommandField{1036, kI32, "probe_z_fine", "0.001 mm", ""},
-    CommandField{1039, kU16, "command_sequence", "", "write it last; a new value executes, once"},
-};
-
-constexpr std::array kStatusBits = {
-    BitMeaning{status::kReady, "ready"},
-    BitMeaning{status::kBusy,
-               "busy (kept free: a command is answered within one cycle, the echo tells when)"},
-    BitMeaning{status::kResultValid, "result valid"},
-    BitMeaning{status::kRobotLink, "robot link"},
-    BitMeaning{status::kWarning, "warning"},
-    BitMeaning{status::kError, "error"},
-    BitMeaning{status::kLensCalibrated, "lens calibrated"},
-    BitMeaning{status::kExtrapolating, "extrapolating"},
-    BitMeaning{status::kTemperatureValid, "temperature valid"},
-    BitMeaning{status::kPayloadValid, "payload valid"},
-    BitMeaning{status::kPlcHeartbeatSeen, "PLC heartbeat seen"},
-    BitMeaning{status::kManual, "manual"},
-    BitMeaning{status::kToggle, "toggle (changes every second)"},
-};
-
-constexpr std::array kAlarmBits = {
-    BitMeaning{alarm::kRobotMissing, "nothing read from the robot"},
-    BitMeaning{alarm::kRobotStale, "robot input stale"},
-    BitMeaning{alarm::kRobotImplausible, "robot input implausible"},
-    BitMeaning{alarm::kDecodingWrong, "reported tool pose contradicts the joints"},
-    BitMeaning{alarm::kPayloadUnknown, "payload unknown"},
-    BitMeaning{alarm::kTorquesUnknown, "link masses not declared"},
-    BitMeaning{alarm::kPointRefused, "a point has no correction"},
-    BitMeaning{alarm::kEmergencyStop, "emergency stop reported"},
-};
-
-constexpr std::array kWarningBits = {
-    BitMeaning{warning::kDecodingUnchecked, "decoding not checked against a tool pose"},
-    BitMeaning{warning::kPlcHeartbeatLost, "PLC heartbeat lost"},
-    BitMeaning{warning::kCycleOverrun, "cycle overrun"},
-    BitMeaning{warning::kCoarseJoints, "joint registers cost over 0.1 mm"},
-    BitMeaning{warning::kMassCentresGuessed, "a link's centre of mass is guessed"},
-    BitMeaning{warning::kDrift, "the residuals of probes changed (drift alarm)"},
-    BitMeaning{warning::kProposalWaiting, "a corrected model waits for approval"},
-    BitMeaning{warning::kLoopFault, "journal or diagnosis failed"},
-    BitMeaning{warning::kLensStale, "the camera's lens is not to be trusted"},
-    BitMeaning{warning::kCameraLost, "camera or zoom sensor lost"},
-    BitMeaning{warning::kBoardWanted, "the calibration board is asked for"},
-};
-
 }  // namespace
 
 int RegisterCount(FieldType type) {
@@ -434,18 +359,6 @@ std::span<const MapField> plc_map::Fields() {
 }
 std::span<const MapField> plc_map::PointFields() {
   return kPointFields;
-}
-std::span<const BitMeaning> plc_map::StatusBits() {
-  return kStatusBits;
-}
-std::span<const BitMeaning> plc_map::AlarmBits() {
-  return kAlarmBits;
-}
-std::span<const BitMeaning> plc_map::WarningBits() {
-  return kWarningBits;
-}
-std::span<const CommandField> plc_map::Commands() {
-  return kCommandFields;
 }
 
 }  // namespace plumbline
