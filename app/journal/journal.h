@@ -24,8 +24,6 @@ struct JournalFilter {
 /// it can be read with the sqlite3 command.
 class Journal {
  public:
-  static constexpr int kSchemaVersion = 3;
-
   /// Opens or makes the file. @return why not: not a journal, of a newer version, not writable
   static Result<Journal> Open(const std::string& path);
   /// Opens an existing one for reading; makes nothing.
@@ -82,7 +80,6 @@ class Journal {
   Result<std::int64_t> AppendInside(const std::vector<JournalRow>& rows,
                                     const std::vector<Joint>& joints);
   Result<std::optional<Restart>> RestartBy(const char* sql);
-  Result<bool> BringToThisSchema();
   Result<bool> ReadEpoch();
   Error Failed(const char* what) const;
 

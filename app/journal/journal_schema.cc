@@ -1,0 +1,106 @@
+#include "app/journal/journal_schema.h"
+
+#include <fmt/format.h>
+
+namespace plumbline {
+namespace {
+
+constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", told by file(1)
+
+constexpr const char* kSchema = R"(
+CREATE TABLE measurement (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import')),
+  unix_ms INTEGER,
+  t_s REAL,  -- of probes: UTC since the epoch
+  session TEXT NOT NULL, command INTEGER,
+  q TEXT NOT NULL, qd TEXT, qdd TEXT, tau TEXT,  -- arrays; deg and Nm, mm and N where prismatic
+  payload_kg REAL, temp_C REAL,
+  predicted_x_mm REAL, predicted_y_mm REAL, predicted_z_mm REAL,
+  x_mm REAL, y_mm REAL, z_mm REAL, range_mm REAL,
+  qw REAL, qx REAL, qy REAL, qz REAL,
+  model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
+  q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
+  covariance_mm2 TEXT  -- of x, y, z by camera: array of 9, row by row
+);
+CREATE TABLE epoch (utc_s INTEGER NOT NULL);
+INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
+CREATE TABLE import (
+  id INTEGER PRIMARY KEY, file TEXT NOT NULL, content_hash INTEGER NOT NULL,
+  rows INTEGER NOT NULL, last_row INTEGER NOT NULL
+);
+CREATE TABLE monitor_restart (
+  id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
+  reason TEXT NOT NULL
+);
+)";
+
+/// Schema 1 counted t_s from the computer's boot, and marked sessions with it. The wall clock of
+/// each probe was kept.
+constexpr const char* kFromSchema1 = R"(
+ALTER TABLE measurement ADD COLUMN q_step_deg REAL;
+CREATE TABLE epoch (utc_s INTEGER NOT NULL);
+INSERT INTO epoch SELECT coalesce(min(unix_ms) / 1000, CAST(strftime('%s', 'now') AS INTEGER))
+  FROM measurement WHERE source = 'plc';
+UPDATE measurement SET t_s = unix_ms / 1000.0 - (SELECT utc_s FROM epoch)
+  WHERE source = 'plc' AND unix_ms IS NOT NULL;
+UPDATE measurement SET session = substr(session, 1, length(session) - 14)
+  WHERE source = 'plc' AND session LIKE '% boot ________';
+UPDATE measurement SET session = '' WHERE source = 'plc' AND session LIKE 'boot ________';
+PRAGMA user_version = 2;
+)";
+
+/// Schema 2 knew no probes by camera.
+constexpr const char* kFromSchema2 = R"(
+ALTER TABLE measurement ADD COLUMN covariance_mm2 TEXT;
+PRAGMA user_version = 3;
+)";
+
+}  // namespace
+
+std::optional<Error> WhyNoJournal(Database& database) {
+  // A file that is no database shows it at the first reading.
+  if (!database.Run("SELECT count(*) FROM sqlite_master")) {
+    return Error{fmt::format("{}: {}; move it away to begin a new journal", database.path(),
+                             database.Problem())};
+  }
+  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
+  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
+  for (const Result<std::int64_t>* read : {&version, &tables, &kind}) {
+    if (!*read) return Error{read->error()};
+  }
+  if (*version > kJournalSchema) {
+    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
+                             database.path(), *version, kJournalSchema)};
+  }
+  if (*tables > 0 && *kind != kApplicationId) {
+    return Error{fmt::format("{}: is a database, but no plumbline journal", database.path())};
+  }
+  return std::nullopt;
+}
+
+Result<bool> BringToThisSchema(Database& database) {
+  Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  if (!version) return Error{version.error()};
+  if (*version == kJournalSchema) return true;
+  const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
+  const auto problem = [&] {
+    return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
+  };
+  Transaction transaction(database);
+  if (!transaction.begun()) return problem();
+  version = database.IntegerOf("PRAGMA user_version");  // another process may have made it since
+  if (!version) return Error{version.error()};
+  const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
+                                       kApplicationId, kJournalSchema);
+  if (*version == 0 && (!database.Run(kSchema) || !database.Run(mark.c_str()))) {
+    return problem();
+  }
+  if (*version == 1 && !database.Run(kFromSchema1)) return problem();
+  if ((*version == 1 || *version == 2) && !database.Run(kFromSchema2)) return problem();
+  if (!transaction.Commit()) return problem();
+  return true;
+}
+
+}  // namespace plumbline

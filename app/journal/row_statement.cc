@@ -1,0 +1,168 @@
+#include "app/journal/row_statement.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kMmPerMetre = 1 / kMetrePerMm;
+
+double FileUnit(const Joint& joint) {
+  return joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+}
+
+/// Joint values as a JSON array in the units of measured.csv; nothing where they are absent.
+std::optional<std::string> JointText(const JointVector& values, const std::vector<Joint>& joints,
+                                     bool torque) {
+  if (values.size() == 0) return std::nullopt;
+  nlohmann::json array = nlohmann::json::array();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const double unit = torque ? 1 : FileUnit(joints[static_cast<std::size_t>(i)]);
+    array.push_back(values[i] / unit);
+  }
+  return array.dump();
+}
+
+bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints, bool torque,
+                    JointVector& values) {
+  if (row.IsNull(column)) return true;
+  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  if (!array.is_array() || array.size() != joints.size()) return false;
+  values.resize(static_cast<Eigen::Index>(joints.size()));
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (!array[i].is_number()) return false;
+    const double unit = torque ? 1 : FileUnit(joints[i]);
+    values[static_cast<Eigen::Index>(i)] = array[i].get<double>() * unit;
+  }
+  return true;
+}
+
+std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_m2) {
+  if (!covariance_m2) return std::nullopt;
+  nlohmann::json array = nlohmann::json::array();
+  for (int k = 0; k < 9; ++k) {
+    array.push_back((*covariance_m2)(k / 3, k % 3) * kMmPerMetre * kMmPerMetre);
+  }
+  return array.dump();
+}
+
+/// What is no array of nine numbers is as if it were not there: it was never written by us.
+std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
+  if (row.IsNull(column)) return std::nullopt;
+  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  if (!array.is_array() || array.size() != 9) return std::nullopt;
+  Mat3 covariance;
+  for (std::size_t k = 0; k < 9; ++k) {
+    if (!array[k].is_number()) return std::nullopt;
+    covariance(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) =
+        array[k].get<double>() * kMetrePerMm * kMetrePerMm;
+  }
+  return covariance;
+}
+
+void BindPoint(Statement& statement, int index, const std::optional<Vec3>& point_m) {
+  for (int k = 0; k < 3; ++k) {
+    statement.Bind(index + k, point_m ? std::optional((*point_m)[k] * kMmPerMetre) : std::nullopt);
+  }
+}
+
+std::optional<Vec3> PointFrom(const Statement& row, int column) {
+  if (row.IsNull(column)) return std::nullopt;
+  return Vec3(kMetrePerMm *
+              Vec3(row.Number(column), row.Number(column + 1), row.Number(column + 2)));
+}
+
+std::optional<std::int64_t> Widened(const auto& value) {
+  return value ? std::optional<std::int64_t>(*value) : std::nullopt;
+}
+
+}  // namespace
+
+const char* const kInsertRow =
+    "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
+    " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
+    " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2)"
+    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+
+const char* const kSelectRows =
+    "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
+    " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
+    " model_version, wild, alarm, id, q_step_deg, covariance_mm2 FROM measurement";
+
+const char* NameOf(JournalRow::Source source) {
+  switch (source) {
+    case JournalRow::Source::kPlc:
+      return "plc";
+    case JournalRow::Source::kCamera:
+      return "camera";
+    case JournalRow::Source::kImport:
+      return "import";
+  }
+  return "?";
+}
+
+bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints) {
+  statement.Bind(1, std::string(NameOf(row.source)));
+  statement.Bind(2, row.unix_ms);
+  statement.Bind(3, row.t_s);
+  statement.Bind(4, row.session);
+  statement.Bind(5, Widened(row.command));
+  statement.Bind(6, JointText(row.q, joints, false));
+  statement.Bind(7, JointText(row.qd, joints, false));
+  statement.Bind(8, JointText(row.qdd, joints, false));
+  statement.Bind(9, JointText(row.tau, joints, true));
+  statement.Bind(10, row.payload_kg);
+  statement.Bind(11, row.temp_C);
+  BindPoint(statement, 12, row.predicted_W);
+  BindPoint(statement, 15, row.measured_W);
+  statement.Bind(18, row.range_m ? std::optional(*row.range_m * kMmPerMetre) : std::nullopt);
+  const auto turned = [&row](auto part) {
+    return row.orientation_W ? std::optional(part(*row.orientation_W)) : std::nullopt;
+  };
+  statement.Bind(19, turned([](const Eigen::Quaterniond& q) { return q.w(); }));
+  statement.Bind(20, turned([](const Eigen::Quaterniond& q) { return q.x(); }));
+  statement.Bind(21, turned([](const Eigen::Quaterniond& q) { return q.y(); }));
+  statement.Bind(22, turned([](const Eigen::Quaterniond& q) { return q.z(); }));
+  statement.Bind(23, Widened(row.model_version));
+  statement.Bind(24, std::int64_t{row.wild});
+  statement.Bind(25, std::int64_t{row.alarm});
+  statement.Bind(26, row.q_step_rad ? std::optional(*row.q_step_rad / kRadPerDeg) : std::nullopt);
+  statement.Bind(27, CovarianceText(row.covariance_W));
+  return statement.Run();
+}
+
+std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
+  JournalRow row;
+  const std::string source = s.Text(0);
+  row.source = source == "plc"      ? JournalRow::Source::kPlc
+               : source == "camera" ? JournalRow::Source::kCamera
+                                    : JournalRow::Source::kImport;
+  row.unix_ms = s.IntegerIfThere(1);
+  row.t_s = s.NumberIfThere(2);
+  row.session = s.Text(3);
+  if (!s.IsNull(4)) row.command = static_cast<std::uint16_t>(s.Integer(4));
+  const bool joints_fit = JointsFromText(s, 5, joints, false, row.q) && row.q.size() > 0 &&
+                          JointsFromText(s, 6, joints, false, row.qd) &&
+                          JointsFromText(s, 7, joints, false, row.qdd) &&
+                          JointsFromText(s, 8, joints, true, row.tau);
+  if (!joints_fit) return std::nullopt;
+  row.payload_kg = s.NumberIfThere(9);
+  row.temp_C = s.NumberIfThere(10);
+  row.predicted_W = PointFrom(s, 11);
+  row.measured_W = PointFrom(s, 14);
+  if (!s.IsNull(17)) row.range_m = s.Number(17) * kMetrePerMm;
+  if (!s.IsNull(18)) {
+    row.orientation_W = Eigen::Quaterniond(s.Number(18), s.Number(19), s.Number(20), s.Number(21));
+  }
+  if (!s.IsNull(22)) row.model_version = static_cast<int>(s.Integer(22));
+  row.wild = s.Integer(23) != 0;
+  row.alarm = s.Integer(24) != 0;
+  row.id = s.Integer(25);
+  if (const auto step_deg = s.NumberIfThere(26)) row.q_step_rad = *step_deg * kRadPerDeg;
+  row.covariance_W = CovarianceFrom(s, 27);
+  return row;
+}
+
+}  // namespace plumbline
