@@ -1,20 +1,44 @@
 #include "drivers/camera/image_file.h"
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+
+#include "drivers/camera/jpeg_image.h"
 
 namespace plumbline {
 
 namespace fs = std::filesystem;
+namespace {
+
+/// OpenCV lets libjpeg print what is wrong with a file, and paints the rest grey.
+Result<GreyImage> ReadJpeg(std::istream& file) {
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  GreyImage image;
+  if (auto why = DecodeJpegFile(bytes, image)) return *std::move(why);
+  return image;
+}
+
+bool BeginsAsJpeg(std::istream& file) {
+  const bool begins = file.get() == 0xFF && file.get() == 0xD8;
+  file.clear();
+  file.seekg(0);
+  return begins;
+}
+
+}  // namespace
 
 Result<GreyImage> ReadImage(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
   if (why) return Error{why.message()};
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
+  std::ifstream file(path, std::ios::binary);
+  if (BeginsAsJpeg(file)) return ReadJpeg(file);
   cv::Mat image;
   try {
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+    image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     return Error{"no image that can be read, or one of absurd size"};
   }

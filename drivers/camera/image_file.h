@@ -1,4 +1,4 @@
-// One image from a file of any kind, by OpenCV: for the command line.
+// One image from a file of any kind, by OpenCV, JPEG by libjpeg: for the command line.
 #pragma once
 
 #include <string>
@@ -9,7 +9,8 @@
 namespace plumbline {
 
 /// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and what else OpenCV reads; colour is
-/// turned to grey, 16 bits to 8. Refused are files beyond 256 MB and what is no image.
+/// turned to grey, 16 bits to 8. Pixels stand as in the file, whatever orientation it tells beside
+/// them. Refused are files beyond 256 MB, what is no image, and a damaged JPEG.
 Result<GreyImage> ReadImage(const std::string& path);
 
 }  // namespace plumbline

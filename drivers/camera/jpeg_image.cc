@@ -12,6 +12,8 @@
 namespace plumbline {
 namespace {
 
+constexpr std::size_t kMostPixels = 100'000'000;  // of a file
+
 /// libjpeg's state. Its faults come back by longjmp, since it is C; it prints nothing.
 struct Decoder {
   Decoder() {
@@ -59,6 +61,18 @@ std::optional<Error> Begin(jpeg_decompress_struct& state, std::span<const std::u
   return std::nullopt;
 }
 
+/// Decodes all rows. @return why they are of no use
+std::optional<Error> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pixels) {
+  jpeg_start_decompress(&decoder.state);
+  while (decoder.state.output_scanline < decoder.state.output_height && !decoder.damaged) {
+    JSAMPROW row = pixels + row_bytes * decoder.state.output_scanline;
+    jpeg_read_scanlines(&decoder.state, &row, 1);
+  }
+  if (!decoder.damaged) jpeg_finish_decompress(&decoder.state);
+  if (decoder.damaged) return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size,
@@ -76,14 +90,29 @@ std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize s
   jpeg_create_decompress(&decoder.state);
   if (auto why = Begin(decoder.state, bytes, size)) return why;
   decoder.state.out_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
-  jpeg_start_decompress(&decoder.state);
-  while (decoder.state.output_scanline < decoder.state.output_height && !decoder.damaged) {
-    JSAMPROW row = pixels.data() + row_bytes * decoder.state.output_scanline;
-    jpeg_read_scanlines(&decoder.state, &row, 1);
+  return ReadRows(decoder, row_bytes, pixels.data());
+}
+
+std::optional<Error> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image) {
+  Decoder decoder;
+  // As above: nothing with a destructor may begin from here on.
+  if (setjmp(decoder.jump) != 0) {
+    return Error{fmt::format("a damaged JPEG, or an unknown kind of it: {}", decoder.words)};
   }
-  if (!decoder.damaged) jpeg_finish_decompress(&decoder.state);
-  if (decoder.damaged) return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
-  return std::nullopt;
+  jpeg_create_decompress(&decoder.state);
+  jpeg_mem_src(&decoder.state, bytes.data(), static_cast<unsigned long>(bytes.size()));
+  if (jpeg_read_header(&decoder.state, TRUE) != JPEG_HEADER_OK) {
+    return Error{"a JPEG without an image"};
+  }
+  const std::size_t width = decoder.state.image_width, height = decoder.state.image_height;
+  if (width * height > kMostPixels) {
+    return Error{fmt::format("a JPEG of {} x {} px; 100 megapixels are the most", width, height)};
+  }
+  image.width = static_cast<int>(width);
+  image.height = static_cast<int>(height);
+  image.grey.resize(width * height);
+  decoder.state.out_color_space = JCS_GRAYSCALE;
+  return ReadRows(decoder, width, image.grey.data());
 }
 
 }  // namespace plumbline

@@ -1,4 +1,5 @@
-// A frame that a camera sent as JPEG, by libjpeg. Pure.
+// JPEG by libjpeg: frames that a camera sent, and files. Pure, and silent: what libjpeg would print
+// is told.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/image_folder.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
@@ -23,5 +25,11 @@ enum class JpegColour : std::uint8_t {
 /// @return why there are no pixels; `pixels` is then of no use
 std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size,
                                 JpegColour colour, std::vector<std::uint8_t>& pixels);
+
+/// Decodes a file as luma, of any kind that libjpeg reads (progressive ones too) up to 100
+/// megapixels. Pixels stand as they do in the file: an orientation told beside them is not applied,
+/// since a lens belongs to the sensor. Damage is refused as above.
+/// @return why there are no pixels; `image` is then of no use
+std::optional<Error> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image);
 
 }  // namespace plumbline
