@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ApproachLagFormula {
   static EffectTraits Traits() {
     return {.id = "approach_lag",
             .meaning = "the joint is measured before it has fully arrived",
@@ -28,7 +28,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ApproachLag() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ApproachLagFormula> effect;
   return effect;
 }
 

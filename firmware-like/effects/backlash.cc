@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct BacklashFormula {
   static EffectTraits Traits() {
     return {.id = "backlash",
             .meaning = "the joint's gearbox has play",
@@ -35,7 +35,7 @@ struct Formula {
 }  // namespace
 
 const Effect& Backlash() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<BacklashFormula> effect;
   return effect;
 }
 

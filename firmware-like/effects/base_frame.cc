@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct BaseFrameFormula {
   static EffectTraits Traits() {
     return {
         .id = "base_frame",
@@ -36,7 +36,7 @@ struct Formula {
 }  // namespace
 
 const Effect& BaseFrame() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<BaseFrameFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct CameraLensFormula {
   static EffectTraits Traits() {
     return {.id = "camera_lens",
             .meaning = "the lens is not the calibrated one any more: its distortion has changed",
@@ -26,7 +26,7 @@ struct Formula {
 }  // namespace
 
 const Effect& CameraLens() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<CameraLensFormula> effect;
   return effect;
 }
 

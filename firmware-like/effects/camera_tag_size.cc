@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct CameraTagSizeFormula {
   static EffectTraits Traits() {
     return {.id = "camera_tag_size",
             .meaning = "the tags are not as large as the camera was told",
@@ -26,7 +26,7 @@ struct Formula {
 }  // namespace
 
 const Effect& CameraTagSize() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<CameraTagSizeFormula> effect;
   return effect;
 }
 

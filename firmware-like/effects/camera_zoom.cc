@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct CameraZoomFormula {
   enum Parameter { kTime, kRow, kScale };
 
   static EffectTraits Traits() {
@@ -40,7 +40,7 @@ struct Formula {
 }  // namespace
 
 const Effect& CameraZoom() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<CameraZoomFormula> effect;
   return effect;
 }
 

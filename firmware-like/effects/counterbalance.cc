@@ -5,7 +5,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct CounterbalanceFormula {
   enum Parameter { kAmplitude, kPhase };
   static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
 
@@ -38,7 +38,7 @@ struct Formula {
 }  // namespace
 
 const Effect& Counterbalance() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<CounterbalanceFormula> effect;
   return effect;
 }
 

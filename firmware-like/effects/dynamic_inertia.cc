@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct DynamicInertiaFormula {
   static EffectTraits Traits() {
     return {.id = "dynamic_inertia",
             .meaning = "the joint winds up under the inertia of what it accelerates",
@@ -28,7 +28,7 @@ struct Formula {
 }  // namespace
 
 const Effect& DynamicInertia() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<DynamicInertiaFormula> effect;
   return effect;
 }
 

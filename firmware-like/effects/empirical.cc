@@ -25,7 +25,7 @@ Place PlaceOf(double driver, const Eigen::MatrixXd& nodes) {
   return place;
 }
 
-struct Formula {
+struct EmpiricalFormula {
   enum Parameter { kBaseX, kTipX = kBaseX + 3, kTurn = kTipX + 3, kToolBending };
 
   static EffectTraits Traits() {
@@ -73,7 +73,7 @@ struct Formula {
 }  // namespace
 
 const Effect& Empirical() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<EmpiricalFormula> effect;
   return effect;
 }
 

@@ -5,7 +5,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct GearPeriodicFormula {
   enum Parameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
   static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
 
@@ -42,7 +42,7 @@ struct Formula {
 }  // namespace
 
 const Effect& GearPeriodic() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<GearPeriodicFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct GearRatioFormula {
   static EffectTraits Traits() {
     return {.id = "gear_ratio",
             .meaning = "the joint turns by a constant fraction more or less than commanded",
@@ -29,7 +29,7 @@ struct Formula {
 }  // namespace
 
 const Effect& GearRatio() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<GearRatioFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct GravityDirectionFormula {
   static EffectTraits Traits() {
     return {.id = "gravity_direction",
             .meaning = "the measurement frame is not level",
@@ -26,7 +26,7 @@ struct Formula {
 }  // namespace
 
 const Effect& GravityDirection() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<GravityDirectionFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct JointComplianceFormula {
   static EffectTraits Traits() {
     return {.id = "joint_compliance",
             .meaning = "the joint winds up under its gravity torque",
@@ -27,7 +27,7 @@ struct Formula {
 }  // namespace
 
 const Effect& JointCompliance() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<JointComplianceFormula> effect;
   return effect;
 }
 

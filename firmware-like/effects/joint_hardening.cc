@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct JointHardeningFormula {
   static EffectTraits Traits() {
     return {.id = "joint_hardening",
             .meaning = "the joint's compliance falls as its torque grows",
@@ -26,7 +26,7 @@ struct Formula {
 }  // namespace
 
 const Effect& JointHardening() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<JointHardeningFormula> effect;
   return effect;
 }
 

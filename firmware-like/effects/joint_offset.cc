@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct JointOffsetFormula {
   static EffectTraits Traits() {
     return {
         .id = "joint_offset",
@@ -27,7 +27,7 @@ struct Formula {
 }  // namespace
 
 const Effect& JointOffset() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<JointOffsetFormula> effect;
   return effect;
 }
 

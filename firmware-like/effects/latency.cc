@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct LatencyFormula {
   static EffectTraits Traits() {
     return {.id = "latency",
             .meaning = "the arm is measured at another moment than its joints are read",
@@ -27,7 +27,7 @@ struct Formula {
 }  // namespace
 
 const Effect& Latency() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<LatencyFormula> effect;
   return effect;
 }
 

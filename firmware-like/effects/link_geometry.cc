@@ -5,7 +5,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct LinkGeometryFormula {
   static EffectTraits Traits() {
     return {
         .id = "link_geometry",
@@ -37,7 +37,7 @@ struct Formula {
 }  // namespace
 
 const Effect& LinkGeometry() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<LinkGeometryFormula> effect;
   return effect;
 }
 

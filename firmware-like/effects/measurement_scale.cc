@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct MeasurementScaleFormula {
   static EffectTraits Traits() {
     return {.id = "measurement_scale",
             .meaning = "the instrument's scale is off",
@@ -24,7 +24,7 @@ struct Formula {
 }  // namespace
 
 const Effect& MeasurementScale() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<MeasurementScaleFormula> effect;
   return effect;
 }
 

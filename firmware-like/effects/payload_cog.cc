@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct PayloadCogFormula {
   static EffectTraits Traits() {
     return {
         .id = "payload_cog",
@@ -29,7 +29,7 @@ struct Formula {
 }  // namespace
 
 const Effect& PayloadCog() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<PayloadCogFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct PayloadMassFormula {
   enum Parameter { kScale, kConstant };
 
   static EffectTraits Traits() {
@@ -30,7 +30,7 @@ struct Formula {
 }  // namespace
 
 const Effect& PayloadMass() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<PayloadMassFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct PedestalComplianceFormula {
   static EffectTraits Traits() {
     return {
         .id = "pedestal_compliance",
@@ -24,7 +24,7 @@ struct Formula {
 }  // namespace
 
 const Effect& PedestalCompliance() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<PedestalComplianceFormula> effect;
   return effect;
 }
 

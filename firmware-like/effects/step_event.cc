@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct StepEventFormula {
   enum Parameter { kTime, kRow, kX };
 
   static EffectTraits Traits() {
@@ -41,7 +41,7 @@ struct Formula {
 }  // namespace
 
 const Effect& StepEvent() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<StepEventFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ThermalDriftFormula {
   static constexpr int kTimeConstant = 3;
 
   static EffectTraits Traits() {
@@ -38,7 +38,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ThermalDrift() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ThermalDriftFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ThermalGrowthFormula {
   static EffectTraits Traits() {
     return {.id = "thermal_growth",
             .meaning = "the arm's links grow with the temperature",
@@ -32,7 +32,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ThermalGrowth() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ThermalGrowthFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ToolFrameFormula {
   static EffectTraits Traits() {
     return {
         .id = "tool_frame",
@@ -29,7 +29,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ToolFrame() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ToolFrameFormula> effect;
   return effect;
 }
 

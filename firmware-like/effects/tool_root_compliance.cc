@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ToolRootComplianceFormula {
   static EffectTraits Traits() {
     return {
         .id = "tool_root_compliance",
@@ -26,7 +26,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ToolRootCompliance() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ToolRootComplianceFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ToolShearFormula {
   static EffectTraits Traits() {
     return {
         .id = "tool_shear",
@@ -24,7 +24,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ToolShear() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ToolShearFormula> effect;
   return effect;
 }
 

@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-struct Formula {
+struct ToolStiffnessFormula {
   static EffectTraits Traits() {
     return {
         .id = "tool_stiffness",
@@ -29,7 +29,7 @@ struct Formula {
 }  // namespace
 
 const Effect& ToolStiffness() {
-  static const EffectOf<Formula> effect;
+  static const EffectOf<ToolStiffnessFormula> effect;
   return effect;
 }
 
