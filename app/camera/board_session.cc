@@ -20,11 +20,14 @@ constexpr double kAlwaysSharp_px = 1.2;  ///< .. unless below this
 constexpr std::size_t kBlurs = 40;
 constexpr std::size_t kLeastForFit = 3, kFurtherViews = 5;
 constexpr int kPromptViews = 2;  ///< kept while a prompt stands, before another is chosen
+constexpr int kAlike = 40;       ///< likewise, frames that show nothing new
 
 /// Before a lens can be fitted: the tilts that make it possible.
 constexpr BoardPrompt kFirst[] = {BoardPrompt::kTiltLeft, BoardPrompt::kTiltUpper,
                                   BoardPrompt::kTiltRight};
 
+/// RMS over the points that both show [px]; infinite where there are none (parts of a ChArUco
+/// board).
 double Distance(const BoardView& a, const BoardView& b) {
   double sum = 0;
   int count = 0;
@@ -68,7 +71,8 @@ std::string BoardSession::Objection(const BoardView& view) {
     const double moved = Distance(view, *previous_);
     if (moved > kMoving_px) {
       prompt_ = BoardPrompt::kHoldStill;
-      return fmt::format("moved by {:.1f} px since the last frame", moved);
+      return std::isfinite(moved) ? fmt::format("moved by {:.1f} px since the last frame", moved)
+                                  : "another part of the board than in the last frame";
     }
   }
   prompt_ = wanted_;
@@ -81,7 +85,12 @@ void BoardSession::Take(BoardView view) {
   last_word_ = Objection(view);
   previous_ = view;
   const double time_s = view.time_s;
-  if (last_word_.empty()) Keep(std::move(view));
+  if (last_word_.empty()) {
+    Keep(std::move(view));
+  } else if (prompt_ == wanted_ && ++alike_ >= kAlike) {
+    kept_under_wanted_ = kPromptViews;  // what was asked for does not come, or is there already
+    ChoosePrompt();
+  }
   Expire(time_s);
 }
 
@@ -97,6 +106,7 @@ void BoardSession::Keep(BoardView view) {
   view.name = fmt::format("view {}", kept_.size() + 1);
   kept_.push_back(std::move(view));
   ++kept_under_wanted_;
+  alike_ = 0;
   if (kept_.size() >= judge_at_) {
     Judge();
     if (state_ != State::kCapturing) return;
@@ -113,7 +123,7 @@ void BoardSession::ChoosePrompt() {
     wanted_ =
         BestPrompt(settings_.board, *fit, size_, enough ? std::optional(before) : std::nullopt);
   }
-  if (wanted_ != before) kept_under_wanted_ = 0;
+  if (wanted_ != before) kept_under_wanted_ = alike_ = 0;
   prompt_ = wanted_;
 }
 

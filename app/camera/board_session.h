@@ -58,7 +58,7 @@ class BoardSession {
   double began_s_;
   State state_ = State::kCapturing;
   BoardPrompt prompt_ = BoardPrompt::kShowBoard, wanted_ = BoardPrompt::kTiltLeft;
-  int kept_under_wanted_ = 0;
+  int kept_under_wanted_ = 0, alike_ = 0;  ///< alike: not kept for it since the last that was
   std::vector<BoardView> kept_;
   std::optional<BoardView> previous_;
   std::deque<double> blurs_;  ///< of the last frames

@@ -163,6 +163,24 @@ TEST_CASE("what is not kept, and what is said of it") {
   CHECK(session.kept() == 1);
 }
 
+TEST_CASE("a prompt that brings nothing new gives way to another") {
+  Operator somebody(1700, 6);
+  BoardSession session({}, kSize, 0);
+  while (session.kept() < 4) session.Take(somebody.Next(session.prompt()));
+  BoardView view = somebody.Next(session.prompt());
+  while (session.kept() < 5) session.Take(view = somebody.Next(session.prompt()));
+  const BoardPrompt stuck = session.prompt();
+  int frames = 0;
+  for (; frames < 200 && session.prompt() == stuck; ++frames) {
+    view.time_s += 0.05;
+    session.Take(view);
+  }
+  CHECK(session.prompt() != stuck);
+  CHECK(session.prompt() != BoardPrompt::kHoldStill);
+  CHECK(frames > 10);
+  CHECK(session.kept() == 5);
+}
+
 TEST_CASE("the board that is never moved is refused when patience ends, with what was missing") {
   Operator somebody(1700, 3);
   BoardSession session({}, kSize, 0);
