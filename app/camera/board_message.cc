@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::int32_t kLargestSide = 16384, kMostCorners = 200;
+constexpr std::int32_t kLargestSide = 16384;
 constexpr std::uint8_t kFound = 1, kNone = 0;
 
 template <typename T>
@@ -36,26 +36,34 @@ class Reader {
 }  // namespace
 
 Bytes BytesOfRequest(const BoardRequest& request) {
+  const Board& board = request.board;
   Bytes bytes;
-  for (const std::int32_t value : {request.width, request.height, request.columns, request.rows}) {
+  for (const std::int32_t value : {request.width, request.height, board.columns, board.rows}) {
     Put(bytes, value);
   }
-  Put(bytes, request.square_m);
+  Put(bytes, board.square_m);
+  Put(bytes, board.mark_m);
+  Put(bytes, static_cast<std::uint8_t>(board.kind));
+  bytes.insert(bytes.end(), board.family.begin(), board.family.end());
   return bytes;
 }
 
 std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes) {
   BoardRequest request;
+  Board& board = request.board;
   Reader reader(bytes);
+  std::uint8_t kind = 0;
   const bool whole = reader.Take(request.width) && reader.Take(request.height) &&
-                     reader.Take(request.columns) && reader.Take(request.rows) &&
-                     reader.Take(request.square_m) && reader.rest().empty();
+                     reader.Take(board.columns) && reader.Take(board.rows) &&
+                     reader.Take(board.square_m) && reader.Take(board.mark_m) && reader.Take(kind);
   const auto side = [](std::int32_t v) { return v >= 1 && v <= kLargestSide; };
-  const auto corners = [](std::int32_t v) { return v >= 2 && v <= kMostCorners; };
-  if (!whole || !side(request.width) || !side(request.height) || !corners(request.columns) ||
-      !corners(request.rows) || !(request.square_m > 0)) {
+  if (!whole || bytes.size() > kLargestBoardRequest || !side(request.width) ||
+      !side(request.height) || kind > static_cast<std::uint8_t>(BoardKind::kAsymmetricCircles)) {
     return std::nullopt;
   }
+  board.kind = static_cast<BoardKind>(kind);
+  board.family.assign(reader.rest().begin(), reader.rest().end());
+  if (FaultOf(board)) return std::nullopt;
   return request;
 }
 

@@ -14,13 +14,14 @@ namespace plumbline {
 
 /// The image itself lies in shared memory, row by row, no padding.
 struct BoardRequest {
-  std::int32_t width = 0, height = 0, columns = 0, rows = 0;
-  double square_m = 0;
+  std::int32_t width = 0, height = 0;
+  Board board;
 };
 
 using Bytes = std::vector<std::uint8_t>;
 
 inline constexpr std::size_t kLargestBoardMessage = 1 << 18;
+inline constexpr std::size_t kLargestBoardRequest = 256;
 
 Bytes BytesOfRequest(const BoardRequest& request);
 /// @return  nothing where the length or a number is impossible

@@ -117,8 +117,7 @@ std::optional<Error> BoardWorker::Ask(const LumaView& image, const Board& board)
   if (pid_ < 0) {
     if (auto why = Start()) return why;
   }
-  const Bytes request =
-      BytesOfRequest({image.width, image.height, board.columns, board.rows, board.square_m});
+  const Bytes request = BytesOfRequest({image.width, image.height, board});
   if (send(socket_, request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
     const std::string why = std::strerror(errno);
     ++ended_;
@@ -126,6 +125,7 @@ std::optional<Error> BoardWorker::Ask(const LumaView& image, const Board& board)
     return Error{"the worker does not listen: " + why};
   }
   asked_s_ = clock_();
+  points_ = static_cast<std::size_t>(board.corners());
   return std::nullopt;
 }
 
@@ -147,7 +147,9 @@ std::optional<Result<BoardView>> BoardWorker::Poll() {
   if (got <= 0) return Failed(program_ + " board-worker ended; is it this version's plumbline?");
   bytes.resize(static_cast<std::size_t>(got));
   auto answer = AnswerOfBytes(bytes);
-  if (!answer) return Failed("the worker's answer makes no sense");
+  if (!answer || (*answer && (*answer)->corners_px.size() != points_)) {
+    return Failed("the worker's answer makes no sense");
+  }
   answered_ = true;
   asked_s_.reset();
   return answer;
@@ -157,7 +159,7 @@ int RunBoardWorker() {
   const std::uint8_t* shared = nullptr;
   std::size_t mapped = 0;
   for (;;) {
-    std::array<std::uint8_t, 64> bytes{};
+    std::array<std::uint8_t, kLargestBoardRequest> bytes{};
     const ssize_t got = recv(kSocket, bytes.data(), bytes.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return got == 0 ? 0 : 1;
@@ -174,8 +176,7 @@ int RunBoardWorker() {
     }
     if (static_cast<std::size_t>(request->width) * request->height > mapped) return 1;
     const LumaView image{shared, request->width, request->height, request->width};
-    const Bytes answer =
-        BytesOfAnswer(DetectBoard(image, {request->columns, request->rows, request->square_m}));
+    const Bytes answer = BytesOfAnswer(DetectBoard(image, request->board));
     if (send(kSocket, answer.data(), answer.size(), MSG_NOSIGNAL) < 0) return 1;
   }
 }

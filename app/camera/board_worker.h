@@ -28,7 +28,8 @@ class BoardWorker {
   BoardWorker& operator=(const BoardWorker&) = delete;
 
   bool idle() const { return !asked_s_; }
-  /// Gives it a frame; only while idle. The image is copied. @return why it could not be given
+  /// Gives it a frame; only while idle. The image is copied. Any kind of board; FaultOf(board) is
+  /// nothing. @return why it could not be given
   std::optional<Error> Ask(const LumaView& image, const Board& board);
   /// The answer to the last frame, once; nothing while it is worked on.
   std::optional<Result<BoardView>> Poll();
@@ -47,7 +48,8 @@ class BoardWorker {
   std::uint8_t* shared_ = nullptr;
   std::size_t shared_bytes_ = 0;
   std::optional<double> asked_s_;
-  bool answered_ = false;  ///< this worker did once
+  std::size_t points_ = 0;  ///< of the board that was asked for
+  bool answered_ = false;   ///< this worker did once
   int ended_ = 0;
 };
 

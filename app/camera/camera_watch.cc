@@ -40,7 +40,7 @@ WatchSettings SettingsFrom(const CameraConfig& config) {
 
 BoardSettings BoardFrom(const BoardConfig& config) {
   BoardSettings board;
-  board.board = {config.columns, config.rows, config.square_m};
+  board.board = config.board;
   board.views = config.views;
   board.most_views = config.most_views;
   board.patience_s = config.patience_s;
@@ -267,7 +267,7 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
   if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
   looked_s_ = frame.time_s;
   look_rest_ = rest_;
-  if (const auto why = worker_->Ask(frame.luma, BoardFrom(config_.board).board)) {
+  if (const auto why = worker_->Ask(frame.luma, config_.board.board)) {
     sink_(LogLevel::kError, "camera: " + why->message);
   }
 }
@@ -289,7 +289,7 @@ void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   }
   if (worker_->idle()) {
     asked_image_s_ = frame.time_s;
-    if (const auto why = worker_->Ask(frame.luma, BoardFrom(config_.board).board)) {
+    if (const auto why = worker_->Ask(frame.luma, config_.board.board)) {
       session_->TakeMiss(why->message, frame.time_s);
     }
   }
@@ -326,8 +326,7 @@ void CameraWatch::KeepLens(const LensCalibration& solved, const WatchOrders& ask
   entry.covariance = solved.covariance;
   entry.image = solved.size;
   entry.rms_px = solved.rms_px;
-  entry.board = fmt::format("chessboard {}x{}, {:g} mm", solved.board.columns, solved.board.rows,
-                            1e3 * solved.board.square_m);
+  entry.board = WordsOf(solved.board);
   entry.utc = UtcNow();
   sink_(LogLevel::kNotice,
         fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <string_view>
@@ -66,6 +67,14 @@ Board BoardOf(const BoardOptions& options) {
           *BoardKindOfName(options.kind),
           1e-3 * options.mark_mm,
           options.family};
+}
+
+std::string WhyNoBoard(const Board& board) {
+  const auto fault = FaultOf(board);
+  if (!fault) return {};
+  std::string option(fault->key == "columns" ? "board" : fault->key);
+  std::replace(option.begin(), option.end(), '_', '-');
+  return fmt::format("--{}: {}", option, fault->words);
 }
 
 }  // namespace plumbline

@@ -20,7 +20,9 @@ struct BoardOptions {
 /// Adds --board-kind, --board, --square-mm, --mark-mm and --family.
 void AddBoardOptions(CLI::App& command, BoardOptions& options);
 
-/// The board that they name, once the command line was taken; see WhyNoBoard.
+/// The board that they name, once the command line was taken.
 Board BoardOf(const BoardOptions& options);
+/// Which option makes it no board, and what to write in its place; empty where none does.
+std::string WhyNoBoard(const Board& board);
 
 }  // namespace plumbline

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/config/fault.h"
+#include "app/lens/board.h"
 #include "app/tracking/bodies.h"
 #include "drivers/camera/registry.h"
 #include "drivers/zoom/registry.h"
@@ -24,8 +25,7 @@ struct ZoomConfig {
 };
 
 struct BoardConfig {
-  int columns = 17, rows = 11;  ///< inner corners
-  double square_m = 0.010;
+  Board board;
   int views = 20, most_views = 60;
   double patience_s = 180;
   double acceptable_px = 0.5;        ///< uncertainty of the projection, one deviation

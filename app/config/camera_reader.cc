@@ -60,11 +60,37 @@ void CameraItself(const TomlTable& table, const NamedFiles& files, CameraConfig&
   settings.focus_counts = table.Integer("focus_counts", 0, kMostCounts);
 }
 
+/// What is printed on it. A number is judged against the others only where all could be read.
+Board PrintFromToml(const TomlTable& table) {
+  Board board;
+  const auto kind = table.OneOf<BoardKind>("kind", {{"chessboard", BoardKind::kChessboard},
+                                                    {"charuco", BoardKind::kCharuco},
+                                                    {"circles", BoardKind::kCircles},
+                                                    {"acircles", BoardKind::kAsymmetricCircles}});
+  const auto columns = table.Integer("columns", 3, 100), rows = table.Integer("rows", 3, 100);
+  const auto square_m = table.Number("square_mm", kSquare);
+  const auto mark_m = table.Number("mark_mm", kSquare);
+  board.kind = kind.value_or(board.kind);
+  board.columns = columns.value_or(board.columns);
+  board.rows = rows.value_or(board.rows);
+  board.square_m = square_m.value_or(board.square_m);
+  board.mark_m = mark_m.value_or(board.mark_m);
+  board.family = table.String("family").value_or(board.family);
+  const auto faulty = [&](const char* key, bool read) { return table.Has(key) && !read; };
+  if (faulty("kind", kind.has_value()) || faulty("columns", columns.has_value()) ||
+      faulty("rows", rows.has_value()) || faulty("square_mm", square_m.has_value()) ||
+      faulty("mark_mm", mark_m.has_value())) {
+    return board;
+  }
+  const auto fault = FaultOf(board);
+  if (fault && table.Has(fault->key)) table.AddFault(fault->key, "is no board: " + fault->words);
+  if (fault && !table.Has(fault->key)) table.AddMissing(fault->key, fault->words);
+  return board;
+}
+
 BoardConfig BoardFromToml(const TomlTable& table) {
   BoardConfig board;
-  board.columns = table.Integer("columns", 3, 100).value_or(board.columns);
-  board.rows = table.Integer("rows", 3, 100).value_or(board.rows);
-  board.square_m = table.Number("square_mm", kSquare).value_or(board.square_m);
+  board.board = PrintFromToml(table);
   board.views = table.Integer("views", 8, 200).value_or(board.views);
   board.most_views =
       table.Integer("most_views", 8, 400).value_or(std::max(board.most_views, board.views));
@@ -143,6 +169,12 @@ std::optional<CameraConfig> CameraFromToml(const TomlTable& root, const NamedFil
   if (const auto board = root.Table("board")) camera.board = BoardFromToml(*board);
   if (const auto tags = root.RequiredTable("tags")) {
     camera.tags = TagsFromToml(*tags, files, faults);
+    const Board& board = camera.board.board;
+    if (board.kind == BoardKind::kCharuco && board.family == camera.tags.family) {
+      tags->AddWarning("family",
+                       "is that of the board too: its tags may be taken for the cell's; "
+                       "print the board with another family");
+    }
   }
   camera.text = camera.tags.text;
   for (const char* key : {"camera", "zoom", "board", "tags"}) {

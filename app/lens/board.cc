@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/tracking/tag_family.h"
@@ -20,31 +21,36 @@ constexpr int kLeastPoints = 3, kMostPoints = 100;
 constexpr double kLeastTag = 0.2, kLargestTag = 0.92;     // share of a square
 constexpr double kLeastDisc = 0.15, kLargestDisc = 0.85;  // share of the nearest neighbour's step
 
-std::string WhyNoCharuco(const Board& board) {
+std::optional<BoardFault> FaultOfCharuco(const Board& board) {
   const auto family = TagFamilyOfName(board.family);
-  if (!family) return "--family: " + family.error();
-  if (!(board.mark_m >= kLeastTag * board.square_m && board.mark_m <= kLargestTag * board.square_m))
-    return fmt::format(
-        "--mark-mm: a ChArUco board needs the side of its tags, black border included: {:g} to "
-        "{:g} mm where its squares have {:g} mm",
-        1e3 * kLeastTag * board.square_m, 1e3 * kLargestTag * board.square_m, 1e3 * board.square_m);
+  if (!family) return BoardFault{"family", family.error()};
+  if (!(board.mark_m >= kLeastTag * board.square_m &&
+        board.mark_m <= kLargestTag * board.square_m)) {
+    return BoardFault{
+        "mark_mm", fmt::format("a ChArUco board needs the side of its tags, black border "
+                               "included: {:g} to {:g} mm where its squares have {:g} mm",
+                               1e3 * kLeastTag * board.square_m, 1e3 * kLargestTag * board.square_m,
+                               1e3 * board.square_m)};
+  }
   const int tags = ((board.columns + 1) * (board.rows + 1) + 1) / 2;
   const int codes = static_cast<int>(family->codes.size());
   if (tags > codes) {
-    return fmt::format("--family: {} has {} tags and a board of {} x {} inner corners up to {}",
-                       board.family, codes, board.columns, board.rows, tags);
+    return BoardFault{"family",
+                      fmt::format("{} has {} tags and a board of {} x {} inner corners up to {}",
+                                  board.family, codes, board.columns, board.rows, tags)};
   }
-  return {};
+  return std::nullopt;
 }
 
-std::string WhyNoCircles(const Board& board) {
+std::optional<BoardFault> FaultOfCircles(const Board& board) {
   // The nearest neighbour of an asymmetric grid lies diagonally.
   const double step = board.square_m * (board.kind == BoardKind::kCircles ? 1 : std::sqrt(2.0));
-  if (board.mark_m >= kLeastDisc * step && board.mark_m <= kLargestDisc * step) return {};
-  return fmt::format(
-      "--mark-mm: a board of circles needs their diameter: {:.3g} to {:.3g} mm where its rows lie "
-      "{:g} mm apart",
-      1e3 * kLeastDisc * step, 1e3 * kLargestDisc * step, 1e3 * board.square_m);
+  if (board.mark_m >= kLeastDisc * step && board.mark_m <= kLargestDisc * step) return std::nullopt;
+  return BoardFault{
+      "mark_mm",
+      fmt::format("a board of circles needs their diameter: {:.3g} to {:.3g} mm where its rows lie "
+                  "{:g} mm apart",
+                  1e3 * kLeastDisc * step, 1e3 * kLargestDisc * step, 1e3 * board.square_m)};
 }
 
 }  // namespace
@@ -62,15 +68,27 @@ std::string_view NameOf(BoardKind kind) {
       ->second;
 }
 
-std::string WhyNoBoard(const Board& board) {
+std::string WordsOf(const Board& board) {
+  std::string words = fmt::format("{} {}x{}, {:g} mm", NameOf(board.kind), board.columns,
+                                  board.rows, 1e3 * board.square_m);
+  if (board.kind != BoardKind::kChessboard)
+    words += fmt::format(", mark {:g} mm", 1e3 * board.mark_m);
+  if (board.kind == BoardKind::kCharuco) words += ", " + board.family;
+  return words;
+}
+
+std::optional<BoardFault> FaultOf(const Board& board) {
   const auto [fewest, most] = std::minmax(board.columns, board.rows);
-  if (fewest < kLeastPoints || most > kMostPoints)
-    return fmt::format("--board: {} x {} points; {} to {} each are possible", board.columns,
-                       board.rows, kLeastPoints, kMostPoints);
-  if (!(board.square_m > 0)) return "--square-mm: must be positive";
-  if (board.kind == BoardKind::kCharuco) return WhyNoCharuco(board);
-  if (board.circles()) return WhyNoCircles(board);
-  return {};
+  if (fewest < kLeastPoints || most > kMostPoints) {
+    return BoardFault{"columns", fmt::format("{} x {} points; {} to {} each are possible",
+                                             board.columns, board.rows, kLeastPoints, kMostPoints)};
+  }
+  if (!(board.square_m > 0 && std::isfinite(board.square_m))) {
+    return BoardFault{"square_mm", "must be positive"};
+  }
+  if (board.kind == BoardKind::kCharuco) return FaultOfCharuco(board);
+  if (board.circles()) return FaultOfCircles(board);
+  return std::nullopt;
 }
 
 }  // namespace plumbline

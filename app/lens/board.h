@@ -52,8 +52,16 @@ struct Board {
 std::optional<BoardKind> BoardKindOfName(std::string_view name);
 std::string_view NameOf(BoardKind kind);
 
-/// What is wrong with the board's numbers, with what to write in their place; empty where nothing.
-std::string WhyNoBoard(const Board& board);
+/// A board by its kind and all its numbers, for a person.
+std::string WordsOf(const Board& board);
+
+/// A number that makes no board.
+struct BoardFault {
+  std::string_view key;  ///< "columns" (of both), "square_mm", "mark_mm" or "family"
+  std::string words;     ///< what it must be
+};
+/// Nothing where the board is one.
+std::optional<BoardFault> FaultOf(const Board& board);
 
 /// The board's points as one frame shows them.
 struct BoardView {

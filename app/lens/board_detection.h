@@ -9,7 +9,7 @@ namespace plumbline {
 
 /// Finds the board's points to a few hundredths of a pixel. The whole board must be in the image,
 /// except of ChArUco, of which a part is enough.
-/// @param board  valid: WhyNoBoard(board) is empty
+/// @param board  valid: FaultOf(board) is nothing
 /// @return       the view without name and time, or why there is none, in words for an operator
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board);
 

@@ -265,17 +265,23 @@ Print Circles(int columns, int rows, double spacing_m, double diameter_m) {
 
 Print Charuco(int columns, int rows, double square_m, double tag_m, int cells,
               const std::vector<std::vector<bool>>& tags, bool white_first) {
+  const auto white = [=](int column, int row) {
+    return (column + row) % 2 == (white_first ? 0 : 1);
+  };
+  std::vector<std::size_t> ids;  // of each square; of a black one, that of the next white one
+  std::size_t next = 0;
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      ids.push_back(next);
+      next += white(i, j) ? 1 : 0;
+    }
+  }
   return [=](double x, double y) {
     const int i = static_cast<int>(std::floor(x / square_m)) + 1;  // square, from the first one
     const int j = static_cast<int>(std::floor(y / square_m)) + 1;
     if (i < 0 || j < 0 || i > columns || j > rows) return 1.0;
-    const auto white = [&](int column, int row) {
-      return (column + row) % 2 == (white_first ? 0 : 1);
-    };
     if (!white(i, j)) return 0.0;
-    std::size_t id = 0;
-    for (int before = 0; before < j * (columns + 1) + i; ++before)
-      id += white(before % (columns + 1), before / (columns + 1)) ? 1 : 0;
+    const std::size_t id = ids[static_cast<std::size_t>(j) * (columns + 1) + i];
     const double cell = tag_m / cells;
     const int c = static_cast<int>(std::floor((x - (i - 0.5) * square_m) / cell + 0.5 * cells));
     const int r = static_cast<int>(std::floor((y - (j - 0.5) * square_m) / cell + 0.5 * cells));

@@ -6,12 +6,18 @@
 using namespace plumbline;
 
 TEST_CASE("a request and an answer come back as they were") {
-  const BoardRequest request{1920, 1080, 17, 11, 0.010};
-  const auto read = RequestOfBytes(BytesOfRequest(request));
-  REQUIRE(read);
-  CHECK(read->width == 1920);
-  CHECK(read->rows == 11);
-  CHECK(read->square_m == 0.010);
+  for (const Board& board :
+       {Board{}, Board{9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+        Board{4, 11, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}}}) {
+    const auto read = RequestOfBytes(BytesOfRequest({1920, 1080, board}));
+    REQUIRE(read);
+    CHECK(read->width == 1920);
+    CHECK(WordsOf(read->board) == WordsOf(board));
+    CHECK(read->board.family == board.family);
+  }
+  CHECK_FALSE(RequestOfBytes(
+      BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "no family"}})));
+  CHECK_FALSE(RequestOfBytes(BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCircles, 0, {}}})));
 
   BoardView view;
   view.blur_px = 0.9;
@@ -36,7 +42,8 @@ TEST_CASE("bytes that were cut or changed are refused, or mean what they say") {
   for (std::size_t length = 1; length < sound.size(); ++length) {
     CHECK_FALSE(AnswerOfBytes(std::span(sound).first(length)));
   }
-  const Bytes request = BytesOfRequest({640, 480, 9, 6, 0.02});
+  const Bytes request =
+      BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"}});
   for (std::size_t length = 0; length < request.size(); ++length) {
     CHECK_FALSE(RequestOfBytes(std::span(request).first(length)));
   }
@@ -49,6 +56,7 @@ TEST_CASE("bytes that were cut or changed are refused, or mean what they say") {
     if (const auto answer = AnswerOfBytes(changed); answer && *answer) {
       CHECK((*answer)->corners_px.size() == (*answer)->seen.size());
     }
-    if (const auto read = RequestOfBytes(changed)) CHECK((read->width > 0 && read->square_m > 0));
+    if (const auto read = RequestOfBytes(changed))
+      CHECK((read->width > 0 && !FaultOf(read->board)));
   }
 }

@@ -46,16 +46,19 @@ inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK
   return renderer::Render(camera, sheets, {}, 1);
 }
 
-/// The board about where the prompt wants it.
+/// The board about where the prompt wants it. @param roll_rad  at most, as hands turn it
 inline renderer::Image DrawBoard(const renderer::Camera& camera, const Board& board,
-                                 BoardPrompt prompt, std::uint64_t seed) {
+                                 BoardPrompt prompt, std::uint64_t seed, double roll_rad = 0) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> U(-1, 1);
   Pose X = PoseOfPrompt(prompt, board, TrueLens(camera), {camera.width, camera.height});
   X.R = X.R * RotationFromVector(0.1 * Vec3(U(random), U(random), U(random)));
   X.p *= 1.08 + 0.06 * U(random);
+  const Vec3 centre = X * Vec3(board.Centre().x(), board.Centre().y(), 0);
+  const Mat3 rolled = RotationFromVector(Vec3(0, 0, roll_rad * U(random)));
+  X = Pose{rolled * X.R, centre + rolled * (X.p - centre)};
   renderer::Sheet sheet;
-  sheet.print = renderer::Chessboard(board.columns, board.rows, board.square_m);
+  sheet.print = PrintOf(board);
   sheet.X_CK = Placed(X);
   sheet.centre_x_m = board.Centre().x();
   sheet.centre_y_m = board.Centre().y();

@@ -68,7 +68,8 @@ TEST_CASE("the least that a camera needs, and its defaults") {
   CHECK(read.camera->kind == "v4l2");
   CHECK(read.camera->connection.v4l2.device == "cam");
   CHECK(read.camera->zoom.kind.empty());
-  CHECK(read.camera->board.columns == 17);
+  CHECK(read.camera->board.board.columns == 17);
+  CHECK(read.camera->board.board.kind == BoardKind::kChessboard);
   CHECK(read.camera->board.by_itself);
   CHECK(read.camera->tags.cell == "cell");
   CHECK(read.camera->tags.database.bodies.size() == 2);
@@ -97,7 +98,7 @@ TEST_CASE("everything, in SI") {
   CHECK(camera.zoom.period_s == Approx(0.15));
   CHECK(camera.zoom.supervision.zoom_band_counts == 5);
   CHECK(camera.zoom.supervision.settle_s == Approx(0.5));
-  CHECK(camera.board.square_m == Approx(0.025));
+  CHECK(camera.board.board.square_m == Approx(0.025));
   CHECK(*camera.board.distance_m == Approx(1.5));
   CHECK_FALSE(camera.board.by_itself);
   CHECK(camera.tags.X_WK.p.x() == Approx(1));
@@ -133,6 +134,12 @@ TEST_CASE("each fault has its own words") {
       {camera + "[zoom]\nkind = \"radio\"\ndevice = \"x\"\n" + tags, "radio"},
       {camera + "[board]\nviews = 50\nmost_views = 20\n" + tags, "is below views"},
       {camera + "[board]\nsquare_mm = 0.0\n" + tags, "square_mm"},
+      {camera + "[board]\nkind = \"hexagons\"\n" + tags, "hexagons"},
+      {camera + "[board]\nkind = \"charuco\"\n" + tags, "board.mark_mm: missing"},
+      {camera + "[board]\nkind = \"charuco\"\nmark_mm = 12.0\n" + tags, "2 to 9.2 mm where"},
+      {camera + "[board]\nkind = \"charuco\"\nmark_mm = 7.0\nfamily = \"aruco-4x4-50\"\n" + tags,
+       "has 50 tags and a board of 17 x 11"},
+      {camera + "[board]\nkind = \"circles\"\nmark_mm = 9.5\n" + tags, "1.5 to 8.5 mm where"},
   };
   for (const Case& one : cases) {
     CAPTURE(one.text);
@@ -142,6 +149,25 @@ TEST_CASE("each fault has its own words") {
     CHECK(read.Says(one.words));
     CHECK(read.faults.All().size() == 1);
   }
+}
+
+TEST_CASE("boards of the other kinds") {
+  const std::string camera = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bodies.toml\"\n";
+  const Read charuco(camera +
+                     "[board]\nkind = \"charuco\"\ncolumns = 9\nrows = 6\nsquare_mm = 20.0\n"
+                     "mark_mm = 15.0\nfamily = \"aruco-5x5-100\"\n");
+  INFO(FaultsText(charuco.faults));
+  CHECK(charuco.faults.All().empty());
+  CHECK(WordsOf(charuco.camera->board.board) == "charuco 9x6, 20 mm, mark 15 mm, aruco-5x5-100");
+  const Read circles(camera +
+                     "[board]\nkind = \"acircles\"\ncolumns = 4\nrows = 11\nsquare_mm = 20.0\n"
+                     "mark_mm = 15.0\n");
+  CHECK(circles.faults.All().empty());
+  CHECK(WordsOf(circles.camera->board.board) == "acircles 4x11, 20 mm, mark 15 mm");
+
+  const Read same(camera + "[board]\nkind = \"charuco\"\nmark_mm = 7.0\nfamily = \"36h11\"\n");
+  CHECK_FALSE(same.faults.HasFaults());
+  CHECK(same.Says("may be taken for the cell's"));
 }
 
 TEST_CASE("what a reload compares: the four tables and the tags' file") {

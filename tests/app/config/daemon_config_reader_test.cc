@@ -541,7 +541,8 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
         Approx(defaults.robot.connection.push.min_period_s));
   REQUIRE(config->camera);
   const BoardConfig board;
-  CHECK(config->camera->board.columns == board.columns);
+  CHECK(WordsOf(config->camera->board.board) == WordsOf(board.board));
+  CHECK(config->camera->board.board.family == board.board.family);
   CHECK(config->camera->board.views == board.views);
   CHECK(config->camera->board.most_views == board.most_views);
   CHECK(config->camera->board.patience_s == Approx(board.patience_s));

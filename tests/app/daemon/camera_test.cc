@@ -51,8 +51,8 @@ void KeepLenses(const std::string& state) {
   }
 }
 
-std::string ConfigText(const std::string& robot, const std::string& folder,
-                       const std::string& zoom) {
+std::string ConfigText(const std::string& robot, const std::string& folder, const std::string& zoom,
+                       const std::string& board) {
   std::ofstream(folder + "/bodies.toml") << TagsText();
   return WithLine(DemoConfig(robot, "universal-robots-fine"), "", "state_directory",
                   "\"" + folder + "/state\"") +
@@ -62,10 +62,7 @@ std::string ConfigText(const std::string& robot, const std::string& folder,
          "/frames\"\nrepeat = true\n"
          "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n"
          "[zoom]\nlost_after_ms = 5000\n" +
-         zoom +
-         "[board]\nviews = 12\n"
-         "[tags]\nfile = \"" +
-         folder +
+         zoom + "[board]\nviews = 12\n" + board + "[tags]\nfile = \"" + folder +
          "/bodies.toml\"\ntool = \"gripper\"\n"
          "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
          "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n";
@@ -82,14 +79,14 @@ struct Station {
   std::optional<RegisterClient> plc;
   std::uint16_t sequence = 100;
 
-  explicit Station(const std::string& replay = "") {
+  explicit Station(const std::string& replay = "", const std::string& board = "") {
     KeepLenses(folder.path() + "/state");
     ShowCell();
     std::ofstream(folder.path() + "/zoom.csv") << replay;
     const std::string sensor =
         replay.empty() ? "kind = \"visca\"\ndevice = \"" + visca.device() + "\"\n"
                        : "kind = \"replay\"\nfile = \"" + folder.path() + "/zoom.csv\"\n";
-    daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor));
+    daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor, board));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
   }
   void ShowCell() const { image.Show(DrawCell(CameraAt(zoom), CellInCamera(), GripperInCamera())); }
@@ -110,6 +107,24 @@ struct Station {
     plc->Write(1000, words);
     REQUIRE(Eventually([&] { return plc->Read(100, 40).Word(1) == sequence; }));
     return plc->Read(100, 40).Word(2);
+  }
+  /// Somebody who follows the prompts, until the lens is valid.
+  void ShowBoard(const renderer::Camera& camera, const Board& board) {
+    for (std::uint64_t views = 0; views < 80 && State() != 4; ++views) {
+      const auto told = plc->Read(500, 24);
+      const int kept = told.Word(4);
+      auto prompt = static_cast<BoardPrompt>(told.Word(3));
+      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
+        prompt = static_cast<BoardPrompt>(3 + views % 4);
+      }
+      image.Show(DrawBoard(camera, board, prompt, views + 1));
+      // Until this view is kept; one that is not is followed by another.
+      const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+      while (std::chrono::steady_clock::now() < give_up && State() != 4 &&
+             plc->Read(504, 1).Word(0) == kept) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    }
   }
   std::vector<JournalRow> Journal() const {
     auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
@@ -199,24 +214,8 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
   }
   SECTION("calibrated") {
     const renderer::Camera camera = CameraAt(kNever);
-    std::uint64_t views = 0;
-    for (; views < 80 && station.State() != 4; ++views) {
-      const auto told = station.plc->Read(500, 24);
-      const int kept = told.Word(4);
-      auto prompt = static_cast<BoardPrompt>(told.Word(3));
-      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
-        prompt = static_cast<BoardPrompt>(3 + views % 4);
-      }
-      station.image.Show(DrawBoard(camera, {}, prompt, views + 1));
-      // Until this view is kept; one that is not is followed by another.
-      const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(2);
-      while (std::chrono::steady_clock::now() < give_up && station.State() != 4 &&
-             station.plc->Read(504, 1).Word(0) == kept) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      }
-    }
+    station.ShowBoard(camera, {});
     INFO(station.daemon->Log());
-    CAPTURE(views);
     REQUIRE(station.State() == 4);
     CHECK(station.daemon->Says("the board is in view; its capture begins"));
     CHECK(station.daemon->Says("camera valid: the calibration was accepted"));
@@ -237,6 +236,26 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
     station.ZoomTo(kNever);
     REQUIRE(Eventually([&] { return station.State() == 4 && station.Lens() == 3; }));
   }
+}
+
+TEST_CASE("a ChArUco board that the configuration names is captured as well") {
+  const Board board{9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"};
+  Station station("",
+                  "kind = \"charuco\"\ncolumns = 9\nrows = 6\nsquare_mm = 20.0\nmark_mm = 15.0\n"
+                  "family = \"aruco-5x5-100\"\n");
+  REQUIRE(station.Becomes(4));
+  station.ZoomTo(kNever);
+  REQUIRE(Eventually([&] { return station.State() == 5 && (station.Bits() & 8) != 0; }));
+  station.ShowBoard(CameraAt(kNever), board);
+  INFO(station.daemon->Log());
+  REQUIRE(station.State() == 4);
+  CHECK(station.Lens() == 3);
+  auto store = LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
+  const auto kept = store.value().Find({"test camera", "test mode", kNever, 0}, {});
+  REQUIRE((kept && *kept));
+  const LensEntry& entry = (*kept)->entry;
+  CHECK(entry.board == WordsOf(board));
+  CHECK(std::abs(entry.lens.fx - CameraAt(kNever).fx) < 5 * std::sqrt(entry.covariance(0, 0)));
 }
 
 TEST_CASE("a played zoom sensor does the same") {

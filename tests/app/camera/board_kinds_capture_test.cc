@@ -1,0 +1,86 @@
+// A capture as the daemon makes it, of each kind of board: drawn frames, the real worker process,
+// the session's prompts followed.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+
+#include "app/camera/board_session.h"
+#include "app/camera/board_worker.h"
+#include "tests/app/camera/camera_scene.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// No deadline: how long a busy machine takes is not tested here.
+double StoppedClock() {
+  return 0;
+}
+
+Result<BoardView> Await(BoardWorker& worker) {
+  for (int wait = 0; wait < 6000; ++wait) {
+    if (auto answer = worker.Poll()) return *std::move(answer);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return Error{"the test's patience ended"};
+}
+
+LumaView ViewOf(const renderer::Image& image) {
+  return {image.grey.data(), image.width, image.height, image.width};
+}
+
+/// The same view with 1280 x 720 pixels, which are drawn sooner.
+renderer::Camera Small(renderer::Camera camera) {
+  const double scale = 1280.0 / camera.width;
+  camera.width = 1280;
+  camera.height = 720;
+  camera.fx *= scale;
+  camera.fy *= scale;
+  camera.cx = scale * (camera.cx + 0.5) - 0.5;
+  camera.cy = scale * (camera.cy + 0.5) - 0.5;
+  return camera;
+}
+
+}  // namespace
+
+TEST_CASE("every kind of board is captured by its prompts, to a lens that is as good as it says") {
+  const Board boards[] = {{17, 11, 0.010},
+                          {9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+                          {11, 7, 0.020, BoardKind::kCircles, 0.012, {}},
+                          {4, 11, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}}};
+  const renderer::Camera camera = Small(renderer::ZoomLens(2200));
+  for (const Board& board : boards) {
+    CAPTURE(WordsOf(board));
+    BoardWorker worker(PLUMBLINE, StoppedClock);
+    BoardSettings settings;
+    settings.board = board;
+    settings.views = 12;
+    BoardSession session(settings, {camera.width, camera.height}, 0);
+    std::uint64_t frame = 0;
+    std::string misses;
+    for (; frame < 120 && session.state() == BoardSession::State::kCapturing; ++frame) {
+      BoardPrompt prompt = session.prompt();
+      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
+        prompt = static_cast<BoardPrompt>(3 + frame % 4);
+      }
+      const renderer::Image image = test::DrawBoard(camera, board, prompt, frame + 1, 0.25);
+      REQUIRE_FALSE(worker.Ask(ViewOf(image), board));
+      auto found = Await(worker);
+      const double time_s = static_cast<double>(frame);
+      if (found) {
+        BoardView view = std::move(found).value();
+        view.time_s = time_s;
+        session.Take(std::move(view));
+      } else {
+        session.TakeMiss(found.error(), time_s);
+        misses += found.error() + "; ";
+      }
+    }
+    CAPTURE(frame, session.kept(), session.last_word(), misses, session.reasons());
+    REQUIRE(session.state() == BoardSession::State::kAccepted);
+    const LensCalibration& solved = *session.calibration();
+    const double wrong = LargestDifference(solved.lens, TrueLens(camera), solved.size);
+    CHECK(wrong < 4 * solved.uncertainty.max_px);
+    CHECK(worker.ended() == 0);
+  }
+}
