@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 
 #include "app/journal/journal.h"
 #include "app/lens_store/lens_store.h"
@@ -79,8 +80,11 @@ struct Station {
   std::optional<RegisterClient> plc;
   std::uint16_t sequence = 100;
 
-  explicit Station(const std::string& replay = "", const std::string& board = "") {
+  /// @param before  what is done to the lens store before the daemon starts
+  explicit Station(const std::string& replay = "", const std::string& board = "",
+                   const std::function<void(const std::string& store)>& before = {}) {
     KeepLenses(folder.path() + "/state");
+    if (before) before(Store());
     ShowCell();
     std::ofstream(folder.path() + "/zoom.csv") << replay;
     const std::string sensor =
@@ -89,6 +93,7 @@ struct Station {
     daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor, board));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
   }
+  std::string Store() const { return folder.path() + "/state/lenses.sqlite"; }
   void ShowCell() const { image.Show(DrawCell(CameraAt(zoom), CellInCamera(), GripperInCamera())); }
   void ZoomTo(int counts) {
     zoom = counts;
@@ -266,6 +271,55 @@ TEST_CASE("a played zoom sensor does the same") {
   REQUIRE(station.daemon->Awaits("camera moving: the zoom changed"));
   station.ZoomTo(kOtherKnown);
   REQUIRE(Eventually([&] { return station.State() == 4 && station.Lens() == 2; }));
+}
+
+TEST_CASE("a damaged lens store: it is told what to do, and the last good lens serves") {
+  const auto garbage = [](const std::string& store) {
+    std::ofstream(store) << std::string(5000, 'x');
+  };
+  constexpr int kStoreFault = 0x40;
+
+  SECTION("no database at the start: the backup takes its place") {
+    Station station("", "", garbage);
+    INFO(station.daemon->Log());
+    REQUIRE(station.Becomes(4));
+    CHECK(station.Lens() == 1);
+    CHECK((station.Bits() & kStoreFault) == 0);
+    CHECK(station.daemon->Says("the backup with 2 lenses is in use"));
+    CHECK(std::filesystem::exists(station.Store() + ".damaged-1"));
+  }
+  SECTION("a lens that is changed while it runs") {
+    Station station;
+    INFO(station.daemon->Log());
+    REQUIRE(station.Becomes(4));
+    {
+      auto other = Database::Open(station.Store(), Database::Mode::kWrite);
+      REQUIRE(other.value().Run("DROP TRIGGER lens_is_not_changed"));
+      REQUIRE(other.value().Run("UPDATE lens SET fx = fx + 1 WHERE id = 2"));
+    }
+    station.ZoomTo(kOtherKnown);
+    REQUIRE(Eventually([&] { return station.State() == 4 && station.Lens() == 2; }));
+    CHECK(station.daemon->Says("lens 2 fails its checksum"));
+    CHECK(station.daemon->Says("the backup with 2 lenses is in use"));
+    CHECK((station.Bits() & kStoreFault) == 0);
+  }
+  SECTION("no backup either: stale, until a person moves the file away") {
+    Station station("", "", [&](const std::string& store) {
+      garbage(store);
+      std::filesystem::remove(store + ".backup");
+    });
+    INFO(station.daemon->Log());
+    REQUIRE(station.daemon->Awaits("move the file away to begin anew"));
+    REQUIRE(station.Becomes(5));  // once it has waited in vain for a lens
+    CHECK((station.Bits() & kStoreFault) != 0);
+    CHECK((station.Bits() & 1) == 1);
+    CHECK(std::filesystem::file_size(station.Store()) == 5000);  // nobody touched it
+    std::filesystem::remove(station.Store());
+    REQUIRE(Eventually([&] { return (station.Bits() & kStoreFault) == 0; }));
+    CHECK(station.daemon->Says("lens store works again"));
+    CHECK(station.State() == 5);
+    CHECK((station.Bits() & 8) != 0);  // the board is asked for
+  }
 }
 
 TEST_CASE("without a camera its commands are refused, and its block says so") {
