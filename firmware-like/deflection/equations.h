@@ -107,14 +107,17 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   PoseOf<T> X_FT{X_FT_.R.cast<T>(), X_FT_.p.cast<T>()};
   const Vec3Of<T> g_F = X_BF.R.transpose() * g_B;
   const Vec3Of<T> force_F = load.mass_kg * g_F;
+  state.tool = {.g_F = g_F, .payload = load};
   if (bends_) {
     const Vec3Of<T> moment_F = (load.cog_F - beam_tip_F_.cast<T>()).cross(force_F);
     Eigen::Matrix<T, 6, 1> bend = tip_compliance_.C_wrench.leftCols<3>().cast<T>() * force_F +
                                   tip_compliance_.C_wrench.rightCols<3>().cast<T>() * moment_F +
                                   tip_compliance_.C_gravity.cast<T>() * g_F;
     if (influence != nullptr) {
-      bend *= 1.0 + (*influence)[I::kBendRatio];
-      const T shear = (*influence)[I::kShear] * shear_m_per_N_;
+      state.tool.bend_factor = 1.0 + (*influence)[I::kBendRatio];
+      state.tool.shear = (*influence)[I::kShear];
+      bend *= state.tool.bend_factor;
+      const T shear = state.tool.shear * shear_m_per_N_;
       bend[0] += shear * force_F[0];
       bend[1] += shear * force_F[1];
     }
@@ -129,6 +132,7 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
     Vec3Of<T> root = load.cog_F.cross(force_F) + body_kg_m.cross(g_F);
     root[2] = T(0);
     root *= (*influence)[I::kRootCompliance];
+    state.tool.root_F = root;
     state.bend_F += root.cross(X_FT_.p.cast<T>());
     state.slope_F += root;
     X_FT.p += influence->Vector(I::kTip);

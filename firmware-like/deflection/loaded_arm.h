@@ -8,6 +8,16 @@
 
 namespace plumbline {
 
+/// What bends the tool in one posture, effects included: enough to tell every section of it.
+template <typename T>
+struct ToolLoadOf {
+  Vec3Of<T> g_F = Vec3Of<T>::Zero();  ///< gravity in the flange frame [m/s^2]
+  PayloadOf<T> payload;
+  T bend_factor = T(1);                  ///< the declared beam's bending times this
+  T shear = T(0);                        ///< 1/kappa of shear that the beam does not declare
+  Vec3Of<T> root_F = Vec3Of<T>::Zero();  ///< rotation vector of the tool's seat [rad]
+};
+
 /// The loaded arm in one posture.
 template <typename T>
 struct LoadedStateOf {
@@ -16,6 +26,7 @@ struct LoadedStateOf {
   JointVectorOf<T> sag;                   ///< joint deflections s [rad], effects included
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
+  ToolLoadOf<T> tool;                     ///< what these two come from
   PoseOf<T> X_WT;                         ///< the loaded tip in W, as the instrument is aligned
   /// The tip as the instrument reads it, its own errors included [m].
   Vec3Of<T> p_read_W = Vec3Of<T>::Zero();

@@ -7,12 +7,14 @@ namespace plumbline {
 Vec3 BentPoint(const BendField& field, const Vec3& p_F) {
   const double length = field.length_m;
   if (length <= 0 || p_F.z() <= 0) return p_F;
-  const double step = length / (kBendStations - 1);
   const double z = std::min(p_F.z(), length);
-  const int i = std::min(static_cast<int>(z / step), kBendStations - 2);
-  const double t = z / step - i;
+  int i = std::min(static_cast<int>(z / length * (kBendStations - 1)), kBendStations - 2);
+  while (i > 0 && z < field.StationZ(i)) --i;
+  while (i < kBendStations - 2 && z > field.StationZ(i + 1)) ++i;
   const BendStation& a = field.stations[static_cast<std::size_t>(i)];
   const BendStation& b = field.stations[static_cast<std::size_t>(i) + 1];
+  const double step = field.StationZ(i + 1) - field.StationZ(i);
+  const double t = (z - field.StationZ(i)) / step;
   const Vec3 r_a = a.r_F.cast<double>(), r_b = b.r_F.cast<double>();
   const auto slope = [](const Vec3& r) { return Vec3(r.y(), -r.x(), 0); };
   const double t2 = t * t, t3 = t2 * t;

@@ -1,0 +1,100 @@
+#include "firmware-like/scene/loaded_tool.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firmware-like/beam/beam.h"
+#include "firmware-like/beam/stress.h"
+
+namespace plumbline {
+namespace {
+
+using StationPlaces = std::array<double, kBendStations>;
+
+/// Evenly spaced, the nearest free one moved to each place where segments meet.
+StationPlaces PlacesOfStations(const Tool& tool, double length_m) {
+  StationPlaces z{};
+  const double step_m = length_m / (kBendStations - 1);
+  for (int i = 0; i < kBendStations; ++i) z[static_cast<std::size_t>(i)] = i * step_m;
+  z.back() = length_m;
+  double end_m = 0;
+  int taken = 0;
+  for (std::size_t k = 0; k + 1 < tool.segments.size(); ++k) {
+    end_m += tool.segments[k].length_m;
+    const int nearest = std::min(static_cast<int>(std::lround(end_m / step_m)), kBendStations - 2);
+    const int i = std::max(taken + 1, nearest);
+    if (i > kBendStations - 2) break;
+    z[static_cast<std::size_t>(i)] = end_m;
+    taken = i;
+  }
+  return z;
+}
+
+/// Integral of ds / (G A) from the root to z.
+double ShearCompliance(const Tool& tool, double z_m) {
+  double sum_m_per_N = 0, start_m = 0;
+  for (const ToolSegment& segment : tool.segments) {
+    const double in_it_m = std::clamp(z_m - start_m, 0.0, segment.length_m);
+    sum_m_per_N += in_it_m / (segment.material.ShearModulus() * segment.section.area_m2);
+    start_m += segment.length_m;
+  }
+  return sum_m_per_N;
+}
+
+/// The larger stress of both sides of a section.
+double StressAt(const BeamSolution& solution, double z_m) {
+  double largest_Pa = 0;
+  const int inboard = solution.ElementAt(z_m);
+  for (const int element : {inboard, inboard + 1}) {
+    if (element + 1 >= solution.node_count()) continue;
+    const ToolSegment& segment = solution.elements()[static_cast<std::size_t>(element)];
+    const double s_m = z_m - solution.NodeZ(element);
+    if (s_m < -1e-9 * segment.length_m) continue;  // the outboard element begins farther out
+    const SectionState state = solution.InElement(element, std::clamp(s_m, 0.0, segment.length_m));
+    if (const auto stress = StressOf(segment.section, state)) {
+      largest_Pa = std::max(largest_Pa, stress->von_mises_Pa);
+    }
+  }
+  return largest_Pa;
+}
+
+void AddBeam(const Tool& tool, const ToolLoadOf<double>& load, const StationPlaces& z,
+             BendField& field) {
+  const Beam beam(tool, 1);
+  const PointMass payload{
+      .mass_kg = load.payload.mass_kg, .z_m = beam.Length(), .cog_F = load.payload.cog_F};
+  const BeamSolution solution = beam.Solve({.masses = {payload}, .g_F = load.g_F});
+  Vec3 shear_N = load.shear * load.payload.mass_kg * load.g_F;
+  shear_N.z() = 0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const SectionState section = solution.At(z[i]);
+    const Vec3 d = load.bend_factor * section.d_F + ShearCompliance(tool, z[i]) * shear_N +
+                   load.root_F.cross(Vec3(0, 0, z[i]));
+    field.stations[i].d_F = d.cast<float>();
+    field.stations[i].r_F = (load.bend_factor * section.r_F + load.root_F).cast<float>();
+    field.stations[i].stress_Pa = static_cast<float>(StressAt(solution, z[i]));
+  }
+}
+
+}  // namespace
+
+BendField BendFieldOf(const Tool& tool, const LoadedState& state) {
+  BendField field;
+  const bool seat_yields = !state.tool.root_F.isZero(0);
+  if (tool.rigid && !(seat_yields && tool.tcp_F.z() > 0)) return field;
+  const double length_m = tool.rigid ? tool.tcp_F.z() : tool.Length();
+  field.length_m = static_cast<float>(length_m);
+  const StationPlaces z = PlacesOfStations(tool, length_m);
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const double even_m = static_cast<double>(i) * (length_m / (kBendStations - 1));
+    field.stations[i].off_m = static_cast<float>(z[i] - even_m);
+    if (!tool.rigid) continue;
+    field.stations[i].d_F = state.tool.root_F.cross(Vec3(0, 0, z[i])).cast<float>();
+    field.stations[i].r_F = state.tool.root_F.cast<float>();
+  }
+  if (!tool.rigid) AddBeam(tool, state.tool, z, field);
+  return field;
+}
+
+}  // namespace plumbline
