@@ -36,13 +36,13 @@ struct DrawnMesh {
   bool bends = false;      ///< by `bend` of the list; its carrier is then the flange
   bool occludes = false;   ///< not seen itself: hides what is behind it, as the cell does
   bool by_stress = false;  ///< coloured by the stress of its section
-  Colour colour;
+  Colour colour = {};
 };
 
 /// Straight pieces from point to point: datum lines, approach paths, axes.
 struct DrawnLine {
   std::vector<Vec3> points_C;
-  Colour colour;
+  Colour colour = {};
   float width_px = 2;
   bool dashed = false;
   bool always_in_front = false;
@@ -56,14 +56,15 @@ struct ClipPlane {
 };
 
 struct DrawnBox {
-  float x = 0, y = 0, width = 0, height = 0;  ///< [px]
-  Colour colour;
+  float x = 0, y = 0;           ///< its top-left pixel [px]
+  float width = 0, height = 0;  ///< [px]
+  Colour colour = {};
 };
 
 struct DrawnText {
-  float x = 0, y = 0;    ///< left end of the base line [px]
+  float x = 0, y = 0;    ///< left end of the base line [px]: the first row below it
   float height_px = 16;  ///< of the font's em square
-  Colour colour;
+  Colour colour = {};
   std::string text;  ///< UTF-8
 };
 

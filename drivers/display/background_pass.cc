@@ -1,0 +1,133 @@
+#include "drivers/display/background_pass.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr float kEmpty = 0.13F;  ///< grey where there is no image
+
+constexpr const char* kBackgroundVertex = R"(
+void main() {  // one triangle that covers everything
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+
+constexpr const char* kBackgroundFragment = R"(
+uniform vec4 u_pinhole;    // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
+uniform vec4 u_image;      // fx/width, fy/height, (cx + 1/2)/width, (cy + 1/2)/height
+uniform vec3 u_radial;     // k1, k2, k3
+uniform vec2 u_tangential; // p1, p2
+uniform float u_r2_most;
+uniform float u_empty;
+uniform sampler2D u_pixels;
+out vec4 colour;
+void main() {
+  vec2 n = gl_FragCoord.xy * u_pinhole.xy + u_pinhole.zw;
+  float r2 = dot(n, n);
+  float radial = 1.0 + r2 * (u_radial.x + r2 * (u_radial.y + r2 * u_radial.z));
+  vec2 d = n * (radial + 2.0 * dot(u_tangential.yx, n)) + u_tangential.yx * r2;
+  vec2 at = d * u_image.xy + u_image.zw;
+  vec2 inside = step(abs(at - 0.5), vec2(0.5)) * step(r2, u_r2_most);
+  colour = vec4(mix(vec3(u_empty), texture(u_pixels, at).rgb, inside.x * inside.y), 1.0);
+}
+)";
+
+/// The lens that fits an undistorted image into the picture.
+Lens FittingLens(ImageSize image, const Lens& pinhole, ImageSize picture) {
+  const double scale = std::min(static_cast<double>(picture.width) / image.width,
+                                static_cast<double>(picture.height) / image.height);
+  // Picture pixel u sees image pixel (u - (W - 1)/2) / scale + (w - 1)/2.
+  Lens lens;
+  lens.fx = pinhole.fx / scale;
+  lens.fy = pinhole.fy / scale;
+  lens.cx = (pinhole.cx - (picture.width - 1) / 2.0) / scale + (image.width - 1) / 2.0;
+  lens.cy = (pinhole.cy - (picture.height - 1) / 2.0) / scale + (image.height - 1) / 2.0;
+  return lens;
+}
+
+}  // namespace
+
+double LargestRadiusSquared(const Lens& lens) {
+  constexpr double kMost = 100, kStep = 1.002;
+  for (double r2 = 1e-3; r2 < kMost; r2 *= kStep) {
+    // d (r c(r)) / dr = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6
+    if (1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) <= 0) return r2 / kStep;
+  }
+  return kMost;
+}
+
+Result<BackgroundPass> BackgroundPass::Create() {
+  auto program = GlProgram::Build(kBackgroundVertex, kBackgroundFragment);
+  if (!program) return Error{program.error()};
+  BackgroundPass pass;
+  pass.program_ = std::move(program).value();
+  return pass;
+}
+
+void BackgroundPass::Load(const Background& background) {
+  const LumaView& luma = background.luma;
+  const bool colour = background.bgr != nullptr;
+  const bool fits = luma.size() == size_ && colour == colour_;
+  if (fits && sequence_ == background.sequence) return;
+  glBindTexture(GL_TEXTURE_2D, *image_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, colour ? 0 : static_cast<GLint>(luma.stride));
+  const GLenum format = colour ? GL_RGB : GL_RED;
+  const void* pixels = colour ? background.bgr : luma.data;
+  if (fits) {
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, luma.width, luma.height, format, GL_UNSIGNED_BYTE,
+                    pixels);
+  } else {
+    glTexImage2D(GL_TEXTURE_2D, 0, colour ? GL_RGB8 : GL_R8, luma.width, luma.height, 0, format,
+                 GL_UNSIGNED_BYTE, pixels);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_R, colour ? GL_BLUE : GL_RED);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_G, colour ? GL_GREEN : GL_RED);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_B, GL_RED);
+  }
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  size_ = luma.size();
+  colour_ = colour;
+  sequence_ = background.sequence;
+}
+
+std::optional<Error> BackgroundPass::Draw(const Background& background, const Lens& pinhole,
+                                          ImageSize size) {
+  glClearColor(kEmpty, kEmpty, kEmpty, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  const LumaView& luma = background.luma;
+  if (luma.data == nullptr) return std::nullopt;
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  if (luma.width < 1 || luma.height < 1 || luma.width > most || luma.height > most ||
+      luma.stride < luma.width) {
+    return Error{"the camera's image has a size that cannot be drawn"};
+  }
+  const Lens lens = background.lens.value_or(FittingLens(luma.size(), pinhole, size));
+  Load(background);
+  const auto f = [](double value) { return static_cast<GLfloat>(value); };
+  program_.Use();
+  glUniform4f(program_.At("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
+              f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
+  glUniform4f(program_.At("u_image"), f(lens.fx / luma.width), f(lens.fy / luma.height),
+              f((lens.cx + 0.5) / luma.width), f((lens.cy + 0.5) / luma.height));
+  glUniform3f(program_.At("u_radial"), f(lens.k1), f(lens.k2), f(lens.k3));
+  glUniform2f(program_.At("u_tangential"), f(lens.p1), f(lens.p2));
+  glUniform1f(program_.At("u_r2_most"), f(LargestRadiusSquared(lens)));
+  glUniform1f(program_.At("u_empty"), kEmpty);
+  glUniform1i(program_.At("u_pixels"), 0);
+  glBindTexture(GL_TEXTURE_2D, *image_);
+  glBindVertexArray(*nothing_);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  return std::nullopt;
+}
+
+}  // namespace plumbline

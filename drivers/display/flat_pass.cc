@@ -1,0 +1,208 @@
+#include "drivers/display/flat_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace plumbline {
+namespace {
+
+constexpr int kFirstAtlas_px = 256, kLargestAtlas_px = 2048;
+
+constexpr const char* kFlatVertex = R"(
+layout(location = 0) in vec2 a_place;
+layout(location = 1) in vec2 a_texel;
+layout(location = 2) in vec4 a_colour;
+uniform vec2 u_size;
+uniform float u_atlas;
+out vec2 texel;
+out vec4 flat_colour;
+void main() {
+  gl_Position = vec4(2.0 * a_place / u_size - 1.0, 0.0, 1.0);
+  texel = a_texel / u_atlas;
+  flat_colour = a_colour;
+}
+)";
+
+constexpr const char* kFlatFragment = R"(
+in vec2 texel;
+in vec4 flat_colour;
+uniform sampler2D u_letters;
+out vec4 colour;
+void main() {
+  colour = vec4(flat_colour.rgb, flat_colour.a * texture(u_letters, texel).r);
+}
+)";
+
+int WholeSize(float height_px) {
+  if (!(height_px > 0)) return Font::kSmallest_px;
+  return static_cast<int>(std::lround(std::min(height_px, float{Font::kLargest_px})));
+}
+
+}  // namespace
+
+Result<FlatPass> FlatPass::Create(std::optional<Font> font) {
+  auto program = GlProgram::Build(kFlatVertex, kFlatFragment);
+  if (!program) return Error{program.error()};
+  FlatPass pass;
+  pass.program_ = std::move(program).value();
+  pass.font_ = std::move(font);
+  glBindVertexArray(*pass.array_);
+  glBindBuffer(GL_ARRAY_BUFFER, *pass.buffer_);
+  const auto attribute = [](GLuint place, GLint size, std::size_t bytes) {
+    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
+                          reinterpret_cast<const void*>(bytes));
+    glEnableVertexAttribArray(place);
+  };
+  attribute(0, 2, offsetof(Vertex, x));
+  attribute(1, 2, offsetof(Vertex, s));
+  attribute(2, 4, offsetof(Vertex, r));
+  glBindVertexArray(0);
+  pass.ClearAtlas(kFirstAtlas_px);
+  return pass;
+}
+
+void FlatPass::ClearAtlas(int width) {
+  atlas_width_ = width;
+  atlas_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(width), 0);
+  placed_.clear();
+  for (const std::size_t row : {0U, 1U}) {
+    for (const std::size_t column : {0U, 1U}) {
+      atlas_[row * static_cast<std::size_t>(width) + column] = 255;
+    }
+  }
+  shelf_s_ = 3;
+  shelf_t_ = 0;
+  shelf_height_ = 3;
+  changed_ = true;
+  full_ = false;
+}
+
+/// Room for a letter and one empty pixel beside it, at (shelf_s_, shelf_t_); false: none is left.
+bool FlatPass::MakeRoom(int width, int height) {
+  if (shelf_s_ + width + 1 > atlas_width_) {
+    shelf_t_ += shelf_height_;
+    shelf_s_ = shelf_height_ = 0;
+  }
+  if (shelf_t_ + height + 1 > atlas_width_) {
+    if (2 * atlas_width_ > kLargestAtlas_px) return false;
+    // What is there keeps its place: rows become longer, and there is room below.
+    const int old_width = atlas_width_;
+    std::vector<std::uint8_t> old = std::move(atlas_);
+    atlas_width_ = 2 * old_width;
+    atlas_.assign(static_cast<std::size_t>(atlas_width_) * static_cast<std::size_t>(atlas_width_),
+                  0);
+    for (int row = 0; row < old_width; ++row) {
+      std::copy_n(old.begin() + std::ptrdiff_t{row} * old_width, old_width,
+                  atlas_.begin() + std::ptrdiff_t{row} * atlas_width_);
+    }
+    changed_ = true;
+    return MakeRoom(width, height);
+  }
+  return width + 1 <= atlas_width_;
+}
+
+const FlatPass::Placed* FlatPass::Find(char32_t letter, int size_px) {
+  const auto key = std::pair(letter, size_px);
+  if (const auto known = placed_.find(key); known != placed_.end()) return &known->second;
+  auto glyph = font_ && !full_ ? font_->Rasterise(letter, size_px) : std::nullopt;
+  if (!glyph) return nullptr;
+  if (!MakeRoom(glyph->width, glyph->height)) {
+    full_ = true;
+    return nullptr;
+  }
+  Placed placed{.glyph = {}, .s = shelf_s_, .t = shelf_t_};
+  for (int row = 0; row < glyph->height; ++row) {
+    std::copy_n(glyph->coverage.begin() + std::ptrdiff_t{row} * glyph->width, glyph->width,
+                atlas_.begin() + std::ptrdiff_t{shelf_t_ + row} * atlas_width_ + shelf_s_);
+  }
+  shelf_s_ += glyph->width + 1;
+  shelf_height_ = std::max(shelf_height_, glyph->height + 1);
+  changed_ = changed_ || glyph->width > 0;
+  glyph->coverage.clear();
+  placed.glyph = *std::move(glyph);
+  return &placed_.emplace(key, std::move(placed)).first->second;
+}
+
+void FlatPass::AddRectangle(float x, float y, float width, float height, float s, float t,
+                            bool glyph, const Colour& colour) {
+  const float ds = glyph ? width : 0, dt = glyph ? height : 0;
+  const auto corner = [&](float right, float down) {
+    vertices_.push_back({x + right * width, y + down * height, s + right * ds, t + down * dt,
+                         colour.r, colour.g, colour.b, colour.a});
+  };
+  corner(0, 0);
+  corner(1, 0);
+  corner(1, 1);
+  corner(0, 0);
+  corner(1, 1);
+  corner(0, 1);
+}
+
+void FlatPass::AddText(const DrawnText& text) {
+  if (!std::isfinite(text.x) || !std::isfinite(text.y)) return;
+  const int size_px = WholeSize(text.height_px);
+  float pen = std::round(text.x);
+  const float base = std::round(text.y);
+  for (const char32_t letter : LettersOf(text.text)) {
+    if (letter < U' ') continue;
+    const Placed* placed = Find(letter, size_px);
+    if (placed == nullptr) continue;
+    const Glyph& glyph = placed->glyph;
+    if (glyph.width > 0) {
+      AddRectangle(pen + static_cast<float>(glyph.left), base - static_cast<float>(glyph.top),
+                   static_cast<float>(glyph.width), static_cast<float>(glyph.height),
+                   static_cast<float>(placed->s), static_cast<float>(placed->t), true, text.colour);
+    }
+    pen += static_cast<float>(glyph.advance);
+  }
+}
+
+float FlatPass::TextWidth(const std::string& text, float height_px) {
+  int width = 0;
+  for (const char32_t letter : LettersOf(text)) {
+    if (letter < U' ') continue;
+    const Placed* placed = Find(letter, WholeSize(height_px));
+    if (placed != nullptr) width += placed->glyph.advance;
+  }
+  return static_cast<float>(width);
+}
+
+void FlatPass::Upload() {
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, *texture_);
+  if (!changed_) return;
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R8, atlas_width_, atlas_width_, 0, GL_RED, GL_UNSIGNED_BYTE,
+               atlas_.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  changed_ = false;
+}
+
+void FlatPass::Draw(const DisplayList& list) {
+  if (full_) ClearAtlas(atlas_width_);
+  vertices_.clear();
+  for (const DrawnBox& box : list.boxes) {
+    AddRectangle(box.x, box.y, box.width, box.height, 1, 1, false, box.colour);
+  }
+  for (const DrawnText& text : list.texts) AddText(text);
+  if (vertices_.empty()) return;
+  Upload();
+  program_.Use();
+  glUniform2f(program_.At("u_size"), static_cast<float>(list.size.width),
+              static_cast<float>(list.size.height));
+  glUniform1f(program_.At("u_atlas"), static_cast<float>(atlas_width_));
+  glUniform1i(program_.At("u_letters"), 0);
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBindVertexArray(*array_);
+  glBindBuffer(GL_ARRAY_BUFFER, *buffer_);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices_.size() * sizeof(Vertex)),
+               vertices_.data(), GL_STREAM_DRAW);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
+  glBindVertexArray(0);
+  glDisable(GL_BLEND);
+}
+
+}  // namespace plumbline

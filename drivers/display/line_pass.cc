@@ -1,0 +1,219 @@
+#include "drivers/display/line_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "drivers/display/projection.h"
+
+namespace plumbline {
+namespace {
+
+constexpr const char* kLineVertex = R"(
+layout(location = 0) in vec3 a_place;
+layout(location = 1) in vec3 a_piece;   // along, across, length
+layout(location = 2) in vec3 a_line;    // start, half width, dash
+layout(location = 3) in vec4 a_colour;
+uniform vec2 u_size;
+out vec3 piece;
+flat out vec3 line;
+flat out vec4 line_colour;
+void main() {
+  gl_Position = vec4(2.0 * (a_place.xy + 0.5) / u_size - 1.0, a_place.z, 1.0);
+  piece = a_piece;
+  line = a_line;
+  line_colour = a_colour;
+}
+)";
+
+constexpr const char* kLineFragment = R"(
+in vec3 piece;
+flat in vec3 line;
+flat in vec4 line_colour;
+out vec4 colour;
+void main() {
+  float beyond = max(max(-piece.x, piece.x - piece.z), 0.0);
+  float cover = clamp(line.y + 0.5 - length(vec2(beyond, piece.y)), 0.0, 1.0);
+  if (line.z > 0.0 && mod(line.x + piece.x, 2.0 * line.z) > line.z) cover = 0.0;
+  if (cover <= 0.0) discard;
+  colour = vec4(line_colour.rgb, line_colour.a * cover);
+}
+)";
+
+constexpr const char* kGridVertex = R"(
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+
+constexpr const char* kGridFragment = R"(
+uniform vec4 u_pinhole;  // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
+uniform vec4 u_plane;    // normal, distance
+uniform vec3 u_first;    // directions of the grid
+uniform vec3 u_second;
+uniform float u_nearest;
+out vec4 colour;
+float Lines(vec2 at, vec2 a_pixel) {  // at: in widths of the grid
+  vec2 from_line = abs(fract(at + 0.5) - 0.5) / a_pixel;
+  vec2 cover = clamp(1.2 - from_line, 0.0, 1.0) * clamp(0.5 / a_pixel - 1.0, 0.0, 1.0);
+  return max(cover.x, cover.y);
+}
+void main() {
+  vec3 ray = vec3(gl_FragCoord.xy * u_pinhole.xy + u_pinhole.zw, 1.0);
+  float z = u_plane.w / dot(u_plane.xyz, ray);
+  vec3 p = ray * z;
+  vec2 at = vec2(dot(u_first, p), dot(u_second, p));
+  vec2 a_pixel = max(fwidth(at), vec2(1e-9));
+  if (!(z > u_nearest)) discard;
+  float cover = max(0.35 * Lines(at * 10.0, a_pixel * 10.0), 0.8 * Lines(at, a_pixel));
+  if (cover <= 0.0) discard;
+  gl_FragDepth = 1.0 - u_nearest / z;
+  colour = vec4(0.75, 0.85, 1.0, cover);
+}
+)";
+
+constexpr double kFrontShare = 0.999;  ///< so much nearer counts a line
+
+float DepthOf(double Z) {
+  return static_cast<float>(1 - 2 * static_cast<double>(kNearest_m) / Z);
+}
+
+/// Keeps the part of a-b where value >= 0, given at both ends; false: none is left.
+bool CutPiece(Vec3& a, Vec3& b, double at_a, double at_b) {
+  if (!(at_a >= 0) && !(at_b >= 0)) return false;
+  if (at_a >= 0 && at_b >= 0) return true;
+  const Vec3 middle = a + at_a / (at_a - at_b) * (b - a);
+  (at_a < 0 ? a : b) = middle;
+  return true;
+}
+
+/// The visible part of a piece; false: nothing of it.
+bool VisiblePiece(const std::optional<ClipPlane>& clip, Vec3& a, Vec3& b) {
+  if (!a.allFinite() || !b.allFinite()) return false;
+  const double nearest = 1.01 * static_cast<double>(kNearest_m);
+  if (!CutPiece(a, b, a.z() - nearest, b.z() - nearest)) return false;
+  if (!clip) return true;
+  return CutPiece(a, b, clip->distance_m - clip->normal_C.dot(a),
+                  clip->distance_m - clip->normal_C.dot(b));
+}
+
+}  // namespace
+
+Result<LinePass> LinePass::Create() {
+  LinePass pass;
+  auto lines = GlProgram::Build(kLineVertex, kLineFragment);
+  if (!lines) return Error{lines.error()};
+  auto grid = GlProgram::Build(kGridVertex, kGridFragment);
+  if (!grid) return Error{grid.error()};
+  pass.line_program_ = std::move(lines).value();
+  pass.grid_program_ = std::move(grid).value();
+  glBindVertexArray(*pass.array_);
+  glBindBuffer(GL_ARRAY_BUFFER, *pass.buffer_);
+  const auto attribute = [](GLuint place, GLint size, std::size_t bytes) {
+    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
+                          reinterpret_cast<const void*>(bytes));
+    glEnableVertexAttribArray(place);
+  };
+  attribute(0, 3, offsetof(Vertex, x));
+  attribute(1, 3, offsetof(Vertex, along));
+  attribute(2, 3, offsetof(Vertex, start));
+  attribute(3, 4, offsetof(Vertex, r));
+  glBindVertexArray(0);
+  return pass;
+}
+
+void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
+  const float half_width = std::max(line.width_px, 1.0F) / 2;
+  const float margin = half_width + 1;
+  const float dash = line.dashed ? 4 * std::max(line.width_px, 1.0F) : 0;
+  double start = 0;
+  for (std::size_t i = 1; i < line.points_C.size(); ++i) {
+    Vec3 a = line.points_C[i - 1], b = line.points_C[i];
+    if (!VisiblePiece(list.clip, a, b)) continue;
+    const Vec2 from = Project(list.pinhole, a), to = Project(list.pinhole, b);
+    // Far beyond the picture single precision would lose the direction of a piece.
+    if (from.cwiseAbs().maxCoeff() > 1e6 || to.cwiseAbs().maxCoeff() > 1e6) continue;
+    const double length = (to - from).norm();
+    const Vec2 along = length > 0 ? Vec2((to - from) / length) : Vec2(1, 0);
+    const Vec2 across(-along.y(), along.x());
+    const float depth_from = line.always_in_front ? 0 : DepthOf(kFrontShare * a.z());
+    const float depth_to = line.always_in_front ? 0 : DepthOf(kFrontShare * b.z());
+    const auto corner = [&](bool end, double side) {
+      const double s = end ? length + static_cast<double>(margin) : -static_cast<double>(margin);
+      const double t = side * static_cast<double>(margin);
+      const Vec2 p = from + s * along + t * across;
+      const Colour& c = line.colour;
+      vertices_.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
+                           end ? depth_to : depth_from, static_cast<float>(s),
+                           static_cast<float>(t), static_cast<float>(length),
+                           static_cast<float>(start), half_width, dash, c.r, c.g, c.b, c.a});
+    };
+    for (const auto& [end, side] : {std::pair(false, -1.0),
+                                    {true, -1.0},
+                                    {true, 1.0},
+                                    {false, -1.0},
+                                    {true, 1.0},
+                                    {false, 1.0}}) {
+      corner(end, side);
+    }
+    start += length;
+  }
+}
+
+void LinePass::DrawVertices(const DisplayList& list) {
+  if (vertices_.empty()) return;
+  line_program_.Use();
+  glUniform2f(line_program_.At("u_size"), static_cast<float>(list.size.width),
+              static_cast<float>(list.size.height));
+  glBindVertexArray(*array_);
+  glBindBuffer(GL_ARRAY_BUFFER, *buffer_);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices_.size() * sizeof(Vertex)),
+               vertices_.data(), GL_STREAM_DRAW);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
+  glBindVertexArray(0);
+}
+
+void LinePass::DrawGrid(const DisplayList& list) {
+  const ClipPlane& clip = *list.clip;
+  const double length = clip.normal_C.norm();
+  if (!(length > 0) || !std::isfinite(length) || !std::isfinite(clip.distance_m)) return;
+  const Vec3 normal = clip.normal_C / length;
+  const Vec3 beside = std::abs(normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3f first = (beside - normal.dot(beside) * normal).normalized().cast<float>();
+  const Vec3f second = normal.cast<float>().cross(first);
+  const auto f = [](double value) { return static_cast<GLfloat>(value); };
+  const Lens& pinhole = list.pinhole;
+  grid_program_.Use();
+  glUniform4f(grid_program_.At("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
+              f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
+  glUniform4f(grid_program_.At("u_plane"), f(normal.x()), f(normal.y()), f(normal.z()),
+              f(clip.distance_m / length));
+  glUniform3f(grid_program_.At("u_first"), first.x(), first.y(), first.z());
+  glUniform3f(grid_program_.At("u_second"), second.x(), second.y(), second.z());
+  glUniform1f(grid_program_.At("u_nearest"), kNearest_m);
+  glBindVertexArray(*nothing_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void LinePass::Draw(const DisplayList& list) {
+  glEnable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  if (list.clip && list.clip->grid) DrawGrid(list);
+  for (const bool in_front : {false, true}) {
+    vertices_.clear();
+    for (const DrawnLine& line : list.lines) {
+      if (line.always_in_front == in_front) AddLine(list, line);
+    }
+    if (in_front) glDisable(GL_DEPTH_TEST);
+    DrawVertices(list);
+  }
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,57 @@
+// Meshes: bent in the vertex shader, lit, coloured by stress, cut by a plane, hiding and hidden.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "drivers/display/gl_objects.h"
+#include "firmware-like/scene/display_list.h"
+#include "firmware-like/scene/triangle_mesh.h"
+
+namespace plumbline {
+
+/// For each vertex, in single precision
+///   p_C = X_CF B(X_FO (scale p_O)),  B(p) = p + e (BentPoint(bend, p) - p)
+/// with the formula of BentPoint() (scene/bend_field.h) and the exaggeration e. Normals turn with
+/// their sections. Light comes from the camera and from above it; back sides are lit as well.
+class MeshPass {
+ public:
+  static constexpr std::size_t kMostTriangles = 5'000'000;
+
+  static Result<MeshPass> Create();
+
+  /// Refuses more than kMostTriangles, none, and indices of no vertex.
+  Result<int> Load(const TriangleMesh& mesh);
+  void Drop(int mesh) { meshes_.erase(mesh); }
+  bool Knows(int mesh) const { return meshes_.contains(mesh); }
+
+  /// Occluders, then opaque meshes, then transparent ones in their order. Meshes that are not
+  /// loaded, or whose pose is not finite, are passed over.
+  void Draw(const DisplayList& list);
+
+  /// Where the vertex shader puts the vertices of one mesh in C [m], in the order of its
+  /// TriangleMesh, read back from the GPU; a vertex of no triangle is (0, 0, 0).
+  std::vector<Vec3f> PlacedVertices(const DisplayList& list, const DrawnMesh& drawn);
+
+ private:
+  struct Loaded {
+    GlVertexArray array;
+    GlBuffer vertices, indices;
+    GLsizei index_count = 0;
+    std::size_t vertex_count = 0;  ///< of the TriangleMesh
+    std::vector<std::uint32_t> source;
+  };
+
+  const GlProgram& ProgramFor(const DisplayList& list, const DrawnMesh& drawn) const;
+  void SetUniforms(const GlProgram& program, const DisplayList& list, const DrawnMesh& drawn);
+  void DrawOne(const DisplayList& list, const DrawnMesh& drawn);
+
+  std::array<GlProgram, 4> programs_;  ///< bit 0: by stress, bit 1: cut
+  GlTexture stress_colours_;
+  std::map<int, Loaded> meshes_;
+  int next_ = 1;
+};
+
+}  // namespace plumbline

@@ -1,0 +1,150 @@
+#include "drivers/display/renderer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+constexpr int kLargestPicture_px = 8192;
+
+}  // namespace
+
+Renderer::Renderer(GlContext& context, BackgroundPass background, MeshPass meshes, LinePass lines,
+                   FlatPass flat)
+    : context_(context),
+      background_(std::move(background)),
+      meshes_(std::move(meshes)),
+      lines_(std::move(lines)),
+      flat_(std::move(flat)) {}
+
+Result<std::unique_ptr<Renderer>> Renderer::Create(GlContext& context,
+                                                   const RendererOptions& options) {
+  glActiveTexture(GL_TEXTURE0);
+  auto background = BackgroundPass::Create();
+  if (!background) return Error{background.error()};
+  auto meshes = MeshPass::Create();
+  if (!meshes) return Error{meshes.error()};
+  auto lines = LinePass::Create();
+  if (!lines) return Error{lines.error()};
+  auto font = Font::Open(options.font_paths);
+  const std::string no_font = font ? "" : font.error();
+  auto flat = FlatPass::Create(font ? std::optional<Font>(std::move(font).value()) : std::nullopt);
+  if (!flat) return Error{flat.error()};
+  std::unique_ptr<Renderer> renderer(
+      new Renderer(context, std::move(background).value(), std::move(meshes).value(),
+                   std::move(lines).value(), std::move(flat).value()));
+  if (!no_font.empty()) renderer->Remark(no_font);
+  if (const std::string problem = GlProblem(); !problem.empty()) return Error{problem};
+  return renderer;
+}
+
+std::string Renderer::UnusableIn(const DisplayList& list) const {
+  const auto& [width, height] = list.size;
+  if (width < 1 || height < 1 || width > kLargestPicture_px || height > kLargestPicture_px) {
+    return fmt::format("a picture of {} x {} pixels cannot be drawn", width, height);
+  }
+  const Lens& pinhole = list.pinhole;
+  if (!(pinhole.fx > 0) || !(pinhole.fy > 0) || !std::isfinite(pinhole.fx + pinhole.fy) ||
+      !std::isfinite(pinhole.cx + pinhole.cy)) {
+    return "the picture's focal length is not positive";
+  }
+  return "";
+}
+
+bool Renderer::Resize(ImageSize size) {
+  if (size == size_) return true;
+  glBindRenderbuffer(GL_RENDERBUFFER, *colour_);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size.width, size.height);
+  glBindRenderbuffer(GL_RENDERBUFFER, *depth_);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, size.width, size.height);
+  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, *colour_);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, *depth_);
+  const bool complete = glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  size_ = complete ? size : ImageSize{};
+  return complete;
+}
+
+DrawResult Renderer::Draw(const DisplayList& list) {
+  problem_ = UnusableIn(list);
+  if (!problem_.empty()) return DrawResult::kRefused;
+  if (!Resize(list.size)) problem_ = "OpenGL has no room for the picture";
+  if (problem_.empty()) {
+    glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
+    glViewport(0, 0, size_.width, size_.height);
+    glDisable(GL_CULL_FACE);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glDepthMask(GL_TRUE);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    if (const auto missing = background_.Draw(list.background, list.pinhole, list.size)) {
+      Remark(missing->message);
+    }
+    for (const DrawnMesh& drawn : list.meshes) {
+      if (!meshes_.Knows(drawn.mesh)) Remark(fmt::format("mesh {} is not loaded", drawn.mesh));
+    }
+    meshes_.Draw(list);
+    lines_.Draw(list);
+    flat_.Draw(list);
+    problem_ = GlProblem();
+  }
+  if (context_.Lost()) {
+    problem_ = "the graphics processor was reset, and all that it held is gone";
+    return DrawResult::kContextLost;
+  }
+  return problem_.empty() ? DrawResult::kDrawn : DrawResult::kRefused;
+}
+
+PictureView Renderer::ReadPixels() {
+  if (size_ == ImageSize{}) return {};
+  pixels_.resize(std::size_t{4} * static_cast<std::size_t>(size_.width) *
+                 static_cast<std::size_t>(size_.height));
+  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glReadPixels(0, 0, size_.width, size_.height, GL_RGBA, GL_UNSIGNED_BYTE, pixels_.data());
+  return {pixels_.data(), size_};
+}
+
+RgbImage Renderer::ReadBack() {
+  const PictureView picture = ReadPixels();
+  RgbImage image{.rgb = {}, .size = picture.size};
+  image.rgb.resize(std::size_t{3} * static_cast<std::size_t>(picture.size.width) *
+                   static_cast<std::size_t>(picture.size.height));
+  for (std::size_t i = 0; 3 * i < image.rgb.size(); ++i) {
+    std::copy_n(picture.rgbx + 4 * i, 3, image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * i));
+  }
+  return image;
+}
+
+std::vector<Vec3f> Renderer::PlacedVertices(const DisplayList& list, const DrawnMesh& drawn) {
+  if (!UnusableIn(list).empty() || !Resize(list.size)) return {};
+  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);  // without one OpenGL draws nothing at all
+  return meshes_.PlacedVertices(list, drawn);
+}
+
+void Renderer::CopyTo(unsigned framebuffer) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, *framebuffer_);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glBlitFramebuffer(0, 0, size_.width, size_.height, 0, 0, size_.width, size_.height,
+                    GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
+}
+
+void Renderer::Remark(const std::string& remark) {
+  constexpr std::size_t kMostTold = 100;
+  if (told_.size() >= kMostTold || std::find(told_.begin(), told_.end(), remark) != told_.end()) {
+    return;
+  }
+  told_.push_back(remark);
+  remarks_.push_back(remark);
+}
+
+std::vector<std::string> Renderer::TakeRemarks() {
+  return std::exchange(remarks_, {});
+}
+
+}  // namespace plumbline
