@@ -1,0 +1,77 @@
+#include "app/cli/mesh_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
+#include "app/scene/mesh_summary.h"
+
+namespace plumbline {
+namespace {
+
+struct Options {
+  std::string file, unit;
+  bool json = false;
+  MeshLimits limits;
+};
+
+int RunMeshCheck(const Options& options) {
+  std::optional<std::string> unit;
+  double unit_m = 1;
+  if (!options.unit.empty()) {
+    const auto known = MetresOfUnit(options.unit);
+    if (!known) {
+      std::cerr << fmt::format("plumbline mesh check: --unit: {} is none of {}\n", options.unit,
+                               kMeshUnits);
+      return kExitUsage;
+    }
+    unit = options.unit;
+    unit_m = *known;
+  }
+  const auto file = ReadMeshFile(options.file, unit_m, options.limits);
+  if (!file && options.json) {
+    const nlohmann::json json = {{"schema", 1}, {"file", options.file}, {"refused", file.error()}};
+    std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  } else if (!file) {
+    std::cerr << options.file << ": " << file.error() << '\n';
+  } else {
+    std::cout << (options.json ? MeshJson(*file, options.file, unit)
+                               : MeshText(*file, options.file, unit));
+  }
+  return file ? kExitOk : kExitFault;
+}
+
+}  // namespace
+
+void AddMeshCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* mesh = app.add_subcommand("mesh", "Mesh files of the overlay's objects");
+  mesh->require_subcommand(1);
+  CLI::App* command =
+      mesh->add_subcommand("check", "What is in a mesh file, and whether it serves");
+  command->add_option("file", options->file, fmt::format("One of {}", kMeshFormats))->required();
+  command->add_option("--unit", options->unit,
+                      fmt::format("What 1 in the file stands for: {}", kMeshUnits));
+  command->add_option("--max-triangles", options->limits.triangles, "Refuse a file with more")
+      ->check(WholeNumberWithin(1, 20'000'000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Answer as JSON on standard output");
+  command->footer(fmt::format(
+      "The file is read by a process of its own (plumbline-mesh) that can open nothing else, "
+      "within\n"
+      "{} MiB, {} s of processor time and {} MiB of memory. The unit is never guessed.\n\n"
+      "Examples:\n  plumbline mesh check gripper.stl --unit mm\n"
+      "  plumbline mesh check module.wrl --unit m --json\n\n"
+      "Exit codes: 0 it serves (warnings may remain), 1 it is refused, 2 wrong arguments.",
+      options->limits.file_bytes >> 20, options->limits.cpu_s, options->limits.memory_bytes >> 20));
+  command->callback([options, &exit_code] { exit_code = RunMeshCheck(*options); });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,61 @@
+// plumbline-mesh: reads one mesh file and says what is in it. Started by plumbline and plumblined,
+// which do without it when it dies; linked to the libraries that parse such files.
+//
+//   plumbline-mesh FORMAT TRIANGLES MEMORY_BYTES CPU_S < FILE > ANSWER
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <iostream>
+#include <new>
+
+#include "app/scene/closed_off.h"
+#include "app/scene/mesh_file.h"
+#include "app/scene/mesh_parser.h"
+#include "app/version.h"
+
+namespace {
+
+using namespace plumbline;
+
+bool WriteAnswer(const Result<RawMesh>& answer) {
+  const std::vector<std::uint8_t> bytes = BytesOfMeshAnswer(answer);
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t wrote = write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote <= 0) return false;
+    done += static_cast<std::size_t>(wrote);
+  }
+  return true;
+}
+
+Result<RawMesh> Parse(MeshFormat format, std::uint64_t triangles, std::uint64_t memory_bytes,
+                      unsigned cpu_s) {
+  if (format == MeshFormat::kVrml) PrepareVrmlParser();
+  struct stat about {};
+  if (fstat(STDIN_FILENO, &about) != 0 || about.st_size <= 0) return Error{"nothing to read"};
+  const auto size = static_cast<std::size_t>(about.st_size);
+  const void* const at = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
+  if (at == MAP_FAILED) return Error{"the file cannot be mapped"};
+  std::set_new_handler([] { _exit(kMeshOutOfMemory); });
+  if (auto why = CloseOff(memory_bytes, cpu_s)) return *why;
+  return ParseMesh(format, {static_cast<const std::uint8_t*>(at), size}, triangles);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto format = argc == 5 ? MeshFormatOfWord(argv[1]) : std::nullopt;
+  if (!format) {
+    std::cerr << "plumbline-mesh " PLUMBLINE_VERSION
+                 ": started by plumbline and plumblined; see plumbline mesh check --help\n";
+    return 2;
+  }
+  const auto answer =
+      Parse(*format, std::strtoull(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10),
+            static_cast<unsigned>(std::strtoul(argv[4], nullptr, 10)));
+  // Without destructors: those of a hostile scene may cost as much as they like.
+  _exit(WriteAnswer(answer) ? 0 : 1);
+}

@@ -1,0 +1,35 @@
+#include "app/scene/object_table_file.h"
+
+#include <sys/stat.h>
+
+#include "app/config/text_file.h"
+
+namespace plumbline {
+
+FileStamp StampOfFile(const std::string& path) {
+  struct stat about {};
+  if (stat(path.c_str(), &about) != 0) return {};
+  return {std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec,
+          static_cast<std::uint64_t>(about.st_size), about.st_ino, true};
+}
+
+std::optional<TableNews> ObjectTableFile::Look() {
+  const FileStamp now = StampOfFile(path_);
+  const bool stands = !seen_ || now == *seen_;
+  seen_ = now;
+  if (!stands || (read_ && now == *read_)) return std::nullopt;
+  read_ = now;
+  TableNews news;
+  const auto text = ReadTextFile(path_);
+  if (!text) {
+    news.faults.Add({Fault::Severity::kFault, path_, 0, "", "cannot be read: " + text.error()});
+    return news;
+  }
+  if (auto table = ObjectTableFromText(*text, path_, tags_, news.faults)) {
+    table_ = std::move(table);
+    news.accepted = true;
+  }
+  return news;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,56 @@
+// The answer of the process that reads meshes, whole and damaged.
+#include "app/scene/mesh_message.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "tests/app/scene/shapes.h"
+
+using namespace plumbline;
+
+TEST_CASE("an answer comes back as it was sent, and no part of it is one") {
+  RawMesh raw;
+  raw.mesh = test::Cuboid({1, 2, 3});
+  raw.other_elements = 5;
+  raw.outside = {"wood.png", "x.mtl"};
+  raw.outside_count = 9;
+  const auto bytes = BytesOfMeshAnswer(raw);
+  CHECK(bytes.size() <= LargestMeshAnswer({.triangles = 12}));
+  const auto answer = MeshAnswerOfBytes(bytes, {});
+  REQUIRE(answer);
+  REQUIRE(*answer);
+  const RawMesh& back = answer->value();
+  CHECK(back.mesh.vertices_O == raw.mesh.vertices_O);
+  CHECK(back.mesh.triangles == raw.mesh.triangles);
+  CHECK(back.outside == raw.outside);
+  CHECK(back.outside_count == 9);
+  CHECK(back.other_elements == 5);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    CHECK_FALSE(MeshAnswerOfBytes(std::span(bytes).first(size), {}));
+  }
+  auto longer = bytes;
+  longer.push_back(0);
+  CHECK_FALSE(MeshAnswerOfBytes(longer, {}));
+  CHECK_FALSE(MeshAnswerOfBytes(bytes, {.triangles = 11}));
+}
+
+TEST_CASE("a reason is printable, and not endless") {
+  const auto told = [](const std::string& why) {
+    const auto answer = MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{why})), {});
+    REQUIRE(answer);
+    REQUIRE_FALSE(*answer);
+    return answer->error();
+  };
+  CHECK(told("no \x1b[31mSTL\n") == "no ?[31mSTL?");
+  CHECK(told(std::string(100000, 'a')).size() == kLongestReason);
+  CHECK_FALSE(MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{""})), {}));
+}
+
+TEST_CASE("counts that no memory holds are no answer") {
+  RawMesh raw;
+  raw.mesh = test::Cuboid({1, 2, 3});
+  auto bytes = BytesOfMeshAnswer(raw);
+  const std::uint64_t many = ~std::uint64_t{0} / 12 + 1;
+  std::memcpy(bytes.data() + 24, &many, sizeof many);  // vertices
+  CHECK_FALSE(MeshAnswerOfBytes(bytes, {.triangles = ~std::uint64_t{0} / 64}));
+}
