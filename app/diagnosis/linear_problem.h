@@ -4,7 +4,7 @@
 #include <map>
 #include <memory>
 
-#include "app/diagnosis/candidates.h"
+#include "app/diagnosis/blocks.h"
 
 namespace plumbline {
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/diagnosis/block_effects.h"
+#include "app/diagnosis/candidates.h"
 #include "app/diagnosis/linear_problem.h"
 
 namespace plumbline {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/diagnosis/legendre.h"
 #include "app/diagnosis/statistics.h"
 
 namespace plumbline {

@@ -1,0 +1,186 @@
+#include "app/diagnosis/remainder_design.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/diagnosis/legendre.h"
+
+namespace plumbline {
+namespace {
+
+using I = Influence<double>;
+constexpr int kMostCycles = 64;       // of a joint's curve
+constexpr int kClustersPerCycle = 8;  // four for each of sine and cosine
+constexpr int kMostDegree = 3;        // along a recorded signal
+constexpr double kBandRatio = 1.4;    // neighbouring cycles share one prior variance
+
+int BandOf(double cycles) {
+  return static_cast<int>(std::log(std::max(1.0, cycles)) / std::log(kBandRatio));
+}
+
+int SignalOfJoint(const Dataset& data, int joint) {
+  const std::string column = AngleOf(joint);
+  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+    if (data.signals[s].column == column) return static_cast<int>(s);
+  }
+  return -1;
+}
+
+void AddBlocks(const Candidates& candidates, RemainderDesign& design) {
+  for (const Block& block : candidates.blocks) {
+    if (Stays(block)) continue;
+    std::map<std::string_view, int> of_unit;  // metres and radians are not of one size
+    const auto& specs = block.term.effect->traits().parameters;
+    for (std::size_t c = 0; c < block.columns.size(); ++c) {
+      const int parameter = block.columns[c].parameter;
+      const auto spec =
+          static_cast<std::size_t>(block.term.parameters[static_cast<std::size_t>(parameter)].spec);
+      const auto [group, fresh] = of_unit.emplace(specs[spec].unit, design.groups);
+      if (fresh) ++design.groups;
+      design.group.push_back(group->second);
+      design.of.size_columns.emplace_back(static_cast<int>(design.of.blocks.size()),
+                                          static_cast<int>(c));
+    }
+    design.of.blocks.push_back(block);
+  }
+}
+
+void AddJointCurves(const Pool& pool, const Explanation& named, RemainderDesign& design) {
+  const LinearProblem& problem = pool.problem();
+  const Dataset& data = problem.data();
+  const int cycles = std::min(kMostCycles, problem.clusters() / kClustersPerCycle);
+  std::map<int, int> of_band;
+  const auto add = [&](int joint, double of) {
+    const int signal = SignalOfJoint(data, joint);
+    if (signal < 0) return;
+    const auto [group, fresh] = of_band.emplace(BandOf(of), design.groups);
+    if (fresh) ++design.groups;
+    for (const bool cosine : {false, true}) {
+      design.of.curves.push_back({joint, signal, 0, of, cosine, 0});
+      design.group.push_back(group->second);
+    }
+  };
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    for (int k = 1; k <= cycles; ++k) add(joint, k);
+  }
+  for (const int index : named.blocks) {  // lines between whole cycles
+    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+    if (block.id != "gear_periodic") continue;
+    const double of = block.columns.front().values[1];
+    if (of != std::round(of) || of > cycles) add(block.term.parameters.front().joint, of);
+  }
+}
+
+void AddSignalCurves(const Dataset& data, RemainderDesign& design) {
+  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
+    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(s)];
+    // A place in one file says nothing about another file's rows.
+    if (signal.of_joint || signal.column == "row") continue;
+    const int degree = std::min(kMostDegree, (signal.distinct - 1) / 2);
+    if (degree < 1) continue;
+    const auto add = [&](int entry) {
+      for (int k = 1; k <= degree; ++k) {
+        design.of.curves.push_back({entry, s, k, 0, false, 0});
+        design.group.push_back(design.groups);
+      }
+    };
+    for (int axis = 0; axis < 3; ++axis) add(I::kBase + axis);
+    ++design.groups;
+    for (int joint = 0; joint < data.cell.robot.size(); ++joint) add(joint);
+    ++design.groups;
+  }
+}
+
+}  // namespace
+
+bool IsJointCurve(const Block& block) {
+  return block.empirical() &&
+         std::all_of(block.columns.begin(), block.columns.end(), [&](const BlockColumn& column) {
+           return column.entry < kMaxJoints && block.term.drivers.front() == AngleOf(column.entry);
+         });
+}
+
+RemainderDesign DesignFor(const Pool& pool, const Explanation& named,
+                          const Candidates& candidates) {
+  RemainderDesign design;
+  AddBlocks(candidates, design);
+  AddJointCurves(pool, named, design);
+  AddSignalCurves(pool.problem().data(), design);
+  return design;
+}
+
+double SignalAt(const Dataset& data, const CurveTerm& term, int row) {
+  return data.signals[static_cast<std::size_t>(term.signal)].values[static_cast<std::size_t>(row)];
+}
+
+Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const RemainderDesign& design) {
+  Eigen::MatrixXd columns(problem.response().size(), static_cast<int>(design.group.size()));
+  int at = 0;
+  for (const Block& block : design.of.blocks) {
+    const auto width = static_cast<int>(block.columns.size());
+    columns.middleCols(at, width) = problem.Columns(block, false);
+    at += width;
+  }
+  Eigen::MatrixXd factor(static_cast<int>(problem.rows().size()), 1);
+  for (const CurveTerm& term : design.of.curves) {
+    for (int j = 0; j < factor.rows(); ++j) {
+      const int row = problem.rows()[static_cast<std::size_t>(j)];
+      factor(j, 0) = FactorAt(problem.data(), term, SignalAt(problem.data(), term, row));
+    }
+    columns.col(at++) = problem.Carried({term.entry}, factor);
+  }
+  return columns;
+}
+
+std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
+                              const RemainderDesign& design) {
+  std::vector<int> chosen;
+  const Coefficients of_named = pool.CoefficientsOf(named);
+  const auto holds = [&](const auto& alike) {
+    return std::any_of(of_named.begin(), of_named.end(), [&](const auto& size) {
+      const Block& block = pool.blocks()[static_cast<std::size_t>(size.first.first)];
+      return alike(block, size.first.second);
+    });
+  };
+  int at = 0;
+  for (const auto& [index, column] : design.of.size_columns) {
+    const Block& own = design.of.blocks[static_cast<std::size_t>(index)];
+    const bool is_named = holds([&, c = column](const Block& block, int other) {
+      return block.id == own.id && block.term.word == own.term.word && c == other;
+    });
+    if (is_named) chosen.push_back(at);
+    ++at;
+  }
+  for (const CurveTerm& term : design.of.curves) {
+    const bool is_named = holds([&](const Block& block, int) {
+      return block.id == "gear_periodic" && term.degree == 0 &&
+             block.term.parameters.front().joint == term.entry &&
+             block.columns.front().values[1] == term.cycles;
+    });
+    if (is_named) chosen.push_back(at);
+    ++at;
+  }
+  return chosen;
+}
+
+std::string AngleOf(int joint) {
+  return "q" + std::to_string(joint + 1) + "_deg";
+}
+
+double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
+  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(term.signal)];
+  if (term.degree > 0) return Legendre(term.degree, Scaled(signal, value));
+  const double angle = term.cycles * value * std::numbers::pi / 180;
+  return term.cosine ? std::cos(angle) : std::sin(angle);
+}
+
+bool Stays(const Block& block) {
+  static constexpr std::string_view kShaped[] = {"counterbalance", "tool_stiffness", "tool_shear",
+                                                 "thermal_drift",  "step_event",     "empirical"};
+  if (std::find(std::begin(kShaped), std::end(kShaped), block.id) == std::end(kShaped))
+    return false;
+  return !IsJointCurve(block);
+}
+
+}  // namespace plumbline
