@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/lens/disc_offsets.h"
+#include "app/lens/lens_costs.h"
 #include "app/lens/lens_start.h"
 #include "firmware-like/median.h"
 
@@ -21,130 +22,6 @@ constexpr double kGoodStart_px = 5;  // RMS above which another focal length is 
 constexpr double kSameDirection = 1e-4;  // columns of a view that agree so far are one
 constexpr int kRounds = 4;
 constexpr double kRobustOfMad = 1.4826;
-
-/// One view's place in the fit.
-struct Placed {
-  const BoardView* view = nullptr;
-  double when = 0;  ///< -1/2 .. 1/2
-  Mat3 R_start = Mat3::Identity();
-  Vec6 pose = Vec6::Zero();  ///< rotation vector after R_start, then p_CK
-  std::vector<bool> used;
-  std::vector<Vec2> offsets;  ///< of what is seen from the images of the board's points [px]
-
-  Vec2 Seen(std::size_t k) const { return view->corners_px[k] - offsets[k]; }
-  Pose X_CK() const {
-    const Vec3 w = pose.head<3>();
-    const double angle = w.norm();
-    const Mat3 turn =
-        angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Mat3(Mat3::Identity());
-    return {R_start * turn, pose.tail<3>()};
-  }
-  void Place(const Pose& X_CK) {
-    R_start = X_CK.R;
-    pose << Vec3::Zero(), X_CK.p;
-  }
-};
-
-int Count(const std::vector<bool>& flags) {
-  return static_cast<int>(std::count(flags.begin(), flags.end(), true));
-}
-
-/// Residuals of one view, corners not used left out.
-class ViewCost : public ceres::CostFunction {
- public:
-  ViewCost(const Board& board, const Placed& placed, double sigma_px)
-      : board_(board), placed_(placed), sigma_px_(sigma_px) {
-    set_num_residuals(2 * Count(placed.used));
-    mutable_parameter_block_sizes()->push_back(kSharedCount);
-    mutable_parameter_block_sizes()->push_back(6);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Map<const SharedVector> shared(parameters[0]);
-    const Eigen::Map<const Vec6> pose(parameters[1]);
-    const bool derive =
-        jacobians != nullptr && (jacobians[0] != nullptr || jacobians[1] != nullptr);
-    const std::size_t corners = static_cast<std::size_t>(board_.corners());
-    std::vector<Vec2> pixels;
-    std::vector<double> by_shared(derive ? corners * 2 * kSharedCount : 0);
-    std::vector<double> by_pose(derive ? corners * 12 : 0);
-    if (!BoardPixels(board_, shared, placed_.R_start, pose.head<3>(), pose.tail<3>(), placed_.when,
-                     pixels, derive ? by_shared.data() : nullptr, by_pose.data()))
-      return false;
-    std::size_t row = 0;
-    const double scale = 1 / sigma_px_;
-    const auto copy = [scale](const double* from, std::size_t count, double* to) {
-      for (std::size_t i = 0; i < count; ++i) to[i] = scale * from[i];
-    };
-    for (std::size_t k = 0; k < corners; ++k) {
-      if (!placed_.used[k]) continue;
-      const Vec2 error = scale * (pixels[k] - placed_.Seen(k));
-      residuals[2 * row] = error.x();
-      residuals[2 * row + 1] = error.y();
-      if (derive && jacobians[0] != nullptr)
-        copy(&by_shared[k * 2 * kSharedCount], std::size_t{2} * kSharedCount,
-             jacobians[0] + row * 2 * kSharedCount);
-      if (derive && jacobians[1] != nullptr) copy(&by_pose[k * 12], 12, jacobians[1] + row * 12);
-      ++row;
-    }
-    return true;
-  }
-
- private:
-  const Board& board_;
-  const Placed& placed_;
-  double sigma_px_;
-};
-
-/// Standard deviations of the prior in the parameters' own units, for a lens of focal length f.
-SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSize size, double f) {
-  const double r = 0.5 * std::hypot(size.width, size.height) / f;
-  const double half_m = board.Centre().norm();
-  SharedVector sd;
-  sd[kFx] = f * prior.aspect;  // of fx - fy
-  sd[kFy] = 0;                 // free
-  sd[kCx] = sd[kCy] = prior.centre * size.width;
-  sd[kK1] = prior.radial[0] / (r * r);
-  sd[kK2] = prior.radial[1] / std::pow(r, 4);
-  sd[kK3] = prior.radial[2] / std::pow(r, 6);
-  sd[kP1] = sd[kP2] = prior.tangential / (3 * r);
-  sd[kBowX] = sd[kBowY] = sd[kBowXY] = 2 * half_m * prior.bow / (half_m * half_m);
-  sd[kCreep] = prior.creep;
-  return sd;
-}
-
-/// The prior as rows of least squares: what is added to J^T J, and a cost for Ceres.
-class PriorCost : public ceres::SizedCostFunction<kSharedCount, kSharedCount> {
- public:
-  PriorCost(const SharedVector& sd, ImageSize size) {
-    rows_.setZero();
-    for (int k = 0; k < kSharedCount; ++k) {
-      if (sd[k] > 0) rows_(k, k) = 1 / sd[k];
-    }
-    rows_(kFx, kFy) = -rows_(kFx, kFx);
-    mean_.setZero();
-    mean_[kCx] = 0.5 * (size.width - 1);
-    mean_[kCy] = 0.5 * (size.height - 1);
-  }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Map<const SharedVector> shared(parameters[0]);
-    Eigen::Map<SharedVector> out(residuals);
-    out = rows_ * (shared - mean_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, kSharedCount, kSharedCount, Eigen::RowMajor>> by(
-          jacobians[0]);
-      by = rows_;
-    }
-    return true;
-  }
-  SharedMatrix Information() const { return rows_.transpose() * rows_; }
-
- private:
-  SharedMatrix rows_;
-  SharedVector mean_;
-};
 
 /// One least-squares problem: everything placed, and what is dropped.
 class Adjustment {
@@ -169,7 +46,7 @@ class Adjustment {
     lens.cy = 0.5 * (size_.height - 1);
     shared_ = SharedOfLens(lens);
     sigma_px_ = kStartSigma_px;
-    for (Placed& placed : placed_) {
+    for (PlacedView& placed : placed_) {
       placed.used = placed.view->seen;
       const std::vector<Pose> poses = BoardPoses(board_, *placed.view, lens);
       if (poses.empty()) return false;
@@ -181,8 +58,8 @@ class Adjustment {
   bool Solve(int most_iterations) {
     ceres::Problem problem;
     auto* ordering = new ceres::ParameterBlockOrdering;
-    for (Placed& placed : placed_) {
-      if (Count(placed.used) == 0) continue;
+    for (PlacedView& placed : placed_) {
+      if (CornersUsed(placed) == 0) continue;
       problem.AddResidualBlock(new ViewCost(board_, placed, sigma_px_), nullptr, shared_.data(),
                                placed.pose.data());
       ordering->AddElementToGroup(placed.pose.data(), 0);
@@ -213,7 +90,7 @@ class Adjustment {
   /// Residuals of all corners seen.
   std::vector<std::vector<Vec2>> Residuals() const {
     std::vector<std::vector<Vec2>> all;
-    for (const Placed& placed : placed_) {
+    for (const PlacedView& placed : placed_) {
       std::vector<Vec2> pixels;
       const bool in_front =
           BoardPixels(board_, shared_, placed.R_start, placed.pose.head<3>(), placed.pose.tail<3>(),
@@ -231,7 +108,7 @@ class Adjustment {
   /// Discs are not seen where their centres are: by how much, the lens and the poses tell.
   void PlaceDiscs() {
     if (!board_.circles()) return;
-    for (Placed& placed : placed_)
+    for (PlacedView& placed : placed_)
       placed.offsets = DiscOffsets(board_, shared_, placed.X_CK(), placed.when);
   }
 
@@ -266,9 +143,9 @@ class Adjustment {
   bool SetFlippedRight() {
     bool any = false;
     const Lens lens = LensOfShared(shared_);
-    for (Placed& placed : placed_) {
+    for (PlacedView& placed : placed_) {
       for (const Pose& X_CK : BoardPoses(board_, *placed.view, lens)) {
-        Placed other = placed;
+        PlacedView other = placed;
         other.Place(X_CK);
         if (RefinedCost(other) < 0.9 * RefinedCost(placed)) {
           placed = other;
@@ -282,8 +159,8 @@ class Adjustment {
   /// J^T J / sigma^2 of the shared parameters after the poses are eliminated, with the prior.
   SharedMatrix Information() const {
     SharedMatrix information = PriorCost(Deviations(), size_).Information();
-    for (const Placed& placed : placed_) {
-      if (Count(placed.used) < 6) continue;
+    for (const PlacedView& placed : placed_) {
+      if (CornersUsed(placed) < 6) continue;
       using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
       const ViewCost cost(board_, placed, sigma_px_);
       const int rows = cost.num_residuals();
@@ -305,8 +182,8 @@ class Adjustment {
   double Dispersion() const {
     double energy = 0;
     Eigen::Index freedom = 0;
-    for (const Placed& placed : placed_) {
-      if (2 * Count(placed.used) <= 6 + kSharedCount) continue;
+    for (const PlacedView& placed : placed_) {
+      if (2 * CornersUsed(placed) <= 6 + kSharedCount) continue;
       const ViewCost cost(board_, placed, sigma_px_);
       using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
       Eigen::VectorXd residuals(cost.num_residuals());
@@ -374,7 +251,7 @@ class Adjustment {
       for (std::size_t k = 0; k < fit.residuals_px[j].size(); ++k) {
         if (placed_[j].used[k]) sum += fit.residuals_px[j][k].squaredNorm();
       }
-      fit.view_rms_px.push_back(std::sqrt(sum / std::max(1, 2 * Count(placed_[j].used))));
+      fit.view_rms_px.push_back(std::sqrt(sum / std::max(1, 2 * CornersUsed(placed_[j]))));
     }
     return fit;
   }
@@ -383,7 +260,7 @@ class Adjustment {
   SharedVector Deviations() const { return PriorDeviations(prior_, board_, size_, shared_[kFy]); }
 
   /// Cost of one view after a few steps of its pose alone.
-  double RefinedCost(Placed& placed) const {
+  double RefinedCost(PlacedView& placed) const {
     const ViewCost cost(board_, placed, sigma_px_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::VectorXd residuals(cost.num_residuals());
@@ -402,7 +279,7 @@ class Adjustment {
   const Board& board_;
   ImageSize size_;
   LensPrior prior_;
-  std::vector<Placed> placed_;
+  std::vector<PlacedView> placed_;
   SharedVector shared_ = SharedVector::Zero();
   std::array<bool, kSharedCount> dropped_{};
   double sigma_px_ = kStartSigma_px;
