@@ -162,6 +162,18 @@ std::string Age(double age_ms) {
   return age_ms >= 65535 ? "never or long ago" : fmt::format("{:.0f} ms ago", age_ms);
 }
 
+/// "version 2 in force, fitted to measured points, 1 effect; version 3 proposed".
+std::string ModelText(const DaemonRegisters& daemon) {
+  const int applied = daemon.Word("model_applied"), proposed = daemon.Word("model_proposed");
+  const int effects = daemon.Word("model_effects");
+  return fmt::format("{} in force, {}, {} effect{}{}",
+                     applied > 0 ? fmt::format("version {}", applied) : "the cell file",
+                     daemon.Word("model_fitted") != 0 ? "fitted to measured points"
+                                                      : "declared, its uncertainty assumed",
+                     effects, effects == 1 ? "" : "s",
+                     proposed > 0 ? fmt::format("; version {} proposed", proposed) : "");
+}
+
 void PrintCamera(const DaemonRegisters& daemon) {
   const auto line = [](const char* topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
@@ -233,11 +245,7 @@ void Print(const DaemonRegisters& daemon) {
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "not known");
   const int loop = daemon.Word("loop_state");
-  if (const int applied = daemon.Word("model_applied"); applied > 0) {
-    const int proposed = daemon.Word("model_proposed");
-    line("model", fmt::format("version {} in force{}", applied,
-                              proposed > 0 ? fmt::format(", version {} proposed", proposed) : ""));
-  }
+  line("model", ModelText(daemon));
   if ((loop & loop_state::kRecording) != 0) {
     line("probes", fmt::format("{:.0f} since the start, drift {:.2f} of the threshold{}{}",
                                daemon.Value("probes"), daemon.Value("drift_statistic"),

@@ -179,6 +179,9 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   }
   environment_.loop = *link_.told.Read();
   environment_.loop.applied = parts.model_version;
+  const CellModel& cell = parts.machine.config().cell;
+  environment_.loop.fitted = cell.domain.has_value();
+  environment_.loop.effects = static_cast<int>(cell.effects.size());
   environment_.camera = *link_.camera.told.Read();
   environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;

@@ -294,6 +294,12 @@ const std::array kFields = {
              ProbeResidualScaled<0>},
     MapField{416, kI16, "residual_y_scaled", "0.01 mm", "", ProbeResidualScaled<1>},
     MapField{417, kI16, "residual_z_scaled", "0.01 mm", "", ProbeResidualScaled<2>},
+    MapField{418, kU16, "model_fitted", "",
+             "1: the model in force was fitted to measured points, 0: it is declared, and its "
+             "uncertainty assumed",
+             [](Source s) -> double { return s.environment.loop.fitted ? 1 : 0; }},
+    MapField{419, kU16, "model_effects", "", "effects that the model in force holds",
+             [](Source s) -> double { return s.environment.loop.effects; }},
 };
 
 const std::array kPointFields = {

@@ -33,6 +33,8 @@ struct PlcLoop {
   std::uint32_t probes = 0;                     ///< in the journal, on disk, since the start
   double statistic = 0;                         ///< of the monitor; it alarms above 1
   Vec3 residual_m = Vec3::Zero();               ///< of the last probe, measured minus predicted, W
+  bool fitted = false;  ///< the model in force was fitted to measured points, not only declared
+  int effects = 0;      ///< that the model in force holds
 };
 
 /// What the registers tell beside the snapshot.

@@ -10,6 +10,7 @@
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
+#include "tests/app/daemon/status_text.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 #include "tests/virtual_cell/running_cell.h"
 
@@ -137,17 +138,6 @@ struct Station {
   }
 };
 
-std::string Status(const std::string& plc) {
-  const std::string command =
-      std::string(PLUMBLINE) + " status --port " + plc.substr(plc.find(':') + 1) + " 2>&1";
-  std::string text;
-  FILE* const pipe = popen(command.c_str(), "r");
-  char line[256];
-  while (fgets(line, sizeof line, pipe) != nullptr) text += line;
-  pclose(pipe);
-  return text;
-}
-
 }  // namespace
 
 TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself") {
@@ -167,7 +157,7 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   CHECK(told.Word(13) == 2);
   CHECK((station.plc->Read(540 + 16, 16).Word(0) & 1) == 1);
   CHECK((station.plc->Read(14, 1).Word(0) & 0x700) == 0);
-  const std::string status = Status(station.daemon->Plc());
+  const std::string status = StatusText(station.daemon->Plc());
   CHECK_THAT(status, Catch::Contains("camera       valid: the fixed marks"));
   CHECK_THAT(status, Catch::Contains("lens 1 of the store"));
 

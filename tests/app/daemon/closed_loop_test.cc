@@ -8,6 +8,7 @@
 #include "app/model_store/model_store.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
+#include "tests/app/daemon/status_text.h"
 #include "tests/virtual_cell/assembly_client.h"
 #include "tests/virtual_cell/running_cell.h"
 
@@ -113,6 +114,8 @@ std::vector<WrittenEffect> EffectsOf(const ModelStore& store, int version) {
 TEST_CASE("points miss, the effect is named, its model applied, the points hit") {
   Station station(virtual_cell::Effects({virtual_cell::EffectFromText(kHidden)}));
   CHECK(station.LargestError() > 2);
+  CHECK(StatusText(station.daemon.Plc())
+            .find("version 1 in force, declared, its uncertainty assumed") != std::string::npos);
   CHECK(station.Probe(16));
   const int version = station.client.AwaitProposal(240);
   INFO(station.daemon.Log());
@@ -140,6 +143,9 @@ TEST_CASE("points miss, the effect is named, its model applied, the points hit")
   REQUIRE(system(apply.c_str()) == 0);
   REQUIRE(station.daemon.Awaits("model version 2 in force"));
   CHECK(station.LargestError() < 0.25);
+  CHECK(StatusText(station.daemon.Plc())
+            .find("version 2 in force, fitted to measured points, 1 effect\n") !=
+        std::string::npos);
 }
 
 TEST_CASE("a cell that is as declared raises no alarm") {

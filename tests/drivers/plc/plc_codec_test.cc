@@ -306,4 +306,11 @@ TEST_CASE("what the loop tells stands in its window, as floats and as integers")
   CHECK(Read(image, "residual_x_scaled") == 125);
   CHECK(Read(image, "residual_y_scaled") == -50);
   CHECK(Read(image, "residual_z_scaled") == 1000);
+  CHECK(Read(image, "model_fitted") == 0);
+  CHECK(Read(image, "model_effects") == 0);
+  environment.loop.fitted = true;
+  environment.loop.effects = 3;
+  const auto& fitted = encoder.Encode(snapshot, environment);
+  CHECK(Read(fitted, "model_fitted") == 1);
+  CHECK(Read(fitted, "model_effects") == 3);
 }
