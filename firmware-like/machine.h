@@ -111,8 +111,8 @@ class Machine {
   double utc_s_ = 0;
   std::size_t turn_ = 0;       ///< the point whose turn to search is first
   std::optional<Vec3> cog_F_;  ///< of what is carried
-  std::uint16_t last_heartbeat_ = 0;
   std::optional<double> heartbeat_seen_s_;
+  std::uint16_t last_heartbeat_ = 0;
   bool acknowledged_ = false;  ///< the level of the acknowledging coil
   Snapshot snapshot_;
 };
