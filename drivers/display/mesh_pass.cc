@@ -31,7 +31,7 @@ out float stress;
 void main() {
   vec3 p = (u_X_FO * vec4(a_p_O, 1.0)).xyz;
   vec3 n = mat3(u_X_FO) * a_n_O;
-  stress = 0.0;
+  stress = u_length > 0.0 ? u_station[1].w * u_per_stress : 0.0;  // inboard: as at the root
   if (u_length > 0.0 && p.z > 0.0) {
     float z = min(p.z, u_length);
     int i = min(int(z / u_length * 32.0), 31);

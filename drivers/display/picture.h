@@ -19,6 +19,18 @@ struct PictureView {
   }
 };
 
+/// A picture that was drawn, for a display to take.
+class DrawnPicture {
+ public:
+  DrawnPicture() = default;
+  DrawnPicture(const DrawnPicture&) = delete;
+  DrawnPicture& operator=(const DrawnPicture&) = delete;
+  virtual ~DrawnPicture() = default;
+
+  /// Its pixels; valid until the next call. Waits until it is finished. Empty: none was drawn.
+  virtual PictureView ReadPixels() = 0;
+};
+
 /// For files: red, green, blue; row by row from the top, no padding.
 struct RgbImage {
   std::vector<std::uint8_t> rgb;

@@ -126,14 +126,6 @@ std::vector<Vec3f> Renderer::PlacedVertices(const DisplayList& list, const Drawn
   return meshes_.PlacedVertices(list, drawn);
 }
 
-void Renderer::CopyTo(unsigned framebuffer) {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, *framebuffer_);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-  glBlitFramebuffer(0, 0, size_.width, size_.height, 0, 0, size_.width, size_.height,
-                    GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
-}
-
 void Renderer::Remark(const std::string& remark) {
   constexpr std::size_t kMostTold = 100;
   if (told_.size() >= kMostTold || std::find(told_.begin(), told_.end(), remark) != told_.end()) {

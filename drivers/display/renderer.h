@@ -29,14 +29,11 @@ struct RendererOptions {
 
 /// Of one thread, that of its context, which must outlive it. Order: background, meshes, the clip
 /// plane's grid, lines, boxes, text.
-class Renderer {
+class Renderer : public DrawnPicture {
  public:
   /// A missing font does not keep the rest from being drawn: see TakeRemarks().
   static Result<std::unique_ptr<Renderer>> Create(GlContext& context,
                                                   const RendererOptions& options = {});
-  Renderer(const Renderer&) = delete;
-  Renderer& operator=(const Renderer&) = delete;
-
   /// @return  the mesh's number for DrawnMesh, or why it cannot be loaded
   Result<int> LoadMesh(const TriangleMesh& mesh) { return meshes_.Load(mesh); }
   void DropMesh(int mesh) { meshes_.Drop(mesh); }
@@ -46,12 +43,8 @@ class Renderer {
   /// What the last Draw() that was not kDrawn met.
   const std::string& problem() const { return problem_; }
 
-  /// The last picture; valid until the next call. Empty where none was drawn.
-  /// Waits until it is finished.
-  PictureView ReadPixels();
+  PictureView ReadPixels() override;
   RgbImage ReadBack();
-  /// Copies the last picture into another framebuffer of the context, as large as the picture.
-  void CopyTo(unsigned framebuffer);
 
   float TextWidth(const std::string& text, float height_px) {
     return flat_.TextWidth(text, height_px);

@@ -235,7 +235,7 @@ TEST_CASE("stress is shown by the scale, straight surfaces keep their shade") {
   bar.bends = bar.by_stress = true;
   list.meshes = {bar};
   const RgbImage image = Drawn(drawing, list);
-  const Pixel root = At(image, 225, 240), tip = At(image, 410, 240);
+  const Pixel root = At(image, 223, 240), tip = At(image, 410, 240);
   CHECK(root.r > 150);  // yellow
   CHECK(root.g > 150);
   CHECK(root.b < 120);

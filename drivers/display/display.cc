@@ -1,0 +1,55 @@
+#include "drivers/display/display.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/display/no_display.h"
+#include "drivers/display/pace.h"
+
+namespace plumbline {
+
+std::string_view DisplayResultText(DisplayResult result) {
+  switch (result) {
+    case DisplayResult::kReady:
+      return "ready";
+    case DisplayResult::kShown:
+      return "shown";
+    case DisplayResult::kBusy:
+      return "the last picture is not on the screen yet";
+    case DisplayResult::kWaiting:
+      return "no display yet";
+    case DisplayResult::kLost:
+      return "the display is gone";
+    case DisplayResult::kOtherSize:
+      return "the display takes pictures of another size";
+  }
+  return "?";
+}
+
+NoDisplay::NoDisplay(const NoDisplayOptions& options, Clock clock, Sleep sleep)
+    : options_(options), clock_(clock), sleep_(sleep) {}
+
+Result<std::unique_ptr<Display>> NoDisplay::Create(const NoDisplayOptions& options, Clock clock,
+                                                   Sleep sleep) {
+  const auto& [width, height] = options.size;
+  if (width < 16 || height < 16 || width > 8192 || height > 8192) {
+    return Error{"the picture's size is outside 16..8192 pixels"};
+  }
+  if (!(options.rate_hz >= 0.1 && options.rate_hz <= 240)) {
+    return Error{"the picture's rate is outside 0.1..240 Hz"};
+  }
+  return std::unique_ptr<Display>(new NoDisplay(options, clock, sleep));
+}
+
+DisplayResult NoDisplay::Wait(double timeout_s) {
+  const double left_s = next_s_ - clock_();
+  if (left_s > 0) sleep_(std::clamp(left_s, 0.0, std::max(timeout_s, 0.0)));
+  return left_s > timeout_s ? DisplayResult::kBusy : DisplayResult::kReady;
+}
+
+DisplayResult NoDisplay::Show(DrawnPicture&) {
+  next_s_ = NextPicture_s(next_s_, clock_(), 1 / options_.rate_hz);
+  return DisplayResult::kShown;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,35 @@
+// A picture's memory that a card can show: every card has it, with or without a GPU.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "drivers/display/pixel_packing.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// XRGB, 32 bits a pixel, mapped for writing.
+class DumbBuffer {
+ public:
+  /// @param card  open; it must outlive the buffer
+  static Result<std::unique_ptr<DumbBuffer>> Make(int card, ImageSize size);
+  ~DumbBuffer();
+  DumbBuffer(const DumbBuffer&) = delete;
+  DumbBuffer& operator=(const DumbBuffer&) = delete;
+
+  void Fill(const PictureView& picture) { PackPicture(picture, layout_, {memory_, bytes_}); }
+  std::uint32_t framebuffer() const { return framebuffer_; }
+
+ private:
+  explicit DumbBuffer(int card) : card_(card) {}
+
+  const int card_;
+  PixelLayout layout_;
+  std::uint32_t handle_ = 0, framebuffer_ = 0;
+  std::uint8_t* memory_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace plumbline

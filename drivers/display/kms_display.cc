@@ -1,0 +1,130 @@
+#include "drivers/display/kms_display.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+#include <xf86drm.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace plumbline {
+namespace {
+
+/// Of libdrm, for each event of a flip.
+void OnFlipped(int, unsigned, unsigned, unsigned, unsigned, void* user) {
+  *static_cast<bool*>(user) = false;
+}
+
+}  // namespace
+
+KmsDisplay::KmsDisplay(KmsOptions options, Clock clock, Sleep sleep)
+    : options_(std::move(options)), clock_(clock), sleep_(sleep) {}
+
+KmsDisplay::~KmsDisplay() {
+  Close();
+}
+
+Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, Clock clock,
+                                                    Sleep sleep) {
+  if (options.card.empty()) return Error{"the card of the display is empty"};
+  if (options.size.width < 0 || options.size.height < 0) {
+    return Error{"the size of the display is negative"};
+  }
+  return std::unique_ptr<Display>(new KmsDisplay(options, clock, sleep));
+}
+
+/// @return why there is no display; empty: there is
+std::string KmsDisplay::Open() {
+  card_ = open(options_.card.c_str(), O_RDWR | O_CLOEXEC);
+  if (card_ < 0) {
+    const char* hint = errno == EACCES ? "; the user must be in the group video" : "";
+    return fmt::format("cannot be opened: {}{}", std::strerror(errno), hint);
+  }
+  if (drmSetClientCap(card_, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
+      drmSetClientCap(card_, DRM_CLIENT_CAP_ATOMIC, 1) != 0) {
+    return "has no atomic mode setting; use the display kind \"framebuffer\"";
+  }
+  auto output = ChooseKmsOutput(card_, options_.connector, options_.size);
+  if (!output) return output.error();
+  for (auto& buffer : buffers_) {
+    auto made = DumbBuffer::Make(card_, output->size());
+    if (!made) return made.error();
+    buffer = std::move(made).value();
+  }
+  output_ = std::move(output).value();
+  looked_s_ = clock_();
+  return "";
+}
+
+void KmsDisplay::Close() {
+  for (auto& buffer : buffers_) buffer.reset();
+  output_.reset();
+  mode_is_set_ = flipping_ = false;
+  if (card_ >= 0) close(card_);
+  card_ = -1;
+}
+
+DisplayResult KmsDisplay::Lost(const std::string& why) {
+  problem_ = fmt::format("{}{} {}", options_.card, output_ ? ", " + output_->name + ":" : ":", why);
+  Close();
+  back_off_.Failed(clock_());
+  return DisplayResult::kLost;
+}
+
+DisplayResult KmsDisplay::WaitForFlip(double timeout_s) {
+  const double left_s = std::clamp(timeout_s, 0.0, kFlipPatience_s);
+  pollfd waited{.fd = card_, .events = POLLIN, .revents = 0};
+  if (poll(&waited, 1, static_cast<int>(1e3 * left_s)) > 0) {
+    drmEventContext events{};
+    events.version = 3;
+    events.page_flip_handler2 = OnFlipped;
+    if ((waited.revents & POLLIN) == 0 || drmHandleEvent(card_, &events) != 0) {
+      return Lost("the card went away");
+    }
+  }
+  if (!flipping_) return DisplayResult::kReady;
+  if (clock_() - flipped_s_ < kFlipPatience_s) return DisplayResult::kBusy;
+  return Lost("the card does not show what it was given");
+}
+
+DisplayResult KmsDisplay::Wait(double timeout_s) {
+  const double now_s = clock_();
+  if (!output_) {
+    if (!back_off_.Due(now_s)) {
+      sleep_(std::max(timeout_s, 0.0));
+      return DisplayResult::kWaiting;
+    }
+    if (const std::string why = Open(); !why.empty()) return Lost(why);
+    back_off_.Well();
+  }
+  if (now_s - looked_s_ > kLookPeriod_s) {
+    looked_s_ = now_s;
+    if (!IsStillConnected(card_, output_->connector)) return Lost("the monitor is gone");
+  }
+  return flipping_ ? WaitForFlip(timeout_s) : DisplayResult::kReady;
+}
+
+DisplayResult KmsDisplay::Show(DrawnPicture& picture) {
+  if (!output_) return DisplayResult::kLost;
+  if (flipping_) return DisplayResult::kBusy;
+  const PictureView pixels = picture.ReadPixels();
+  if (pixels.size != size()) return DisplayResult::kOtherSize;
+  DumbBuffer& buffer = *buffers_[next_];
+  buffer.Fill(pixels);
+  const int error = FlipTo(card_, *output_, buffer.framebuffer(), !mode_is_set_, &flipping_);
+  if (error == EBUSY) return DisplayResult::kBusy;
+  if (error == EACCES || error == EPERM) {
+    return Lost("another program holds the display; stop the desktop");
+  }
+  if (error != 0) return Lost(fmt::format("a picture was refused: {}", std::strerror(error)));
+  mode_is_set_ = flipping_ = true;
+  flipped_s_ = clock_();
+  next_ = 1 - next_;
+  return DisplayResult::kShown;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,39 @@
+// No screen: pictures are drawn for snapshots and for lookers from afar alone.
+#pragma once
+
+#include <memory>
+
+#include "drivers/clock.h"
+#include "drivers/display/display.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+struct NoDisplayOptions {
+  ImageSize size{1280, 720};
+  double rate_hz = 30;
+};
+
+/// Ready `rate_hz` times a second.
+class NoDisplay : public Display {
+ public:
+  /// Refuses sizes outside 16..8192 pixels and rates outside 0.1..240 Hz.
+  static Result<std::unique_ptr<Display>> Create(const NoDisplayOptions& options, Clock clock,
+                                                 Sleep sleep = SleepSeconds);
+
+  DisplayResult Wait(double timeout_s) override;
+  ImageSize size() const override { return options_.size; }
+  DisplayResult Show(DrawnPicture& picture) override;
+  std::string_view problem() const override { return problem_; }
+
+ private:
+  NoDisplay(const NoDisplayOptions& options, Clock clock, Sleep sleep);
+
+  const NoDisplayOptions options_;
+  const Clock clock_;
+  const Sleep sleep_;
+  double next_s_ = 0;
+  std::string_view problem_;
+};
+
+}  // namespace plumbline

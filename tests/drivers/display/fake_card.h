@@ -1,0 +1,89 @@
+// The kernel's side of a card with one monitor, and of a framebuffer, played by the test: whoever
+// links it has ioctl() and mmap() taken over for the files that it makes. libdrm is the real one.
+#pragma once
+
+#include <linux/fb.h>
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "firmware-like/lens/lens.h"
+
+namespace plumbline::test {
+
+/// A card with the connector HDMI-A-1. At most one at a time.
+class FakeCard {
+ public:
+  FakeCard();
+  ~FakeCard();
+  FakeCard(const FakeCard&) = delete;
+  FakeCard& operator=(const FakeCard&) = delete;
+
+  std::string path;  ///< to open
+
+  // What the test sets.
+  bool atomic = true;
+  bool connected = true;
+  std::vector<ImageSize> modes = {{1280, 720}, {640, 480}};  ///< the first one is preferred
+  int refuse_commits_with = 0;                               ///< an errno
+
+  /// The monitor's refresh: what was committed is on the screen, and its event is sent.
+  void Refresh();
+
+  // What the test asks.
+  ImageSize mode() const { return mode_; }      ///< as it was set; {0, 0}: never
+  int modes_set() const { return modes_set_; }  ///< how often
+  std::size_t buffers() const { return buffers_.size(); }
+  /// Of the screen: 0xXXRRGGBB.
+  std::uint32_t Pixel(int u, int v) const;
+
+  // The kernel's side.
+  int Ioctl(unsigned long request, void* argument);
+  int MemoryAt(off_t offset) const;
+  bool Owns(int fd) const;
+
+ private:
+  struct Buffer {
+    int memory = -1;  ///< a memfd
+    std::uint32_t width = 0, height = 0;
+  };
+  int Commit(const void* request);
+
+  ino_t inode_ = 0;
+  int events_ = -1;
+  std::uint32_t next_ = 1000;
+  std::map<std::uint32_t, Buffer> buffers_;              ///< by handle
+  std::map<std::uint32_t, std::uint32_t> framebuffers_;  ///< handle, by number
+  std::map<std::uint32_t, ImageSize> blobs_;
+  std::uint32_t on_screen_ = 0, pending_ = 0;  ///< framebuffers
+  std::uint64_t pending_user_ = 0;
+  ImageSize mode_;
+  int modes_set_ = 0;
+};
+
+/// A file with the pixels of a framebuffer.
+class FakeFramebuffer {
+ public:
+  FakeFramebuffer(const fb_var_screeninfo& var, std::size_t stride, std::size_t bytes);
+  ~FakeFramebuffer();
+  FakeFramebuffer(const FakeFramebuffer&) = delete;
+  FakeFramebuffer& operator=(const FakeFramebuffer&) = delete;
+
+  std::string path;
+  fb_var_screeninfo var;
+  fb_fix_screeninfo fix{};
+  bool gone = false;
+
+  std::vector<std::uint8_t> Bytes() const;
+  int Ioctl(unsigned long request, void* argument) const;
+  bool Owns(int fd) const;
+
+ private:
+  ino_t inode_ = 0;
+};
+
+}  // namespace plumbline::test

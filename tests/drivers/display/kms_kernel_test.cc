@@ -1,0 +1,51 @@
+// On the card of this computer, where it has one (modprobe vkms will do) and nobody else draws on
+// it.
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+
+#include "drivers/display/kms_display.h"
+
+using namespace plumbline;
+
+namespace {
+
+class White : public DrawnPicture {
+ public:
+  explicit White(ImageSize size)
+      : size_(size), pixels_(static_cast<std::size_t>(4 * size.width * size.height), 255) {}
+  PictureView ReadPixels() override { return {pixels_.data(), size_}; }
+
+ private:
+  ImageSize size_;
+  std::vector<std::uint8_t> pixels_;
+};
+
+}  // namespace
+
+TEST_CASE("a card of this computer shows pictures, one a refresh", "[kms]") {
+  std::string card;
+  for (int i = 0; i < 8; ++i) {
+    const std::string path = "/dev/dri/card" + std::to_string(i);
+    if (card.empty() && std::filesystem::exists(path)) card = path;
+  }
+  if (card.empty()) {
+    std::puts("SKIPPED: no /dev/dri/card0; modprobe vkms makes one");
+    return;
+  }
+  auto display = KmsDisplay::Create({.card = card}, MonotonicSeconds).value();
+  if (display->Wait(1) != DisplayResult::kReady) {
+    std::printf("SKIPPED: %s\n", std::string(display->problem()).c_str());
+    return;
+  }
+  White picture(display->size());
+  for (int i = 0; i < 10; ++i) {
+    const DisplayResult shown = display->Show(picture);
+    if (i == 0 && shown == DisplayResult::kLost) {
+      std::printf("SKIPPED: %s\n", std::string(display->problem()).c_str());
+      return;
+    }
+    REQUIRE(shown == DisplayResult::kShown);
+    REQUIRE(display->Wait(1) == DisplayResult::kReady);
+  }
+}
