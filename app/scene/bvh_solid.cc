@@ -26,7 +26,7 @@ bool RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, cons
 }  // namespace
 
 BvhSolid::BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale)
-    : X_KO_(X_KO), scale_(scale), closed_(mesh.facts.closed()), seeds_(mesh.facts.seeds) {
+    : X_KO_(X_KO), scale_(scale), closed_(mesh.facts.closed()), ends_(mesh.facts.ends) {
   straight_K_.reserve(mesh.mesh.vertices_O.size());
   for (const Vec3f& p : mesh.mesh.vertices_O) {
     straight_K_.push_back(X_KO * Vec3(scale * p.cast<double>()));
@@ -82,10 +82,11 @@ void BvhSolid::FindBox() {
   }
 }
 
+bool BvhSolid::InBox(const Vec3& p_K) const {
+  return (p_K.array() >= low_K_.array()).all() && (p_K.array() <= high_K_.array()).all();
+}
+
 bool BvhSolid::Encloses(const Vec3& p_K) const {
-  if (!closed_ || (p_K.array() < low_K_.array()).any() || (p_K.array() > high_K_.array()).any()) {
-    return false;
-  }
   const Vec3 ray(0.5671, 0.3313, 0.7541);  // along no edge or face that somebody would draw
   bool odd = false;
   for (int i = 0; i < model_.num_tris; ++i) {
@@ -95,10 +96,13 @@ bool BvhSolid::Encloses(const Vec3& p_K) const {
   return odd;
 }
 
-std::vector<Vec3> BvhSolid::Seeds() const {
-  std::vector<Vec3> seeds;
-  for (const std::uint32_t i : seeds_) seeds.push_back(model_.vertices[i]);
-  return seeds;
+bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {
+  if (!closed_) return false;
+  return std::any_of(other.ends_.begin(), other.ends_.end(), [&](const auto& ends) {
+    const auto at = [&](std::uint32_t i) { return Vec3(X_KL * other.model_.vertices[i]); };
+    const auto in_box = [&](std::uint32_t i) { return InBox(at(i)); };
+    return std::all_of(ends.begin(), ends.end(), in_box) && Encloses(at(ends[0]));
+  });
 }
 
 }  // namespace plumbline

@@ -3,6 +3,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
+#include <array>
 #include <vector>
 
 #include "firmware-like/scene/bend_field.h"
@@ -21,25 +22,26 @@ class BvhSolid {
   /// box that holds them, so that it still contains them all.
   void Bend(const BendField& field);
 
-  /// Whether the point, in K, is enclosed; false where the surface is open. By the parity of the
-  /// triangles that a ray meets.
-  bool Encloses(const Vec3& p_K) const;
+  /// Whether some part of `other`, at X_KL, is enclosed; false where this surface is open. Only
+  /// where the surfaces do not cross. A part that reaches out of the box around this cannot be; of
+  /// any other a vertex decides, by the parity of the triangles that a ray from it meets.
+  bool EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const;
 
   const BvhModel& model() const { return model_; }
   const Pose& X_KO() const { return X_KO_; }
   double scale() const { return scale_; }
-  /// A vertex of each part.
-  std::vector<Vec3> Seeds() const;
 
  private:
   void FindBox();
+  bool InBox(const Vec3& p_K) const;
+  bool Encloses(const Vec3& p_K) const;
 
   Pose X_KO_;
   double scale_;
   bool closed_;
-  std::vector<std::uint32_t> seeds_;
-  std::vector<Vec3> straight_K_;            ///< vertices before bending
-  std::vector<fcl::OBBRSSd> straight_bvs_;  ///< their volumes
+  std::vector<std::array<std::uint32_t, 6>> ends_;  ///< of its parts (MeshFacts)
+  std::vector<Vec3> straight_K_;                    ///< vertices before bending
+  std::vector<fcl::OBBRSSd> straight_bvs_;          ///< their volumes
   BvhModel model_;
   Vec3 low_K_, high_K_;
 };

@@ -32,8 +32,9 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #error "name this processor's AUDIT_ARCH_..."
 #endif
 
-bool Limit(__rlimit_resource what, rlim_t most) {
-  const rlimit limit{most, most};
+/// @param grace  of a process that ignores the signal
+bool Limit(__rlimit_resource what, rlim_t most, rlim_t grace = 0) {
+  const rlimit limit{most, most + grace};
   return setrlimit(what, &limit) == 0;
 }
 
@@ -74,7 +75,7 @@ bool AllowFewCalls() {
 
 std::optional<Error> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s) {
   const bool limited = Limit(RLIMIT_NOFILE, 0) && Limit(RLIMIT_FSIZE, 0) && Limit(RLIMIT_CORE, 0) &&
-                       Limit(RLIMIT_NPROC, 0) && Limit(RLIMIT_CPU, cpu_s) &&
+                       Limit(RLIMIT_NPROC, 0) && Limit(RLIMIT_CPU, cpu_s, 1) &&
                        prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
   if (limited && kSanitized) return std::nullopt;
   if (limited && Limit(RLIMIT_AS, memory_bytes) && AllowFewCalls()) return std::nullopt;

@@ -1,12 +1,15 @@
 #include "app/scene/interference.h"
 
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
 #include <fcl/narrowphase/distance.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "app/scene/bvh_solid.h"
 
@@ -31,20 +34,40 @@ bool SurfacesCross(const Placed& a, const Placed& b) {
 
 /// Whether some part of `inner` lies in `outer`. Only where their surfaces do not cross.
 bool LiesInside(const Placed& inner, const Placed& outer) {
-  const Pose X_outer_inner = outer.X_WK.Inverse() * inner.X_WK;
-  const std::vector<Vec3> seeds = inner.solid.Seeds();
-  return std::any_of(seeds.begin(), seeds.end(),
-                     [&](const Vec3& p) { return outer.solid.Encloses(X_outer_inner * p); });
+  return outer.solid.EnclosesPartOf(inner.solid, outer.X_WK.Inverse() * inner.X_WK);
 }
 
 bool Touching(const Placed& a, const Placed& b) {
   return SurfacesCross(a, b) || LiesInside(a, b) || LiesInside(b, a);
 }
 
-Separation NearestPoints(const Placed& a, const Placed& b) {
+/// Corners of a triangle in W.
+std::array<Vec3, 3> CornersOf(const Placed& solid, int triangle) {
+  const BvhModel& model = solid.solid.model();
+  const fcl::Triangle& t = model.tri_indices[triangle];
+  return {solid.X_WK * model.vertices[t[0]], solid.X_WK * model.vertices[t[1]],
+          solid.X_WK * model.vertices[t[2]]};
+}
+
+/// @param last  the triangles that were nearest: what they are apart now bounds the search, and
+///              halves it where things move little from one look to the next
+Separation NearestPoints(const Placed& a, const Placed& b, NearestTriangles& last) {
   const fcl::DistanceRequestd request(true);
   fcl::DistanceResultd result;
+  if (last.a >= 0) {
+    const auto s = CornersOf(a, last.a), t = CornersOf(b, last.b);
+    Vec3 p, q;
+    const double now_m = fcl::detail::TriangleDistanced::triDistance(s.data(), t.data(), p, q);
+    if (now_m > 0) result.min_distance = now_m * (1 + 1e-9) + 1e-9;  // so that they are found again
+  }
   fcl::distance(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request, result);
+  if (result.b1 < 0) {  // should the bound have been too tight after all
+    last = {};
+    result = {};
+    fcl::distance(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request,
+                  result);
+  }
+  last = {static_cast<int>(result.b1), static_cast<int>(result.b2)};
   Separation apart;
   apart.distance_m = std::max(0.0, result.min_distance);
   apart.p_a_W = result.nearest_points[0];
@@ -143,7 +166,8 @@ class WayOut {
   const Placed& b_;
 };
 
-Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth) {
+Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth,
+                         NearestTriangles& last) {
   Separation found;
   if (SurfacesCross(a, b)) {
     found.touching = true;
@@ -153,7 +177,7 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth) {
     WayOut(a, b).Find(crossing.plane_W, found);
     return found;
   }
-  found = NearestPoints(a, b);
+  found = NearestPoints(a, b, last);
   if (!LiesInside(a, b) && !LiesInside(b, a)) return found;
   found.touching = found.inside = true;
   const Vec3 between_W = found.p_b_W - found.p_a_W;
@@ -208,8 +232,8 @@ void Interference::Place(std::size_t object, const Pose& X_WK) {
   solids_[object]->X_WK = X_WK;
 }
 
-Separation Interference::Measure(std::size_t a, std::size_t b, bool with_depth) const {
-  return MeasurePlaced(solids_[a]->placed(), solids_[b]->placed(), with_depth);
+Separation Interference::Measure(std::size_t a, std::size_t b, bool with_depth) {
+  return MeasurePlaced(solids_[a]->placed(), solids_[b]->placed(), with_depth, nearest_[{a, b}]);
 }
 
 Vec3 Interference::PointOf(std::size_t object, const Vec3& p_O) const {
@@ -222,15 +246,16 @@ Separation Interference::FromPoint(const Vec3& p_W, std::size_t object) const {
   CheckedMesh point;
   constexpr auto kSide = static_cast<float>(kPointSize_m);
   point.mesh = {{Vec3f(0, 0, 0), Vec3f(kSide, 0, 0), Vec3f(0, kSide, 0)}, {{0, 1, 2}}};
-  point.facts.seeds = {0};
+  point.facts.ends = {{0, 0, 0, 0, 0, 0}};
   point.facts.triangles = point.facts.open_edges = 1;
   const BvhSolid dot(point, {}, 1);
-  return MeasurePlaced({dot, {Mat3::Identity(), p_W}}, solids_[object]->placed(), false);
+  NearestTriangles none;
+  return MeasurePlaced({dot, {Mat3::Identity(), p_W}}, solids_[object]->placed(), false, none);
 }
 
 SweepResult Interference::Sweep(std::size_t object, const Pose& X_WO,
                                 const std::vector<Vec3>& path_W,
-                                const std::vector<std::size_t>& against) const {
+                                const std::vector<std::size_t>& against) {
   const Solid& solid = *solids_[object];
   SweepResult result;
   result.least_m = std::numeric_limits<double>::infinity();
@@ -239,13 +264,13 @@ SweepResult Interference::Sweep(std::size_t object, const Pose& X_WO,
     const Placed moved{solid.bvh, Pose{X_WO.R, X_WO.p + p_W} * solid.bvh.X_KO().Inverse()};
     double free_m = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < against.size() && !result.hits; ++i) {
-      const Separation here = MeasurePlaced(moved, solids_[against[i]]->placed(), false);
+      const Placed other = solids_[against[i]]->placed();
+      const Separation here = MeasurePlaced(moved, other, false, nearest_[{object, against[i]}]);
       result.hits = here.touching;
       free_m = std::min(free_m, here.distance_m);
       if (here.distance_m >= result.least_m && !here.touching) continue;
       result.least_m = here.distance_m;
       result.other = i;
-      const Placed other = solids_[against[i]]->placed();
       result.p_W = here.touching && !here.inside
                        ? CrossingOf(moved, other).value_or(Crossing()).middle_W
                        : here.p_b_W;

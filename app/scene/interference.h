@@ -1,8 +1,9 @@
 // Distances and interference of meshes, in the state in which they really are: bent and placed.
 #pragma once
 
+#include <map>
 #include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include "firmware-like/scene/bend_field.h"
@@ -35,9 +36,14 @@ struct SweepResult {
   Vec3 p_W = Vec3::Zero();  ///< where it was: on the other object
 };
 
+/// Of two objects: the triangles that were nearest at the last look; -1: none.
+struct NearestTriangles {
+  int a = -1, b = -1;
+};
+
 /// Meshes with trees of bounding volumes over them (FCL). Building takes about 3 us a triangle;
 /// bending moves the volumes and lets them grow by what their vertices moved apart, which holds for
-/// any bending and costs a fortieth of fitting them again.
+/// any bending. Used by one thread.
 class Interference {
  public:
   static constexpr double kDepthStep_m = 1e-5;
@@ -61,7 +67,7 @@ class Interference {
   void Place(std::size_t object, const Pose& X_WK);
 
   /// @param with_depth  depth and way out too, where they touch: some twenty times the work
-  Separation Measure(std::size_t a, std::size_t b, bool with_depth = true) const;
+  Separation Measure(std::size_t a, std::size_t b, bool with_depth = true);
 
   /// A point of an object's file, carried along and bent.
   Vec3 PointOf(std::size_t object, const Vec3& p_O) const;
@@ -74,12 +80,13 @@ class Interference {
   /// @param X_WO     of the object's own frame where the path passes through W's origin
   /// @param path_W   at least one point
   SweepResult Sweep(std::size_t object, const Pose& X_WO, const std::vector<Vec3>& path_W,
-                    const std::vector<std::size_t>& against) const;
+                    const std::vector<std::size_t>& against);
 
  private:
   struct Solid;
   std::vector<std::unique_ptr<Solid>> solids_;
   BendField field_;
+  std::map<std::pair<std::size_t, std::size_t>, NearestTriangles> nearest_;
 };
 
 }  // namespace plumbline

@@ -137,7 +137,7 @@ int MeshReader::End(double patience_s) {
 }
 
 std::string MeshReader::WhyEnded(int status) const {
-  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
     return fmt::format("not read within {} s of processor time: simplify the model", limits_.cpu_s);
   }
   if (WIFSIGNALED(status)) {

@@ -97,10 +97,21 @@ void CountParts(const TriangleMesh& mesh, MeshFacts& facts) {
       parent[std::max(a, b)] = std::min(a, b);
     }
   }
+  std::vector<std::size_t> part(parent.size());
   for (std::uint32_t i = 0; i < parent.size(); ++i) {
-    if (parent[i] != i) continue;
-    ++facts.parts;
-    if (facts.seeds.size() < MeshFacts::kMostSeeds) facts.seeds.push_back(i);
+    const std::uint32_t first = root(i);  // not after i
+    if (first == i) part[i] = facts.parts++;
+    part[i] = part[first];
+    if (part[i] >= MeshFacts::kMostEnds) continue;
+    if (first == i) facts.ends.push_back({i, i, i, i, i, i});
+    auto& ends = facts.ends[part[i]];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto along = [&](std::uint32_t k) {
+        return mesh.vertices_O[k][static_cast<int>(axis)];
+      };
+      if (along(i) < along(ends[axis])) ends[axis] = i;
+      if (along(i) > along(ends[axis + 3])) ends[axis + 3] = i;
+    }
   }
 }
 

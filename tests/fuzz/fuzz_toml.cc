@@ -1,4 +1,4 @@
-// Any bytes as cell, configuration or robot profile: faults, never a crash or a hang.
+// Any bytes as cell, configuration, robot profile or object table: faults, never a crash or a hang.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -8,6 +8,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/robot_profile_reader.h"
+#include "app/scene/object_table.h"
 
 namespace {
 
@@ -49,15 +50,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   plumbline::FaultList faults;
   bool read = false;
-  switch (data[0] % 3) {
+  switch (data[0] % 4) {
     case 0:
       read = plumbline::CellFromText(text, "cell.toml", faults).has_value();
       break;
     case 1:
       read = plumbline::DaemonConfigFromText(text, "plumbline.toml", File, "/", faults).has_value();
       break;
-    default:
+    case 2:
       read = plumbline::RobotProfileFromText(text, "profile.toml", faults).has_value();
+      break;
+    default: {
+      plumbline::TagDatabase tags;
+      tags.tags.push_back({17, 0.05});
+      read = plumbline::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
+    }
   }
   // Either a value or a fault that says why not, never both or neither.
   if (read == faults.HasFaults()) std::abort();

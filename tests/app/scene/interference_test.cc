@@ -162,6 +162,27 @@ TEST_CASE("a bent mesh measures as one that was built bent") {
   CHECK(scene.PointOf(a, p_O).isApprox(X_FO * p_O, 1e-12));
 }
 
+TEST_CASE("what was nearest before does not mislead: leaps, touching and apart by turns") {
+  const CheckedMesh mesh = Checked(Sphere(0.2F, 30, 40));
+  Interference scene;
+  const std::size_t a = scene.Add(mesh, {}, 1, false), b = scene.Add(mesh, {}, 1, false);
+  std::mt19937 random(13);
+  for (int i = 0; i < 100; ++i) {
+    const Pose X_Wa = AnyPose(random), X_Wb = AnyPose(random);
+    scene.Place(a, X_Wa);
+    scene.Place(b, X_Wb);
+    Interference fresh;
+    fresh.Place(fresh.Add(mesh, {}, 1, false), X_Wa);
+    fresh.Place(fresh.Add(mesh, {}, 1, false), X_Wb);
+    for (int again = 0; again < 2; ++again) {
+      const Separation found = scene.Measure(a, b, false), truth = fresh.Measure(0, 1, false);
+      CHECK(found.touching == truth.touching);
+      CHECK(found.distance_m == Approx(truth.distance_m).margin(1e-9));
+      CHECK((found.p_b_W - found.p_a_W).norm() == Approx(found.distance_m).margin(1e-9));
+    }
+  }
+}
+
 TEST_CASE("a point's distance to a cuboid") {
   Interference scene;
   const std::size_t box = scene.Add(Checked(Cuboid({0.2F, 0.4F, 0.6F})), {}, 1, false);

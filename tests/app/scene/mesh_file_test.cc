@@ -216,6 +216,12 @@ TEST_CASE("limits of memory and time end the process, and say which") {
   const std::string large = MeshFileText(test::Sphere(1, 400, 400), MeshFormat::kObj);
   CHECK_THAT(files.Why("a.obj", large, {.memory_bytes = 64 << 20}), Catch::Contains("64 MiB"));
 #endif
+  std::string slow =
+      "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 "
+      "0 ] } coordIndex [";
+  for (int i = 0; i < 3'000'000; ++i) slow += "0 1 2 -1\n";
+  CHECK_THAT(files.Why("a.wrl", Vrml(slow + "] } }"), {.triangles = 20'000'000, .cpu_s = 1}),
+             Catch::Contains("not read within 1 s of processor time"));
   const std::string program = files.Write("sleeper", "#!/bin/sh\nexec sleep 1000\n");
   chmod(program.c_str(), 0755);
   const std::string good = files.Write("a.stl", MeshFileText(Cuboid({1, 1, 1}), MeshFormat::kStl));

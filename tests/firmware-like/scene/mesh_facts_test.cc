@@ -67,7 +67,14 @@ TEST_CASE("a sphere's volume approaches the ball's; two spheres are two parts") 
   }
   const MeshFacts two = FactsOf(mesh);
   CHECK(two.parts == 2);
-  CHECK(two.seeds.size() == 2);
+  REQUIRE(two.ends.size() == 2);
+  for (std::size_t part = 0; part < 2; ++part) {
+    for (std::size_t end = 0; end < 6; ++end) {
+      const Vec3f p = CheckMesh(mesh, 1)->mesh.vertices_O[two.ends[part][end]];
+      const Vec3f from_middle = p - Vec3f(static_cast<float>(part), 0, 0);
+      CHECK(from_middle[static_cast<int>(end % 3)] == Approx(end < 3 ? -0.3 : 0.3).epsilon(1e-4));
+    }
+  }
   CHECK(two.volume_m3 == Approx(2 * one.volume_m3).epsilon(1e-5));
 }
 

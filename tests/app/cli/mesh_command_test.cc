@@ -1,0 +1,89 @@
+// plumbline mesh check, through the real reading process beside the test.
+#include "app/cli/mesh_command.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/cli/run_command.h"
+#include "tests/app/scene/shapes.h"
+#include "tests/app/temporary_folder.h"
+
+using namespace plumbline;
+using test::RunCommand;
+
+namespace {
+
+struct MeshFiles {
+  test::TemporaryFolder folder;
+  std::string Write(const std::string& name, const std::string& content) const {
+    const std::string path = folder.path() + "/" + name;
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what is in a mesh, as text and as JSON") {
+  const MeshFiles files;
+  const std::string path =
+      files.Write("bar.obj", "mtllib paint.mtl\n" +
+                                 test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kObj));
+  const auto text = RunCommand(AddMeshCommand, "mesh check " + path + " --unit mm");
+  INFO(text.err);
+  CHECK(text.exit_code == 0);
+  CHECK(text.err.empty());
+  for (const char* part :
+       {"triangles    12", "vertices     8", "600 x 50 x 40 mm", "closed, 1 part", "outwards",
+        "volume       1.2e+06 mm^3", "warning: ", "paint.mtl"}) {
+    INFO(text.out << part);
+    CHECK(text.out.find(part) != std::string::npos);
+  }
+  const auto answer = RunCommand(AddMeshCommand, "mesh check " + path + " --unit inch --json");
+  CHECK(answer.exit_code == 0);
+  const auto json = nlohmann::json::parse(answer.out);
+  CHECK(json["schema"] == 1);
+  CHECK(json["unit"] == "inch");
+  CHECK(json["size_mm"][0].get<double>() == Approx(600 * 25.4));
+  CHECK(json["closed"] == true);
+  CHECK(json["outside"] == std::vector<std::string>{"paint.mtl"});
+  CHECK(json["facing"] == "outwards");
+}
+
+TEST_CASE("a unit that is not stated is asked for, not guessed") {
+  const MeshFiles files;
+  const std::string path =
+      files.Write("bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kStl));
+  const auto text = RunCommand(AddMeshCommand, "mesh check " + path);
+  CHECK(text.exit_code == 0);
+  CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 of its own unit"));
+  CHECK_THAT(text.out, Catch::Contains("the unit is not stated"));
+  const auto json =
+      nlohmann::json::parse(RunCommand(AddMeshCommand, "mesh check " + path + " --json").out);
+  CHECK(json["unit"].is_null());
+  CHECK(json["size_file_unit"][0].get<double>() == Approx(600));
+  CHECK_FALSE(json.contains("size_mm"));
+  const auto metres = RunCommand(AddMeshCommand, "mesh check " + path + " --unit m");
+  CHECK_THAT(metres.out, Catch::Contains("is m the unit?"));
+}
+
+TEST_CASE("refusals and wrong arguments") {
+  const MeshFiles files;
+  const std::string cut = files.Write(
+      "cut.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), MeshFormat::kStl).substr(0, 300));
+  const auto refused = RunCommand(AddMeshCommand, "mesh check " + cut + " --unit mm");
+  CHECK(refused.exit_code == 1);
+  CHECK(refused.out.empty());
+  CHECK_THAT(refused.err, Catch::Contains(cut + ": no stl that can be read"));
+  const auto json = RunCommand(AddMeshCommand, "mesh check " + cut + " --json");
+  CHECK(json.exit_code == 1);
+  CHECK(nlohmann::json::parse(json.out)["refused"].is_string());
+  const std::string good =
+      files.Write("good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), MeshFormat::kStl));
+  CHECK_THAT(RunCommand(AddMeshCommand, "mesh check " + good + " --max-triangles 11").err,
+             Catch::Contains("the limit is 11"));
+  CHECK(RunCommand(AddMeshCommand, "mesh check " + good + " --unit furlong").exit_code == 2);
+  CHECK(RunCommand(AddMeshCommand, "mesh").exit_code == 2);
+  CHECK(RunCommand(AddMeshCommand, "mesh check").exit_code == 2);
+}

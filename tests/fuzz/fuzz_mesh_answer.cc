@@ -1,0 +1,35 @@
+// Any bytes as the answer of the process that reads meshes: a mesh, a reason, or no answer.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "app/scene/mesh_message.h"
+#include "firmware-like/scene/mesh_facts.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace plumbline;
+  const MeshLimits limits{.triangles = 100};
+  const auto answer = MeshAnswerOfBytes({data, size}, limits);
+  if (!answer) return 0;
+  if (size > LargestMeshAnswer(limits)) std::abort();
+  if (!*answer) {
+    if (answer->error().empty()) std::abort();
+    return 0;
+  }
+  // Whole: the same bytes again, unless a text held what cannot be printed.
+  if (BytesOfMeshAnswer(*answer).size() != size) std::abort();
+  RawMesh raw = answer->value();
+  const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);
+  if (!checked) return 0;
+  const MeshFacts& facts = checked->facts;
+  if (facts.triangles == 0 || facts.parts == 0 || facts.ends.empty()) std::abort();
+  for (const Vec3f& p : checked->mesh.vertices_O) {
+    if (!p.allFinite()) std::abort();
+  }
+  for (const Triangle& triangle : checked->mesh.triangles) {
+    for (const std::uint32_t i : triangle) {
+      if (i >= facts.vertices) std::abort();
+    }
+  }
+  return 0;
+}
