@@ -23,13 +23,14 @@ namespace {
 using namespace plumbline;
 
 constexpr MeshLimits kLimits{.triangles = 20'000};
+constexpr int kPatience_ms = 2000;  ///< some inputs keep Assimp busy for ever
 
 [[noreturn]] void ParseInChild(MeshFormat format, std::span<const std::uint8_t> bytes, int answer) {
   // Not the sanitizer's report: a crash of these libraries is expected, and slow to tell.
   for (const int crash : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL}) signal(crash, SIG_DFL);
   const int nothing = open("/dev/null", O_WRONLY);
   dup2(nothing, STDERR_FILENO);
-  const rlimit cpu{2, 2}, none{0, 0};
+  const rlimit cpu{1, 1}, none{0, 0};
   setrlimit(RLIMIT_CPU, &cpu);
   setrlimit(RLIMIT_CORE, &none);
   const std::vector<std::uint8_t> told =
@@ -52,12 +53,17 @@ std::vector<std::uint8_t> AnswerFor(MeshFormat format, std::span<const std::uint
   std::vector<std::uint8_t> answer;
   std::array<std::uint8_t, 65536> piece{};
   for (;;) {
+    pollfd readable{ends[0], POLLIN, 0};
+    const int ready = poll(&readable, 1, kPatience_ms);
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready <= 0) break;
     const ssize_t got = read(ends[0], piece.data(), piece.size());
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) break;
     answer.insert(answer.end(), piece.begin(), piece.begin() + got);
   }
   close(ends[0]);
+  kill(pid, SIGKILL);
   waitpid(pid, nullptr, 0);
   return answer;
 }
