@@ -115,9 +115,7 @@ std::string GlContext::TryDisplay(void* display) {
 GlContext::~GlContext() {
   if (context_ == nullptr) return;
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-  eglDestroyContext(display_, context_);
-  eglTerminate(display_);
-  eglReleaseThread();
+  eglDestroyContext(display_, context_);  // the display stays, for the next context
 }
 
 bool GlContext::Lost() {
