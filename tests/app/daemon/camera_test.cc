@@ -244,7 +244,7 @@ TEST_CASE("a ChArUco board that the configuration names is captured as well") {
   station.ShowBoard(CameraAt(kNever), board);
   INFO(station.daemon->Log());
   REQUIRE(station.State() == 4);
-  CHECK(station.Lens() == 3);
+  REQUIRE(Eventually([&] { return station.Lens() == 3; }));  // used at once, kept a moment later
   auto store = LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
   const auto kept = store.value().Find({"test camera", "test mode", kNever, 0}, {});
   REQUIRE((kept && *kept));
