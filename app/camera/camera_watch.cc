@@ -106,6 +106,7 @@ WatchOrders CameraWatch::Orders() {
 void CameraWatch::ReadSensor() {
   double tick_s = MonotonicSeconds();
   for (;;) {
+    sensor_pulse_.Beat();
     ZoomReading reading;
     const ZoomResult result = devices_.zoom->Read(reading);
     const double now_s = MonotonicSeconds();
@@ -130,6 +131,7 @@ void CameraWatch::ReadImages() {
   marks_.emplace(places_.state_directory + "/fixed_marks.json", core_.settings().cell, problem);
   if (!problem.empty()) sink_(LogLevel::kWarning, "fixed marks: " + problem);
   for (;;) {
+    image_pulse_.Beat();
     Obey();
     CameraFrame frame;
     const CameraResult result = devices_.camera->Read(kFrameTimeout_s, frame);

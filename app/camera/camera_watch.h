@@ -15,6 +15,7 @@
 #include "app/camera/marks_store.h"
 #include "app/camera/watch_core.h"
 #include "app/lens_store/lens_store.h"
+#include "drivers/pulse.h"
 
 namespace plumbline {
 
@@ -43,6 +44,8 @@ class CameraWatch {
 
   void Start();
   void Stop();
+  const Pulse& sensor_pulse() const { return sensor_pulse_; }
+  const Pulse& image_pulse() const { return image_pulse_; }
 
  private:
   void ReadSensor();
@@ -86,6 +89,7 @@ class CameraWatch {
   WatchCore core_;
   bool stop_ = false;
   std::thread sensor_thread_, image_thread_;
+  Pulse sensor_pulse_, image_pulse_;
 
   // The images' thread's own.
   std::optional<LensStore> lenses_;

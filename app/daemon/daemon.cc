@@ -7,15 +7,18 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
-#include <mutex>
 
 #include "app/daemon/boot_counter.h"
 #include "app/daemon/camera_side.h"
 #include "app/daemon/cyclic_loop.h"
+#include "app/daemon/lifeline.h"
 #include "app/daemon/loop_worker.h"
 #include "app/daemon/model_in_force.h"
+#include "app/daemon/plc_side.h"
 #include "app/daemon/reporter.h"
+#include "app/daemon/service_manager.h"
 #include "app/daemon/view_side.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
@@ -25,6 +28,11 @@ namespace plumbline {
 namespace {
 
 constexpr int kReportPeriod_ms = 50;
+
+/// For how long a thread may do one thing. The robot's may wait for a name server, the journal's
+/// for a disk, the sensor's for a serial line, the images' solves a lens.
+constexpr double kPatience_s = 2, kRobotPatience_s = 60, kDiskPatience_s = 30,
+                 kSensorPatience_s = 5, kImagePatience_s = 10;
 
 /// SIGTERM, SIGINT and SIGHUP as a file descriptor; blocked in every thread started afterwards.
 int OpenSignals() {
@@ -69,70 +77,20 @@ Reporter ReporterFor(const DaemonConfig& config) {
           [](LogLevel level, const std::string& text) { Log(level, text); }};
 }
 
-/// Says what happened to Modbus clients, at most ten lines a minute: a hostile one causes many.
-class ClientEvents {
- public:
-  void operator()(const modbus::TcpServerEvent& event) {
-    using Kind = modbus::TcpServerEvent::Kind;
-    const double now_s = MonotonicSeconds();
-    if (now_s - minute_s_ > 60) {
-      if (told_ > kMost) {
-        Log(LogLevel::kWarning, fmt::format("{} more Modbus client events", told_ - kMost));
-      }
-      minute_s_ = now_s;
-      told_ = 0;
-    }
-    if (++told_ > kMost) return;
-    const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
-                       : event.kind == Kind::kNoRoom       ? "refused: every slot is kept"
-                       : event.kind == Kind::kEvicted      ? "closed: longest idle, made room"
-                       : event.kind == Kind::kFrameTimeout ? "closed: frame not completed in 1 s"
-                       : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
-                       : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
-                                                           : "closed: out of file descriptors";
-    Log(LogLevel::kWarning, fmt::format("Modbus client {} {}", event.peer, text));
-  }
-
- private:
-  static constexpr int kMost = 10;
-  double minute_s_ = -1e9;
-  int told_ = 0;
+/// What runs until a signal ends it.
+struct Running {
+  const std::string& file;  ///< of the configuration
+  const DaemonConfig& started;
+  CyclicLoop& loop;
+  LoopWorker& worker;
+  ViewSide& view;
+  const ServiceManager& manager;
+  Lifeline lifeline;
 };
 
-modbus::DeviceIdentification Identification() {
-  modbus::DeviceIdentification identification;
-  identification.objects = {{0, "Plumbline"},
-                            {1, "plumblined"},
-                            {2, PLUMBLINE_VERSION},
-                            {4, "Corrected assembly points"}};
-  return identification;
-}
-
-/// How the PLC reaches the daemon: opened at the start, changed by a restart only.
-struct Opened {
-  std::string address;
-  int port, unit_id, max_clients;
-  std::vector<std::string> allow;
-  std::string device;  ///< empty: no serial line
-  int baud = 0, stop_bits = 0;
-  char parity = 0;
-  bool operator==(const Opened&) const = default;
-};
-
-Opened OpenedFor(const DaemonConfig& config) {
-  const modbus::TcpServerOptions& tcp = config.plc.tcp;
-  Opened opened{tcp.address, tcp.port, tcp.unit_id, tcp.max_clients, tcp.allow, "", 0, 0, 0};
-  if (const auto& rtu = config.plc.rtu) {
-    opened.device = rtu->device;
-    opened.baud = rtu->baud;
-    opened.stop_bits = rtu->stop_bits;
-    opened.parity = rtu->parity;
-  }
-  return opened;
-}
-
-void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, ViewSide& view,
-            Reporter& reporter, const DaemonConfig& started) {
+void Reload(const Running& running, Reporter& reporter) {
+  const std::string& file = running.file;
+  const DaemonConfig& started = running.started;
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, started.state_directory);
   LogFaults(faults);
@@ -142,7 +100,7 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, ViewS
     return;
   }
   const DaemonConfig& fresh = in_force->config;
-  if (OpenedFor(fresh) != OpenedFor(started)) {
+  if (PlcSideDiffers(fresh.plc, started.plc)) {
     Log(LogLevel::kWarning,
         "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
         "what the daemon started with");
@@ -156,19 +114,74 @@ void Reload(const std::string& file, CyclicLoop& loop, LoopWorker& worker, ViewS
     Log(LogLevel::kWarning,
         fmt::format("needs a restart: state_directory, in force is {}", started.state_directory));
   }
-  worker.Configure(fresh, in_force->models);  // first: it judges the new machine's first probe too
-  loop.Replace(std::move(parts));
-  view.Configure(fresh);
+  running.worker.Configure(fresh,
+                           in_force->models);  // first: it judges the new machine's first probe too
+  running.loop.Replace(std::move(parts));
+  running.view.Configure(fresh);
   reporter = ReporterFor(fresh);
   Log(LogLevel::kNotice, fmt::format("configuration {} reloaded", file));
   TellModel(in_force->models);
 }
 
+/// One line for `systemctl status`, with what anybody would ask first.
+std::string StatusLine(const Snapshot& snapshot, const LoopCounters& counters) {
+  const auto valid = std::count_if(snapshot.points.begin(), snapshot.points.end(),
+                                   [](const PointResult& point) { return point.valid; });
+  return fmt::format("{}, {} of {} points valid, cycle {}",
+                     (snapshot.status & status::kRobotLink) != 0 ? "robot trusted" : "no robot",
+                     valid, snapshot.points.size(), counters.cycles);
+}
+
+/// Feeds the service manager's watchdog as long as every thread comes round.
+class Watchdog {
+ public:
+  void Look(Running& running, const Snapshot& snapshot, double now_s) {
+    const Lifeline::Standing standing = running.lifeline.Look(now_s);
+    if (standing.thread != told_) {
+      told_ = standing.thread;
+      if (!told_.empty()) {
+        Log(LogLevel::kError,
+            fmt::format("{} stands still since {:.1f} s{}", told_, standing.for_s,
+                        running.manager.feed_period_s() ? ": the service manager will restart"
+                                                        : ": restart the daemon"));
+      }
+    }
+    const auto period_s = running.manager.feed_period_s();
+    if (!told_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
+    fed_s_ = now_s;
+    running.manager.Feed();
+    if (now_s - status_s_ < kStatusPeriod_s) return;
+    status_s_ = now_s;
+    running.manager.Status(StatusLine(snapshot, running.loop.counters()));
+  }
+
+ private:
+  static constexpr double kStatusPeriod_s = 5;
+  std::string told_;  ///< the thread that was told to stand still
+  double fed_s_ = -1e300, status_s_ = -1e300;
+};
+
+void AddThreads(const CyclicLoop& loop, const LoopWorker& worker, const CameraWatch* camera,
+                Lifeline& lifeline) {
+  lifeline.Add("cycle", kPatience_s, [&loop] { return loop.counters().cycles; });
+  lifeline.Add("robot link", kRobotPatience_s, [&loop] {
+    const RobotLinkStatus robot = loop.parts().link->Status();
+    return robot.readings + robot.failures;
+  });
+  lifeline.Add("journal and diagnosis", kDiskPatience_s,
+               [&worker] { return worker.pulse().beats(); });
+  if (camera == nullptr) return;
+  lifeline.Add("zoom sensor", kSensorPatience_s,
+               [camera] { return camera->sensor_pulse().beats(); });
+  lifeline.Add("camera images", kImagePatience_s,
+               [camera] { return camera->image_pulse().beats(); });
+}
+
 /// Tells transitions until a signal ends the daemon.
-void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& worker,
-           ViewSide& view, const DaemonConfig& started) {
-  Reporter reporter = ReporterFor(started);
-  UtcClock clock = loop.clock();
+void Watch(int signals, Running& running) {
+  Reporter reporter = ReporterFor(running.started);
+  UtcClock clock = running.loop.clock();
+  Watchdog watchdog;
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
     if (poll(&waiting, 1, kReportPeriod_ms) > 0) {
@@ -177,20 +190,28 @@ void Watch(int signals, const std::string& file, CyclicLoop& loop, LoopWorker& w
       if (info.ssi_signo != SIGHUP) {
         Log(LogLevel::kNotice,
             fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
+        running.manager.Stopping();
         return;
       }
-      Reload(file, loop, worker, view, reporter, started);
+      running.manager.Reloading();
+      Reload(running, reporter);
+      running.manager.Ready("configuration read again");
     }
-    if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), MonotonicSeconds())) {
+    const double now_s = MonotonicSeconds();
+    if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
       Log(LogLevel::kWarning,
           fmt::format(
               "the computer's clock was set by {:+.0f} s: times of probes and of effects go "
               "on as before; a restart takes it up",
               *step_s));
     }
-    const std::uint16_t raised = loop.TakeAlarms();
-    reporter.Observe(*loop.ReadSnapshot(), raised, loop.parts().link->Status());
-    view.TakeTime();
+    const std::uint16_t raised = running.loop.TakeAlarms();
+    {
+      const auto snapshot = running.loop.ReadSnapshot();
+      reporter.Observe(*snapshot, raised, running.loop.parts().link->Status());
+      watchdog.Look(running, *snapshot, now_s);
+    }
+    running.view.TakeTime();
   }
 }
 
@@ -207,6 +228,7 @@ int RunDaemon(const std::string& config_file) {
   // Threads' allocation arenas would double the resident memory of a daemon that hardly allocates.
   mallopt(M_ARENA_MAX, 1);
   const int signals = OpenSignals();
+  ServiceManager manager;
 
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
@@ -244,29 +266,10 @@ int RunDaemon(const std::string& config_file) {
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
 
-  modbus::TcpServerOptions tcp = config->plc.tcp;
-  tcp.on_event = ClientEvents();
-  const auto server = modbus::TcpServer::Start(tcp, handler);
-  if (!server) {
-    Log(LogLevel::kError, fmt::format("PLC side: {}", server.error()));
+  const auto plc = PlcSide::Open(config->plc, manager.TakeSocket("modbus"), handler);
+  if (!plc) {
+    Log(LogLevel::kError, fmt::format("PLC side: {}", plc.error()));
     return 2;
-  }
-  std::unique_ptr<modbus::RtuSlave> slave;
-  if (config->plc.rtu) {
-    modbus::RtuSlaveOptions rtu = *config->plc.rtu;
-    rtu.on_change = [device = rtu.device](const std::string& lost_because) {
-      if (lost_because.empty()) {
-        Log(LogLevel::kNotice, fmt::format("serial line {} open", device));
-      } else {
-        Log(LogLevel::kError, fmt::format("serial line {}: {}", device, lost_because));
-      }
-    };
-    auto started = modbus::RtuSlave::Start(rtu, handler);
-    if (!started) {
-      Log(LogLevel::kError, fmt::format("PLC side: {}", started.error()));
-      return 2;
-    }
-    slave = std::move(started).value();
   }
 
   std::uint16_t boot_count = 0;  // of starts that came this far
@@ -280,7 +283,7 @@ int RunDaemon(const std::string& config_file) {
       [] { kill(getpid(), SIGHUP); });
   worker.Configure(*config, in_force->models);
   worker.Start();
-  CyclicLoop loop(std::move(parts), handler, images, link, boot_count, server->get());
+  CyclicLoop loop(std::move(parts), handler, images, link, boot_count, &(*plc)->server());
   loop.Start();
   view.Configure(*config);
   view.Start(loop);
@@ -288,10 +291,14 @@ int RunDaemon(const std::string& config_file) {
   Log(LogLevel::kNotice,
       fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
                   config->machine.cell.robot.name, config->machine.points.size(),
-                  config->plc.tcp.address, (*server)->port()));
+                  config->plc.tcp.address, (*plc)->server().port()));
   TellModel(in_force->models);
   malloc_trim(0);
-  Watch(signals, config_file, loop, worker, view, *config);
+  Running running{config_file, *config, loop, worker, view, manager, {}};
+  AddThreads(loop, worker, camera->get(), running.lifeline);
+  (*plc)->AddTo(running.lifeline);
+  manager.Ready("started");
+  Watch(signals, running);
   if (*camera) (*camera)->Stop();
   loop.Stop();
   worker.Stop();

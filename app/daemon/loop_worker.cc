@@ -61,6 +61,7 @@ void LoopWorker::Stop() {
 
 void LoopWorker::Run() {
   for (;;) {
+    pulse_.Beat();
     std::optional<Task> task;
     bool stop = false;
     {

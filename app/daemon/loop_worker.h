@@ -13,6 +13,7 @@
 #include "app/daemon/loop_link.h"
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
+#include "drivers/pulse.h"
 #include "firmware-like/monitor/drift_monitor.h"
 
 namespace plumbline {
@@ -38,6 +39,7 @@ class LoopWorker {
   void Start();
   /// Ends the diagnosis too.
   void Stop();
+  const Pulse& pulse() const { return pulse_; }
 
  private:
   struct Task {
@@ -70,6 +72,7 @@ class LoopWorker {
   std::optional<Task> next_;
   bool stop_ = false;
   std::thread thread_;
+  Pulse pulse_;
 
   // The thread's own.
   DaemonConfig config_;

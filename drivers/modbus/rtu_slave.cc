@@ -122,6 +122,7 @@ void RtuSlave::Run() {
   ::pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals belong to the main thread
   double back_off_s = kFirstBackOff_s;
   for (;;) {
+    pulse_.Beat();
     if (OpenDevice()) {
       const std::uint64_t before = counters_.requests;
       ServeUntilLost();
@@ -154,9 +155,10 @@ bool RtuSlave::SleepUnlessStopped(double time_s) const {
 void RtuSlave::ServeUntilLost() {
   double wait_s = -1;
   for (;;) {
+    pulse_.Beat();
     std::array<pollfd, 2> fds{pollfd{.fd = fd_, .events = POLLIN, .revents = 0},
                               pollfd{.fd = stop_fd_, .events = POLLIN, .revents = 0}};
-    const bool any = Poll(fds.data(), fds.size(), wait_s);
+    const bool any = Poll(fds.data(), fds.size(), wait_s < 0 ? Pulse::kLongestRest_s : wait_s);
     if (fds[1].revents != 0) return;
     if (any && fds[0].revents != 0) {
       if (!ReadBytes()) return;

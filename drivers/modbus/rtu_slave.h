@@ -12,6 +12,7 @@
 
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
+#include "drivers/pulse.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -51,6 +52,7 @@ class RtuSlave {
 
   /// Any thread.
   RtuSlaveCounters counters() const;
+  const Pulse& pulse() const { return pulse_; }
 
  private:
   RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler);
@@ -74,6 +76,7 @@ class RtuSlave {
   int fd_ = -1, stop_fd_ = -1;
   bool told_lost_ = false;
   AtomicCounters counters_;
+  Pulse pulse_;
   std::thread thread_;
 };
 

@@ -107,6 +107,7 @@ void TcpServer::Run() {
   for (;;) {
     const int count =
         ::epoll_wait(epoll_fd_, events.data(), static_cast<int>(events.size()), WaitTime_ms());
+    pulse_.Beat();
     now_ns_ = Now_ns();
     bool newcomers = false;
     for (int i = 0; i < count; ++i) {
@@ -284,8 +285,10 @@ void TcpServer::CloseOverdue() {
 }
 
 int TcpServer::WaitTime_ms() const {
-  if (earliest_ns_ == 0) return -1;
-  return static_cast<int>(std::max<std::int64_t>(0, (earliest_ns_ - now_ns_) / 1'000'000 + 1));
+  constexpr std::int64_t kRest_ms = static_cast<std::int64_t>(1e3 * Pulse::kLongestRest_s);
+  if (earliest_ns_ == 0) return kRest_ms;
+  const std::int64_t left_ms = (earliest_ns_ - now_ns_) / 1'000'000 + 1;
+  return static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, kRest_ms));
 }
 
 void TcpServer::WatchListener(bool on) {

@@ -18,6 +18,7 @@
 #include "drivers/modbus/request_handler.h"
 #include "drivers/modbus/tcp_connection.h"
 #include "drivers/modbus/tcp_socket.h"
+#include "drivers/pulse.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -68,6 +69,7 @@ class TcpServer {
   int port() const { return port_; }
   /// Any thread.
   TcpServerCounters counters() const;
+  const Pulse& pulse() const { return pulse_; }
 
  private:
   TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
@@ -105,6 +107,7 @@ class TcpServer {
   std::int64_t earliest_ns_ = 0;  ///< no deadline lies before it; 0: there is none
   std::int64_t listen_again_ns_ = 0;
   AtomicCounters counters_;
+  Pulse pulse_;
   std::thread thread_;
 };
 

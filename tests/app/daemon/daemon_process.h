@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 #include <thread>
@@ -21,8 +22,10 @@ namespace plumbline::test {
 
 class DaemonProcess {
  public:
-  /// @param log_to  descriptor that gets the log in place of a file of its own
-  explicit DaemonProcess(const std::string& config, std::optional<int> log_to = std::nullopt) {
+  /// @param log_to    descriptor that gets the log in place of a file of its own
+  /// @param in_child  done in the child before the program starts: its environment, its sockets
+  explicit DaemonProcess(const std::string& config, std::optional<int> log_to = std::nullopt,
+                         const std::function<void()>& in_child = nullptr) {
     Write(config);
     pid_ = fork();
     if (pid_ == 0) {
@@ -31,6 +34,7 @@ class DaemonProcess {
       dup2(log, STDERR_FILENO);
       dup2(log, STDOUT_FILENO);
       const std::string file = ConfigFile();
+      if (in_child) in_child();
       execl(PLUMBLINED, PLUMBLINED, "--config", file.c_str(), nullptr);
       _exit(127);
     }

@@ -1,0 +1,107 @@
+#include "app/daemon/plc_side.h"
+
+#include <fmt/format.h>
+
+#include <tuple>
+
+#include "app/daemon/log.h"
+#include "app/version.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+/// A serial line that was lost is tried again after pauses of up to 5 s.
+constexpr double kTcpPatience_s = 2, kSerialPatience_s = 8;
+
+/// Says what happened to Modbus clients, at most ten lines a minute: a hostile one causes many.
+class ClientEvents {
+ public:
+  void operator()(const modbus::TcpServerEvent& event) {
+    using Kind = modbus::TcpServerEvent::Kind;
+    const double now_s = MonotonicSeconds();
+    if (now_s - minute_s_ > 60) {
+      if (told_ > kMost) {
+        Log(LogLevel::kWarning, fmt::format("{} more Modbus client events", told_ - kMost));
+      }
+      minute_s_ = now_s;
+      told_ = 0;
+    }
+    if (++told_ > kMost) return;
+    const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
+                       : event.kind == Kind::kNoRoom       ? "refused: every slot is kept"
+                       : event.kind == Kind::kEvicted      ? "closed: longest idle, made room"
+                       : event.kind == Kind::kFrameTimeout ? "closed: frame not completed in 1 s"
+                       : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
+                       : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
+                                                           : "closed: out of file descriptors";
+    Log(LogLevel::kWarning, fmt::format("Modbus client {} {}", event.peer, text));
+  }
+
+ private:
+  static constexpr int kMost = 10;
+  double minute_s_ = -1e9;
+  int told_ = 0;
+};
+
+Result<std::unique_ptr<modbus::RtuSlave>> OpenLine(modbus::RtuSlaveOptions options,
+                                                   modbus::ImageHandler& handler) {
+  options.on_change = [device = options.device](const std::string& lost_because) {
+    if (lost_because.empty()) {
+      Log(LogLevel::kNotice, fmt::format("serial line {} open", device));
+    } else {
+      Log(LogLevel::kError, fmt::format("serial line {}: {}", device, lost_because));
+    }
+  };
+  return modbus::RtuSlave::Start(options, handler);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int listen_fd,
+                                               modbus::ImageHandler& handler) {
+  auto side = std::make_unique<PlcSide>();
+  modbus::TcpServerOptions tcp = config.tcp;
+  tcp.listen_fd = listen_fd;
+  tcp.on_event = ClientEvents();
+  auto server = modbus::TcpServer::Start(tcp, handler);
+  if (!server) return Error{server.error()};
+  side->server_ = std::move(server).value();
+  if (config.rtu) {
+    auto slave = OpenLine(*config.rtu, handler);
+    if (!slave) return Error{slave.error()};
+    side->slave_ = std::move(slave).value();
+  }
+  return side;
+}
+
+void PlcSide::AddTo(Lifeline& lifeline) const {
+  lifeline.Add("Modbus TCP server", kTcpPatience_s,
+               [server = server_.get()] { return server->pulse().beats(); });
+  if (!slave_) return;
+  lifeline.Add("Modbus serial line", kSerialPatience_s,
+               [slave = slave_.get()] { return slave->pulse().beats(); });
+}
+
+modbus::DeviceIdentification Identification() {
+  modbus::DeviceIdentification identification;
+  identification.objects = {{0, "Plumbline"},
+                            {1, "plumblined"},
+                            {2, PLUMBLINE_VERSION},
+                            {4, "Corrected assembly points"}};
+  return identification;
+}
+
+bool PlcSideDiffers(const PlcConfig& a, const PlcConfig& b) {
+  const auto tcp = [](const PlcConfig& config) {
+    const modbus::TcpServerOptions& o = config.tcp;
+    return std::tie(o.address, o.port, o.unit_id, o.max_clients, o.allow);
+  };
+  const auto line = [](const modbus::RtuSlaveOptions& o) {
+    return std::tie(o.device, o.baud, o.stop_bits, o.parity);
+  };
+  if (tcp(a) != tcp(b) || a.rtu.has_value() != b.rtu.has_value()) return true;
+  return a.rtu && line(*a.rtu) != line(*b.rtu);
+}
+
+}  // namespace plumbline
