@@ -67,6 +67,12 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int list
   auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();
+  if (const int port = side->server_->port(); config.tcp.port != 0 && port != config.tcp.port) {
+    Log(LogLevel::kWarning,
+        fmt::format("plc.port is {}, but the service manager's socket listens on {}, which is "
+                    "served: set the same in both (systemctl edit plumbline.socket)",
+                    config.tcp.port, port));
+  }
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);
     if (!slave) return Error{slave.error()};
