@@ -22,13 +22,13 @@ namespace plumbline {
 namespace {
 
 constexpr int kSocket = 3, kMemory = 4;  ///< the worker's descriptors
-constexpr int kNice = 5;
+constexpr int kWorkerNice = 5;
 
 /// In the child between fork and exec: system calls only.
 [[noreturn]] void BecomeWorker(const char* program, int socket, int memory, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
-  setpriority(PRIO_PROCESS, 0, kNice);
+  setpriority(PRIO_PROCESS, 0, kWorkerNice);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);

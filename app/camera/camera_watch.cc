@@ -16,7 +16,7 @@ namespace {
 constexpr double kFrameTimeout_s = 0.1;
 constexpr double kStoreRetry_s = 5;
 constexpr double kBoardLook_s = 0.3;  ///< between two looks for a board that was asked for
-constexpr int kNice = 5;              ///< of the images' thread: the cycle goes first
+constexpr int kWatchNice = 5;         ///< of the images' thread: the cycle goes first
 /// The dead band of a lens: what this share of its focal length is worth in counts. It moves the
 /// corner of a 1080p image by 0.3 px.
 constexpr double kBandOfFocal = 3e-4;
@@ -125,7 +125,7 @@ void CameraWatch::ReadSensor() {
 }
 
 void CameraWatch::ReadImages() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kWatchNice);
   worker_.emplace(places_.plumbline, MonotonicSeconds);  // ends with this thread
   std::string problem;
   marks_.emplace(places_.state_directory + "/fixed_marks.json", core_.settings().cell, problem);

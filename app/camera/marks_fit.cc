@@ -12,12 +12,6 @@ namespace {
 constexpr int kMostSteps = 25;
 constexpr double kConverged = 1e-9;  // of chi2
 
-Mat3 CrossMatrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 /// Pixel by a shift of the point along the camera's axes.
 Eigen::Matrix<double, 2, 3> PixelByPoint(const Lens& lens, const Vec3& p) {
   const Vec2 n = p.head<2>() / p.z();

@@ -4,14 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "app/lens/projection_uncertainty.h"
+#include "firmware-like/geometry/angle.h"
 
 namespace plumbline {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::string LeftOut(const std::vector<int>& ids) {
   if (ids.empty()) return {};
@@ -77,7 +75,7 @@ MarksLook LookAtMarks(const LensInUse& lens, const MarksMemory* memory, const Bo
       look.words = fmt::format(
           "the camera was moved by {:.1f} mm and {:.2f} deg; its pose was solved anew, the lens "
           "stays",
-          1e3 * judged.moved_m, kDegrees * judged.turned_rad);
+          1e3 * judged.moved_m, kDegPerRad * judged.turned_rad);
       break;
     case MarksVerdict::kZoomDrifted: {
       const KnownLens drifted = Drifted(lens.known, judged.log_focal, judged.log_focal_sd);

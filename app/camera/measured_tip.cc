@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware-like/geometry/rotation.h"
+
 namespace plumbline {
 namespace {
 
 constexpr double kDeviations = 4, kShared_m = 2e-5, kLongestGap_s = 1;
-
-Mat3 CrossMatrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 using PointByPose = Eigen::Matrix<double, 3, 6>;
 

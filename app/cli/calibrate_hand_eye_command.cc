@@ -9,6 +9,7 @@
 
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
@@ -23,18 +24,13 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct CalibrateHandEyeOptions {
   std::string images, poses, intrinsics, cell, bodies, body, setup = "eye-to-hand", json;
   std::string tag_family = "36h11";
   BoardOptions board;
   double acceptable_mm = 0.5;
   bool free_lens = false, free_size = false, free_joints = false, force = false, quiet = false;
 };
-
-int Refused(const std::string& what) {
-  std::cerr << what << '\n';
-  return kExitFault;
-}
 
 /// All that the command reads, or nothing after the reasons were told.
 struct Inputs {
@@ -46,19 +42,19 @@ struct Inputs {
   std::vector<std::string> names;
 };
 
-bool ReadLens(const Options& options, LensFile& lens) {
+bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Refused(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    Fail(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
     return false;
   }
   const auto read = LensFromJson(*text);
   if (!read) {
-    Refused(fmt::format("{}: {}", options.intrinsics, read.error()));
+    Fail(fmt::format("{}: {}", options.intrinsics, read.error()));
     return false;
   }
   if (!read->accepted && !options.force) {
-    Refused(
+    Fail(
         fmt::format("{}: this calibration was refused (accepted is not true): calibrate again, "
                     "or use it all the same with --force",
                     options.intrinsics));
@@ -68,7 +64,7 @@ bool ReadLens(const Options& options, LensFile& lens) {
   return true;
 }
 
-bool ReadTarget(const Options& options, Inputs& inputs) {
+bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   if (options.bodies.empty()) {
     inputs.target.board = BoardOf(options.board);
     if (const std::string why = WhyNoBoard(inputs.target.board); !why.empty()) {
@@ -85,7 +81,7 @@ bool ReadTarget(const Options& options, Inputs& inputs) {
   inputs.target.family = std::move(family).value();
   const auto text = ReadTextFile(options.bodies);
   if (!text) {
-    Refused(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+    Fail(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
     return false;
   }
   FaultList faults;
@@ -97,14 +93,13 @@ bool ReadTarget(const Options& options, Inputs& inputs) {
     if (body.name == options.body) inputs.target.body = &body;
   }
   if (inputs.target.body == nullptr) {
-    Refused(
-        fmt::format("{}: has no body \"{}\"; name one by --body", options.bodies, options.body));
+    Fail(fmt::format("{}: has no body \"{}\"; name one by --body", options.bodies, options.body));
     return false;
   }
   return true;
 }
 
-bool ReadPoses(const Options& options, Inputs& inputs) {
+bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   FaultList faults;
   if (!options.cell.empty()) {
     inputs.cell = ReadCell(options.cell, faults);
@@ -116,7 +111,7 @@ bool ReadPoses(const Options& options, Inputs& inputs) {
   }
   const auto text = ReadTextFile(options.poses);
   if (!text) {
-    Refused(fmt::format("{}: cannot be read: {}", options.poses, text.error()));
+    Fail(fmt::format("{}: cannot be read: {}", options.poses, text.error()));
     return false;
   }
   const auto poses = RobotPosesFromCsv(
@@ -126,28 +121,23 @@ bool ReadPoses(const Options& options, Inputs& inputs) {
   inputs.poses = *poses;
   const bool joints = !poses->empty() && poses->begin()->second.q.size() > 0;
   if (options.free_joints && !joints) {
-    Refused(fmt::format("{}: --free-joints needs joints (q1_deg ..) and --cell", options.poses));
+    Fail(fmt::format("{}: --free-joints needs joints (q1_deg ..) and --cell", options.poses));
     return false;
   }
   return true;
 }
 
-bool ReadNames(const Options& options, Inputs& inputs) {
+bool ReadNames(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   const auto names = ImageNames(options.images);
   if (!names) {
-    Refused(fmt::format("{}: cannot be read: {}", options.images, names.error()));
+    Fail(fmt::format("{}: cannot be read: {}", options.images, names.error()));
     return false;
   }
   inputs.names = *names;
   return true;
 }
 
-int Interrupted() {
-  std::cerr << "interrupted; no file was changed\n";
-  return kExitInterrupted;
-}
-
-int Run(const Options& options) {
+int Run(const CalibrateHandEyeOptions& options) {
   if (!options.json.empty() && options.json != "-") {
     for (const std::string& input :
          {options.poses, options.intrinsics, options.bodies, options.cell}) {
@@ -206,7 +196,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateHandEyeOptions>();
   CLI::App* command = app.add_subcommand(
       "calibrate-hand-eye", "Where the camera is, on the flange or in the cell, by robot poses");
   command->add_option("--images", options->images, "Folder with the images")->required();

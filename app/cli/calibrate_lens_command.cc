@@ -11,6 +11,7 @@
 
 #include "app/cli/board_option.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
@@ -24,7 +25,7 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct CalibrateLensOptions {
   std::string images, match = "*", json, yaml;
   BoardOptions board;
   double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
@@ -38,7 +39,7 @@ struct Frames {
 };
 
 /// Looks for the board in every image; images of another size than most are refused.
-Frames ReadFrames(const Options& options, const std::vector<std::string>& names,
+Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::string>& names,
                   const Board& board) {
   struct Found {
     BoardView view;
@@ -84,7 +85,7 @@ Frames ReadFrames(const Options& options, const std::vector<std::string>& names,
 
 /// Which board the images show, where most of them show one whole board that is not the one asked
 /// for; else nothing.
-std::string OtherBoard(const Options& options, const std::vector<std::string>& names,
+std::string OtherBoard(const CalibrateLensOptions& options, const std::vector<std::string>& names,
                        const Board& board) {
   if (board.kind != BoardKind::kChessboard) return "";
   std::map<std::pair<int, int>, std::size_t> seen;
@@ -159,12 +160,7 @@ bool Write(const std::string& option, const std::string& path, const std::string
   return !why;
 }
 
-int Interrupted() {
-  std::cerr << "interrupted; no file was changed\n";
-  return kExitInterrupted;
-}
-
-int Run(const Options& options) {
+int Run(const CalibrateLensOptions& options) {
   const Board board = BoardOf(options.board);
   if (const std::string why = WhyNoBoard(board); !why.empty()) {
     std::cerr << "plumbline calibrate-lens: " << why << '\n';
@@ -221,7 +217,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateLensOptions>();
   CLI::App* command = app.add_subcommand(
       "calibrate-lens", "A lens from images of a board: accepted, or refused with reasons");
   command->add_option("--images", options->images, "Folder with the images, in order of time")

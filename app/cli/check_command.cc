@@ -20,13 +20,13 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string file;
   bool json = false;
 };
 
 /// What was found in a file.
-struct Finding {
+struct Checked {
   bool is_configuration = false;
   FaultList faults;
   std::optional<CellModel> cell;
@@ -94,8 +94,8 @@ std::string ControllerText(const RobotLinkConfig& robot) {
   return fmt::format("{}, unit id {}, profile {}", where, link.unit_id, link.profile.name);
 }
 
-Finding Check(const std::string& text, const std::string& file) {
-  Finding finding;
+Checked Check(const std::string& text, const std::string& file) {
+  Checked finding;
   finding.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
   if (finding.is_configuration) {
     finding.config = DaemonConfigFromText(text, file, finding.faults);
@@ -142,7 +142,7 @@ std::string PayloadText(const DaemonConfig& config) {
                      CogText(cell));
 }
 
-std::vector<SummaryLine> Summary(const Finding& finding) {
+std::vector<SummaryLine> Summary(const Checked& finding) {
   if (!finding.cell) return {};
   std::vector<SummaryLine> lines = CellSummary(*finding.cell);
   if (finding.config) {
@@ -159,7 +159,7 @@ std::vector<SummaryLine> Summary(const Finding& finding) {
   return lines;
 }
 
-nlohmann::json JsonOf(const Finding& finding, const std::string& file) {
+nlohmann::json JsonOf(const Checked& finding, const std::string& file) {
   nlohmann::json json = {{"schema", 1},
                          {"file", file},
                          {"kind", finding.is_configuration ? "configuration" : "cell"},
@@ -176,13 +176,13 @@ nlohmann::json JsonOf(const Finding& finding, const std::string& file) {
   return json;
 }
 
-int Run(const Options& options) {
+int Run(const CheckOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
     std::cerr << options.file << ": cannot be read: " << text.error() << '\n';
     return kExitFault;
   }
-  const Finding finding = Check(*text, options.file);
+  const Checked finding = Check(*text, options.file);
   if (options.json) {
     // A faulty file may hold bytes that are no UTF-8; they are replaced, not refused.
     std::cout << JsonOf(finding, options.file)
@@ -222,7 +222,7 @@ std::vector<SummaryLine> CellSummary(const CellModel& cell) {
 }
 
 void AddCheckCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   CLI::App* command =
       app.add_subcommand("check", "Tell every fault of a cell or configuration file");
   command->add_option("file", options->file, "CELL.toml, or the daemon's plumbline.toml")

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
@@ -25,7 +26,7 @@ namespace {
 
 constexpr std::int64_t kMostRows = 1000000000;
 
-struct Options {
+struct JournalOptions {
   std::string state = "/var/lib/plumbline";
   std::string cell, file;
   std::optional<std::int64_t> after, last;
@@ -37,12 +38,7 @@ struct Options {
   JournalFilter Filter() const { return {after, last, session, model_version}; }
 };
 
-int Fail(const std::string& why, int code) {
-  std::cerr << why << '\n';
-  return code;
-}
-
-int Import(const Options& options) {
+int Import(const JournalOptions& options) {
   FaultList faults;
   const std::optional<CellModel> cell = ReadCell(options.cell, faults);
   const Result<std::string> text = ReadTextFile(options.file);
@@ -93,7 +89,7 @@ int Import(const Options& options) {
 }
 
 /// The journal of an existing state directory, to read.
-Result<Journal> ExistingJournal(const Options& options) {
+Result<Journal> ExistingJournal(const JournalOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.JournalFile(), unknown)) {
     return Error{
@@ -104,7 +100,7 @@ Result<Journal> ExistingJournal(const Options& options) {
   return Journal::OpenForReading(options.JournalFile());
 }
 
-int Export(const Options& options) {
+int Export(const JournalOptions& options) {
   for (const std::string& input : {options.cell, options.JournalFile()}) {
     if (!SameFile(options.file, input)) continue;
     return Fail(
@@ -207,7 +203,7 @@ Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool j
   return last;
 }
 
-int Show(const Options& options) {
+int Show(const JournalOptions& options) {
   Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   if (!options.json) std::cout << Header();
@@ -215,7 +211,7 @@ int Show(const Options& options) {
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
-int Tail(const Options& options) {
+int Tail(const JournalOptions& options) {
   Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   JournalFilter filter = options.Filter();
@@ -231,12 +227,12 @@ int Tail(const Options& options) {
   }
 }
 
-void AddState(CLI::App& command, Options& options) {
+void AddState(CLI::App& command, JournalOptions& options) {
   command.add_option("--state", options.state, "The daemon's state_directory")
       ->capture_default_str();
 }
 
-void AddFilter(CLI::App& command, Options& options) {
+void AddFilter(CLI::App& command, JournalOptions& options) {
   command.add_option("--last", options.last, "Only that many rows, the newest")
       ->check(WholeNumberWithin(1, kMostRows));
   command.add_option("--after", options.after, "Only rows with a larger number");
@@ -247,11 +243,11 @@ void AddFilter(CLI::App& command, Options& options) {
 }  // namespace
 
 void AddJournalCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<JournalOptions>();
   CLI::App* journal = app.add_subcommand("journal", "Measured points: import, export, show");
   journal->require_subcommand(1);
   journal->footer("The journal is the file journal.sqlite in the daemon's state_directory.");
-  const auto add = [&](const char* name, const char* what, int (*run)(const Options&),
+  const auto add = [&](const char* name, const char* what, int (*run)(const JournalOptions&),
                        const char* footer) {
     CLI::App* command = journal->add_subcommand(name, what);
     AddState(*command, *options);

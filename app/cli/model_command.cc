@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/model_store/daemon_signal.h"
@@ -20,20 +21,15 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct ModelOptions {
   std::string state = "/var/lib/plumbline";
   std::string file, diagnosis, report;
   std::optional<int> number;
   bool json = false, force = false;
 };
 
-int Fail(const std::string& why, int code) {
-  std::cerr << why << '\n';
-  return code;
-}
-
 /// The store of an existing state directory: reading must not make one.
-Result<ModelStore> ExistingStore(const Options& options) {
+Result<ModelStore> ExistingStore(const ModelOptions& options) {
   if (!std::filesystem::exists(options.state + "/models")) {
     return Error{
         fmt::format("{}/models: no models there yet; the daemon makes it at its first "
@@ -72,7 +68,7 @@ nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
   return json;
 }
 
-int List(const Options& options) {
+int List(const ModelOptions& options) {
   const Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
   const Result<ModelState> state = store->State();
@@ -96,7 +92,7 @@ int List(const Options& options) {
   return kExitOk;
 }
 
-int Show(const Options& options) {
+int Show(const ModelOptions& options) {
   const Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
   const Result<ModelState> state = store->State();
@@ -148,7 +144,7 @@ std::optional<CellModel> ModelInForce(const ModelStore& store) {
 }
 
 /// Tells how far a model is from the one in force. @return false where it is another arm's
-bool MayFollow(const Options& options, const ModelStore& store, const CellModel& cell) {
+bool MayFollow(const ModelOptions& options, const ModelStore& store, const CellModel& cell) {
   const std::optional<CellModel> in_force = ModelInForce(store);
   if (!in_force) return true;
   if (const auto why = WhyAnotherArm(*in_force, cell)) {
@@ -166,7 +162,7 @@ bool MayFollow(const Options& options, const ModelStore& store, const CellModel&
   return true;
 }
 
-int Propose(const Options& options) {
+int Propose(const ModelOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
     return Fail(fmt::format("{}: cannot be read: {}", options.file, text.error()), kExitFault);
@@ -201,7 +197,7 @@ int Propose(const Options& options) {
   return kExitOk;
 }
 
-int TellDaemon(const Options& options, int number) {
+int TellDaemon(const ModelOptions& options, int number) {
   const Result<Notified> told = NotifyDaemon(options.state);
   if (!told) {
     return Fail(fmt::format("version {} is chosen, but {}; send it SIGHUP, or restart it", number,
@@ -214,7 +210,7 @@ int TellDaemon(const Options& options, int number) {
   return kExitOk;
 }
 
-int ApplyVersion(const Options& options, int number) {
+int ApplyVersion(const ModelOptions& options, int number) {
   Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
   if (!Exists(*store, number)) return kExitFault;
@@ -237,11 +233,11 @@ int ApplyVersion(const Options& options, int number) {
   return TellDaemon(options, number);
 }
 
-int Apply(const Options& options) {
+int Apply(const ModelOptions& options) {
   return ApplyVersion(options, options.number.value_or(0));
 }
 
-int RollBack(const Options& options) {
+int RollBack(const ModelOptions& options) {
   if (options.number) return ApplyVersion(options, *options.number);
   Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
@@ -255,14 +251,14 @@ int RollBack(const Options& options) {
 }  // namespace
 
 void AddModelCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModelOptions>();
   CLI::App* model =
       app.add_subcommand("model", "Versions of the cell's model, and which one is in force");
   model->require_subcommand(1);
   model->footer(
       "Every version is kept in the folder `models` of the daemon's state_directory. A running\n"
       "daemon takes a change over between two cycles.");
-  const auto add = [&](const char* name, const char* what, int (*run)(const Options&),
+  const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
     CLI::App* command = model->add_subcommand(name, what);
     command->add_option("--state", options->state, "The daemon's state_directory")

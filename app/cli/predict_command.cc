@@ -22,7 +22,7 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct PredictOptions {
   std::string cell, poses, align, out;
   double deflection_sd = CorrectionLimits{}.deflection_sd;
 };
@@ -42,7 +42,7 @@ std::string CsvOf(const std::vector<Prediction>& predictions) {
 
 /// What the instrument's unknown frame or tip leaves open, where neither the cell nor measured rows
 /// tell it; nothing where all is known.
-std::optional<std::string> WhatIsFree(const Options& options, const CellModel& cell) {
+std::optional<std::string> WhatIsFree(const PredictOptions& options, const CellModel& cell) {
   const Measurement& measurement = cell.measurement;
   if (!options.align.empty() || !cell.sessions.empty()) return std::nullopt;
   if (measurement.frame_known && measurement.tool_known) return std::nullopt;
@@ -63,7 +63,8 @@ bool PayloadNotRecorded(const CellModel& cell, const MeasuredTable& poses) {
   return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
 }
 
-void WarnOfPayload(const Options& options, const CellModel& cell, const MeasuredTable& poses) {
+void WarnOfPayload(const PredictOptions& options, const CellModel& cell,
+                   const MeasuredTable& poses) {
   if (poses.recorded.payload && !cell.payload_cog_F) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
               << " cannot be used; the payload is taken as 0\n";
@@ -84,12 +85,12 @@ std::string LinesText(const std::vector<int>& lines) {
                      lines.size() > kTold ? fmt::format(" and {} more", lines.size() - kTold) : "");
 }
 
-int Refused(const Options& options) {
+int Refused(const PredictOptions& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
 }
 
-int Run(const Options& options) {
+int Run(const PredictOptions& options) {
   const bool to_out = options.out == "-";
   for (const std::string& input : {options.cell, options.poses, options.align}) {
     if (to_out || !SameFile(options.out, input)) continue;
@@ -206,7 +207,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
 }
 
 void AddPredictCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PredictOptions>();
   CLI::App* command =
       app.add_subcommand("predict", "Where the loaded tip is at each pose of a file");
   command->add_option("cell", options->cell, "The cell's model, CELL.toml")->required();

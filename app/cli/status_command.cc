@@ -22,7 +22,7 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct StatusOptions {
   std::string host = "127.0.0.1";
   int port = 502;
   bool json = false;
@@ -41,7 +41,7 @@ std::string Stranger(int error) {
 /// Registers of a running daemon.
 class DaemonRegisters {
  public:
-  static Result<DaemonRegisters> Read(const Options& options) {
+  static Result<DaemonRegisters> Read(const StatusOptions& options) {
     const std::string place = fmt::format("{}:{}", options.host, options.port);
     if (const char* why = WhyUnresolved(options.host)) {
       return Error{fmt::format("{}: the name is not known ({}); check --host", place, why)};
@@ -271,7 +271,7 @@ void Print(const DaemonRegisters& daemon) {
   }
 }
 
-int Run(const Options& options) {
+int Run(const StatusOptions& options) {
   const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options);
   if (!daemon) {
     std::cerr << "plumbline status: " << daemon.error() << '\n';
@@ -288,7 +288,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddStatusCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   CLI::App* command = app.add_subcommand("status", "What a running daemon says of itself");
   command->add_option("--host", options->host, "The daemon's address")->capture_default_str();
   command->add_option("--port", options->port, "Its plc.port")

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/live_camera.h"
 #include "app/cli/live_track.h"
 #include "app/cli/number_option.h"
@@ -18,11 +19,12 @@
 #include "app/tracking/body_reader.h"
 #include "app/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
-struct Options {
+struct TrackOptions {
   std::string image, intrinsics, bodies, family = "36h11";
   double tag_size_mm = 0;
   LiveCameraOptions live;
@@ -30,27 +32,20 @@ struct Options {
   bool force = false, json = false;
 };
 
-constexpr double kMetrePerMm = 1e-3;
-
-int Refused(const std::string& what) {
-  std::cerr << what << '\n';
-  return kExitFault;
-}
-
 /// The lens, or nothing after the reason was told.
-std::optional<LensFile> ReadLens(const Options& options) {
+std::optional<LensFile> ReadLens(const TrackOptions& options) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Refused(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    Fail(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
     return std::nullopt;
   }
   const auto lens = LensFromJson(*text);
   if (!lens) {
-    Refused(fmt::format("{}: {}", options.intrinsics, lens.error()));
+    Fail(fmt::format("{}: {}", options.intrinsics, lens.error()));
     return std::nullopt;
   }
   if (!lens->accepted && !options.force) {
-    Refused(
+    Fail(
         fmt::format("{}: this calibration was refused (accepted is not true): its reasons "
                     "stand there; calibrate again, or use it all the same with --force",
                     options.intrinsics));
@@ -60,7 +55,8 @@ std::optional<LensFile> ReadLens(const Options& options) {
 }
 
 /// Ids that no tag of the family has: such a tag would be looked for in vain.
-bool AllInFamily(const Options& options, const TagDatabase& database, const TagFamily& family) {
+bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
+                 const TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
   std::vector<int> ids;
   for (const LoneTag& tag : database.tags) ids.push_back(tag.id);
@@ -77,12 +73,12 @@ bool AllInFamily(const Options& options, const TagDatabase& database, const TagF
   return all;
 }
 
-std::optional<TagDatabase> ReadDatabase(const Options& options) {
+std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
   TagDatabase database;
   if (!options.bodies.empty()) {
     const auto text = ReadTextFile(options.bodies);
     if (!text) {
-      Refused(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+      Fail(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
       return std::nullopt;
     }
     FaultList faults;
@@ -95,12 +91,12 @@ std::optional<TagDatabase> ReadDatabase(const Options& options) {
   return database;
 }
 
-int RunOnImage(const Options& options, const LensFile& lens, const std::vector<Body>& bodies,
+int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vector<Body>& bodies,
                Tracker& tracker) {
   const auto image = ReadImage(options.image);
-  if (!image) return Refused(fmt::format("{}: {}", options.image, image.error()));
+  if (!image) return Fail(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {
-    return Refused(fmt::format(
+    return Fail(fmt::format(
         "{}: the image has {} x {} pixels, the lens of {} was calibrated at {} x {}; use images of "
         "the same mode of the camera, neither cut nor scaled",
         options.image, image->width, image->height, options.intrinsics, lens.size.width,
@@ -131,11 +127,11 @@ int RunOnImage(const Options& options, const LensFile& lens, const std::vector<B
   return kExitOk;
 }
 
-int RunLive(const Options& options, const LensFile& lens, Tracker& tracker) {
+int RunLive(const TrackOptions& options, const LensFile& lens, Tracker& tracker) {
   LiveCameraOptions live = options.live;
   if (live.size.empty()) live.size = fmt::format("{}x{}", lens.size.width, lens.size.height);
   const auto camera = MakeLiveCamera(live);
-  if (!camera) return Refused(camera.error());
+  if (!camera) return Fail(camera.error());
   return TrackLive(**camera, tracker, lens,
                    {.lens_name = options.intrinsics,
                     .frames = options.frames,
@@ -143,7 +139,7 @@ int RunLive(const Options& options, const LensFile& lens, Tracker& tracker) {
                     .recording = IsRecording(options.live.camera)});
 }
 
-int Run(const Options& options) {
+int Run(const TrackOptions& options) {
   if (options.image.empty() == options.live.camera.empty()) {
     std::cerr << "plumbline track: give --image FILE or --camera CAMERA\n";
     return kExitUsage;
@@ -174,7 +170,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddTrackCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrackOptions>();
   CLI::App* command = app.add_subcommand(
       "track", "Tags and bodies in an image or before a camera, and where they are");
   command->add_option("--image", options->image, "Image file; colour is turned to grey");

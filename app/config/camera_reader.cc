@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/config/camera_config.h"
+#include "app/config/limits.h"
 #include "app/config/named_files.h"
 #include "app/config/toml_reader.h"
 #include "app/tracking/body_reader.h"
@@ -12,16 +13,13 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSecondPerMs = 1e-3;
 constexpr NumberRange kRate{0.01, 1000};
 constexpr NumberRange kExposure{0.001, 60000, kSecondPerMs};
 constexpr NumberRange kWhiteBalance{1000, 40000};
 constexpr NumberRange kSquare{0.01, 10000, kMetrePerMm};
-constexpr NumberRange kPatience{1, 3600};
+constexpr NumberRange kBoardPatience{1, 3600};
 constexpr NumberRange kPixels{0.001, 100};
 constexpr NumberRange kDistance{1, 1e6, kMetrePerMm};
-constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
-constexpr NumberRange kAngle{-360, 360, kRadPerDeg};
 constexpr NumberRange kPlaceSd{0.001, 100, kMetrePerMm};
 constexpr int kLargestSide = 16384, kMostCounts = 1 << 24;
 
@@ -95,7 +93,7 @@ BoardConfig BoardFromToml(const TomlTable& table) {
   board.most_views =
       table.Integer("most_views", 8, 400).value_or(std::max(board.most_views, board.views));
   if (board.most_views < board.views) table.AddFault("most_views", "is below views");
-  board.patience_s = table.Number("patience_s", kPatience).value_or(board.patience_s);
+  board.patience_s = table.Number("patience_s", kBoardPatience).value_or(board.patience_s);
   board.acceptable_px = table.Number("acceptable_px", kPixels).value_or(board.acceptable_px);
   board.distance_m = table.Number("distance_mm", kDistance);
   board.by_itself = table.Bool("by_itself").value_or(board.by_itself);
@@ -128,15 +126,15 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   tags.family = table.String("family").value_or(tags.family);
   tags.threshold = table.Integer("threshold", 0, 255);
   tags.cell = table.String("cell").value_or(tags.cell);
-  tags.X_WK.p = table.Vector3("cell_xyz_mm", kPosition).value_or(Vec3::Zero());
+  tags.X_WK.p = table.Vector3("cell_xyz_mm", kPlaceRange).value_or(Vec3::Zero());
   tags.X_WK.R =
-      RotationFromRollPitchYaw(table.Vector3("cell_rpy_deg", kAngle).value_or(Vec3::Zero()));
+      RotationFromRollPitchYaw(table.Vector3("cell_rpy_deg", kTurnRange).value_or(Vec3::Zero()));
   tags.place_sd_m = table.Number("place_sd_mm", kPlaceSd).value_or(tags.place_sd_m);
   tags.tool = table.String("tool").value_or("");
   if (tags.tool.empty()) {
     table.Ignore({"tip_mm"});
   } else {
-    tags.tip_T = table.RequiredVector3("tip_mm", kPosition).value_or(Vec3::Zero());
+    tags.tip_T = table.RequiredVector3("tip_mm", kPlaceRange).value_or(Vec3::Zero());
   }
   if (!known) return tags;
   CheckBody(table, "cell", tags.cell, tags.database, 2);

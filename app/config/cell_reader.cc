@@ -6,6 +6,7 @@
 
 #include "app/config/effect_reader.h"
 #include "app/config/file_kind.h"
+#include "app/config/limits.h"
 #include "app/config/plausibility.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
@@ -17,8 +18,6 @@
 namespace plumbline {
 namespace {
 
-constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
-constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
 constexpr NumberRange kJointAngle{-7200, 7200, kRadPerDeg};
 constexpr NumberRange kGravity{-20, 20};
 constexpr NumberRange kMass{0, 10000};
@@ -35,10 +34,10 @@ std::optional<Interval> IntervalFrom(const TomlTable& table, std::string_view ke
   return Interval{(*values)[0], (*values)[1]};
 }
 
-Pose PoseFromToml(const TomlTable& table) {
+Pose BasePoseFromToml(const TomlTable& table) {
   Pose X;
-  X.p = table.Vector3("base_xyz_mm", kPosition).value_or(Vec3::Zero());
-  X.R = RotationFromRollPitchYaw(table.Vector3("base_rpy_deg", kTurn).value_or(Vec3::Zero()));
+  X.p = table.Vector3("base_xyz_mm", kPlaceRange).value_or(Vec3::Zero());
+  X.R = RotationFromRollPitchYaw(table.Vector3("base_rpy_deg", kTurnRange).value_or(Vec3::Zero()));
   return X;
 }
 
@@ -46,7 +45,7 @@ void ReadLimits(const TomlTable& table, Joint& joint) {
   const bool prismatic = joint.type == JointType::kPrismatic;
   const char* min_key = prismatic ? "min_mm" : "min_deg";
   const char* max_key = prismatic ? "max_mm" : "max_deg";
-  const NumberRange range = prismatic ? kPosition : kJointAngle;
+  const NumberRange range = prismatic ? kPlaceRange : kJointAngle;
   joint.min = table.Number(min_key, range).value_or(joint.min);
   joint.max = table.Number(max_key, range).value_or(joint.max);
   if (joint.min >= joint.max) {
@@ -60,15 +59,15 @@ Joint JointFromToml(const TomlTable& table) {
       "type", {{"revolute", JointType::kRevolute}, {"prismatic", JointType::kPrismatic}});
   if (!type && table.Has("type")) table.Ignore({"min_deg", "max_deg", "min_mm", "max_mm"});
   joint.type = type.value_or(JointType::kRevolute);
-  joint.a_m = table.RequiredNumber("a_mm", kPosition).value_or(0);
-  joint.alpha_rad = table.RequiredNumber("alpha_deg", kTurn).value_or(0);
-  joint.d_m = table.RequiredNumber("d_mm", kPosition).value_or(0);
-  joint.theta_offset_rad = table.Number("theta_offset_deg", kTurn).value_or(0);
+  joint.a_m = table.RequiredNumber("a_mm", kPlaceRange).value_or(0);
+  joint.alpha_rad = table.RequiredNumber("alpha_deg", kTurnRange).value_or(0);
+  joint.d_m = table.RequiredNumber("d_mm", kPlaceRange).value_or(0);
+  joint.theta_offset_rad = table.Number("theta_offset_deg", kTurnRange).value_or(0);
   joint.sign = table.Integer("sign", -1, 1).value_or(1);
   if (joint.sign == 0) table.AddFault("sign", "is not 1 or -1");
   ReadLimits(table, joint);
   joint.link_mass_kg = table.Number("link_mass_kg", kMass);
-  joint.link_com_m = table.Vector3("link_com_mm", kPosition);
+  joint.link_com_m = table.Vector3("link_com_mm", kPlaceRange);
   joint.compliance_rad_per_Nm = table.Number("compliance_rad_per_Nm", kCompliance);
   if (joint.type == JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
     table.AddFault("compliance_rad_per_Nm",
@@ -112,7 +111,7 @@ Robot RobotFromToml(const TomlTable& table) {
     table.AddWarning("gravity_m_s2", "missing; taken as [0, 0, -9.80665]");
     table.Ignore({"gravity_m_s2"});
   }
-  robot.X_WB = PoseFromToml(table);
+  robot.X_WB = BasePoseFromToml(table);
 
   const std::vector<TomlTable> joints = table.Tables("joint");
   if (!table.Has("joint")) table.AddMissing("joint", "one [[robot.joint]] for each joint");
@@ -134,7 +133,7 @@ Measurement MeasurementFromToml(const TomlTable& table) {
                                                     {"pose", MeasurementKind::kPose}});
   measurement.kind = kind.value_or(MeasurementKind::kPosition);
   if (kind == MeasurementKind::kRange) {
-    measurement.anchor_W = table.RequiredVector3("anchor_mm", kPosition).value_or(Vec3::Zero());
+    measurement.anchor_W = table.RequiredVector3("anchor_mm", kPlaceRange).value_or(Vec3::Zero());
   } else if (kind && table.Has("anchor_mm")) {
     table.AddFault("anchor_mm", "belongs to kind = \"range\" only");
   } else {
@@ -150,8 +149,8 @@ Measurement MeasurementFromToml(const TomlTable& table) {
     table.AddFault("camera_xyz_mm", "is of a camera, which measures no kind = \"range\"");
     table.Ignore({"camera_rpy_deg"});
   } else if (table.Has("camera_xyz_mm") || table.Has("camera_rpy_deg")) {
-    const auto place = table.RequiredVector3("camera_xyz_mm", kPosition);
-    const auto turn = table.RequiredVector3("camera_rpy_deg", kTurn);
+    const auto place = table.RequiredVector3("camera_xyz_mm", kPlaceRange);
+    const auto turn = table.RequiredVector3("camera_rpy_deg", kTurnRange);
     measurement.X_WC =
         Pose{RotationFromRollPitchYaw(turn.value_or(Vec3::Zero())), place.value_or(Vec3::Zero())};
   } else {
@@ -168,10 +167,10 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
     const bool known = std::any_of(sessions.begin(), sessions.end(),
                                    [&](const auto& other) { return other.id == session.id; });
     if (known && !session.id.empty()) table.AddFault("id", "is the id of two sessions");
-    const Pose read = PoseFromToml(table);
+    const Pose read = BasePoseFromToml(table);
     session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
     session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
-    session.tip_F = table.Vector3("tip_mm", kPosition);
+    session.tip_F = table.Vector3("tip_mm", kPlaceRange);
     sessions.push_back(std::move(session));
   }
   return sessions;
@@ -235,7 +234,7 @@ CellModel CellFromToml(const TomlTable& root) {
   if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
   if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
   if (const auto payload = root.Table("payload")) {
-    cell.payload_cog_F = payload->RequiredVector3("cog_mm", kPosition);
+    cell.payload_cog_F = payload->RequiredVector3("cog_mm", kPlaceRange);
   } else if (!root.Has("payload")) {
     root.AddWarning("payload", "missing; a payload_kg column cannot be used");
   }

@@ -19,9 +19,8 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSecondPerMs = 1e-3;
 constexpr NumberRange kCyclePeriod{1, 1000, kSecondPerMs};
-constexpr NumberRange kTimeout{5, 10000, kSecondPerMs};
+constexpr NumberRange kLinkTimeout{5, 10000, kSecondPerMs};
 constexpr NumberRange kStaleAfter{10, 60000, kSecondPerMs};
 constexpr NumberRange kReplayRate{0.001, 1000};
 constexpr NumberRange kPushPeriod{10, 60000, kSecondPerMs};
@@ -30,7 +29,7 @@ constexpr NumberRange kMaxTranslation{0.01, 1000, kMetrePerMm};
 constexpr NumberRange kMaxRotation{0.001, 90, kRadPerDeg};
 constexpr NumberRange kSingularValue{0, 1};
 constexpr NumberRange kShare{0, 1};
-constexpr NumberRange kMass{0, kLargestPayload_kg};
+constexpr NumberRange kPayloadMass{0, kLargestPayload_kg};
 constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
 
 bool IsAddress(const std::string& text) {
@@ -69,7 +68,8 @@ Line SerialFromToml(const TomlTable& table, bool required, int fastest_baud) {
   return serial;
 }
 
-RobotLinkConfig RobotFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults) {
+RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& files,
+                                  FaultList& faults) {
   RobotLinkConfig robot;
   RobotConnection& connection = robot.connection;
   if (const auto file = files.Read(table, "profile", "profiles")) {
@@ -103,7 +103,7 @@ RobotLinkConfig RobotFromToml(const TomlTable& table, const NamedFiles& files, F
   ReplayRows& replay = connection.replay;
   replay.rows_per_s = table.Number("replay_rows_per_s", kReplayRate).value_or(replay.rows_per_s);
   replay.loop = table.Bool("replay_loop").value_or(replay.loop);
-  connection.timeout_s = table.Number("timeout_ms", kTimeout).value_or(connection.timeout_s);
+  connection.timeout_s = table.Number("timeout_ms", kLinkTimeout).value_or(connection.timeout_s);
   return robot;
 }
 
@@ -116,8 +116,9 @@ PayloadPolicy PayloadFromToml(const TomlTable& table) {
                                                  {"fixed", Source::kFixed}})
                        .value_or(Source::kRobot);
   const bool fixed = payload.source == Source::kFixed;
-  payload.fixed.mass_kg =
-      (fixed ? table.RequiredNumber("mass_kg", kMass) : table.Number("mass_kg", kMass)).value_or(0);
+  payload.fixed.mass_kg = (fixed ? table.RequiredNumber("mass_kg", kPayloadMass)
+                                 : table.Number("mass_kg", kPayloadMass))
+                              .value_or(0);
   payload.fixed.cog_F = table.Vector3("cog_mm", kCog);
   std::set<int> numbers;
   for (const TomlTable& tool : table.Tables("tool")) {
@@ -126,7 +127,7 @@ PayloadPolicy PayloadFromToml(const TomlTable& table) {
       tool.AddFault("number", "is the number of two tools");
     }
     payload.table.push_back({.number = number.value_or(0),
-                             .mass_kg = tool.RequiredNumber("mass_kg", kMass).value_or(0),
+                             .mass_kg = tool.RequiredNumber("mass_kg", kPayloadMass).value_or(0),
                              .cog_F = tool.Vector3("cog_mm", kCog)});
   }
   if (payload.source == Source::kTable && !table.Has("tool")) {
@@ -270,7 +271,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     const auto robot = root.RequiredTable("robot");
     double& stale_after_s = config.machine.plausibility.stale_after_s;
     if (robot) {
-      config.robot = RobotFromToml(*robot, named, of_others);
+      config.robot = RobotLinkFromToml(*robot, named, of_others);
       stale_after_s = robot->Number("stale_after_ms", kStaleAfter).value_or(stale_after_s);
     }
     if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);

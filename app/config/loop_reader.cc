@@ -4,7 +4,7 @@
 namespace plumbline {
 namespace {
 
-constexpr NumberRange kSigma{0.001, 10, kMetrePerMm};
+constexpr NumberRange kProbeSigma{0.001, 10, kMetrePerMm};
 constexpr NumberRange kShift{0.001, 100, kMetrePerMm};
 constexpr NumberRange kReferenceSd{0, 10, kMetrePerMm};
 constexpr NumberRange kProbesPerDay{0.01, 86400};
@@ -25,7 +25,7 @@ LoopConfig LoopFromToml(const TomlTable& table) {
   if (loop.session.find_first_of(",\"\n\r") != std::string::npos) {
     table.AddFault("session", "must not hold a comma, a quote or a line end");
   }
-  number("probe_sigma_mm", kSigma, loop.probe_sigma_m);
+  number("probe_sigma_mm", kProbeSigma, loop.probe_sigma_m);
   loop.reference_probes = table.Integer("reference_probes", 0, 100).value_or(loop.reference_probes);
   if (loop.reference_probes > 0 && loop.reference_probes < 5) {
     table.AddFault("reference_probes", "is too few for a reference: 5..100, or 0 for the model");

@@ -14,16 +14,15 @@
 namespace plumbline {
 namespace {
 
-constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
-constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
 constexpr NumberRange kToolPoint{-5000, 5000, kMetrePerMm};
 constexpr NumberRange kPayload{0, kLargestPayload_kg};
 
 using FrameTable = std::map<std::string, Pose>;
 
-Pose PoseFromToml(const TomlTable& table) {
-  return {.R = RotationFromRollPitchYaw(table.Vector3("rpy_deg", kTurn).value_or(Vec3::Zero())),
-          .p = table.RequiredVector3("xyz_mm", kPosition).value_or(Vec3::Zero())};
+Pose PointPoseFromToml(const TomlTable& table) {
+  return {
+      .R = RotationFromRollPitchYaw(table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero())),
+      .p = table.RequiredVector3("xyz_mm", kPlaceRange).value_or(Vec3::Zero())};
 }
 
 FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
@@ -32,7 +31,7 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
   frames["base"] = cell != nullptr ? cell->robot.X_WB : Pose();
   for (const TomlTable& table : root.Tables("frame")) {
     const auto name = table.RequiredString("name");
-    const Pose X_WO = PoseFromToml(table);
+    const Pose X_WO = PointPoseFromToml(table);
     if (name && !frames.emplace(*name, X_WO).second) {
       table.AddFault("name",
                      "is the name of two frames (\"measurement\" and \"base\" are built in)");
@@ -76,7 +75,7 @@ AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
     for (const auto& [name, pose] : frames) names += (names.empty() ? "" : ", ") + name;
     table.AddFault("frame", "is not a frame; known are " + names);
   }
-  const Pose X_OP = PoseFromToml(table);
+  const Pose X_OP = PointPoseFromToml(table);
   point.X_WP = found == frames.end() ? X_OP : found->second * X_OP;
   point.p_TP = table.Vector3("tool_point_mm", kToolPoint).value_or(Vec3::Zero());
   point.orientation_free =

@@ -19,6 +19,7 @@
 
 #include "app/config/fault.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/pose.h"
 
 namespace plumbline {
@@ -29,8 +30,6 @@ struct NumberRange {
   double max;
   double to_si = 1;
 };
-
-inline constexpr double kMetrePerMm = 1e-3;
 
 /// A word of the file and the value it stands for.
 template <typename T>

@@ -9,7 +9,7 @@ constexpr NumberRange kDimension{0.01, 10000, kMetrePerMm};
 constexpr NumberRange kLength{1, 20000, kMetrePerMm};
 constexpr NumberRange kArea{0.01, 1e8, 1e-6};
 constexpr NumberRange kMoment{1e-4, 1e16, 1e-12};
-constexpr NumberRange kPosition{-20000, 20000, kMetrePerMm};
+constexpr NumberRange kToolPosition{-20000, 20000, kMetrePerMm};
 constexpr NumberRange kYoungsModulus{0.001, 2000, 1e9};
 constexpr NumberRange kPoissonRatio{0, 0.5};
 constexpr NumberRange kDensity{0, 25000};
@@ -156,7 +156,7 @@ Tool ToolFromToml(const TomlTable& table) {
   tool.mount_mass_kg = table.Number("mount_mass_kg", kMountMass).value_or(0);
   tool.rigid = model == Model::kRigid;
   if (tool.rigid) {
-    tool.tcp_F = table.RequiredVector3("tcp_mm", kPosition).value_or(Vec3::Zero());
+    tool.tcp_F = table.RequiredVector3("tcp_mm", kToolPosition).value_or(Vec3::Zero());
     if (tool.mount_mass_kg > 0) {
       table.AddWarning("mount_mass_kg", "acts at the flange, as a rigid tool has no length");
     }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/config/camera_config.h"
+#include "app/config/limits.h"
 #include "app/config/named_files.h"
 #include "app/config/toml_reader.h"
 #include "app/config/zoom_profile_reader.h"
@@ -8,13 +9,12 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSecondPerMs = 1e-3;
 constexpr NumberRange kPeriod{10, 1000, kSecondPerMs};
-constexpr NumberRange kTimeout{10, 10000, kSecondPerMs};
+constexpr NumberRange kZoomTimeout{10, 10000, kSecondPerMs};
 constexpr NumberRange kDebounce{0, 1000, kSecondPerMs};
 constexpr NumberRange kSettle{0, 60000, kSecondPerMs};
 constexpr NumberRange kLostAfter{100, 600000, kSecondPerMs};
-constexpr NumberRange kPatience{0.1, 600};
+constexpr NumberRange kVerifyPatience{0.1, 600};
 constexpr int kMostCounts = 1 << 24;
 /// A report of HID or an event costs nothing; a serial line at 9600 baud is busy for 20 ms.
 constexpr double kQuickPeriod_s = 0.05;
@@ -24,7 +24,7 @@ void Visca(const TomlTable& table, const std::string& device, ViscaOptions& visc
   visca.baud = table.Integer("baud", 9600, 38400).value_or(visca.baud);
   if (visca.baud != 9600 && visca.baud != 38400) table.AddFault("baud", "is not 9600 or 38400");
   visca.address = table.Integer("address", 1, 7).value_or(visca.address);
-  visca.timeout_s = table.Number("timeout_ms", kTimeout).value_or(visca.timeout_s);
+  visca.timeout_s = table.Number("timeout_ms", kZoomTimeout).value_or(visca.timeout_s);
   visca.optical_max_counts =
       table.Integer("optical_max_counts", 1, kMostCounts).value_or(visca.optical_max_counts);
 }
@@ -32,7 +32,7 @@ void Visca(const TomlTable& table, const std::string& device, ViscaOptions& visc
 void Hid(const TomlTable& table, bool chosen, const NamedFiles& files, HidOptions& hid,
          FaultList& faults) {
   hid.serial = table.String("serial").value_or("");
-  hid.timeout_s = table.Number("timeout_ms", kTimeout).value_or(hid.timeout_s);
+  hid.timeout_s = table.Number("timeout_ms", kZoomTimeout).value_or(hid.timeout_s);
   if (!chosen) {
     static_cast<void>(table.String("profile"));
     return;
@@ -88,7 +88,8 @@ ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const s
   s.focus_band_counts = table.Integer("focus_band_counts", 0, 10000).value_or(s.focus_band_counts);
   s.settle_s = table.Number("settle_ms", kSettle).value_or(s.settle_s);
   s.lost_after_s = table.Number("lost_after_ms", kLostAfter).value_or(s.lost_after_s);
-  s.verify_patience_s = table.Number("verify_patience_s", kPatience).value_or(s.verify_patience_s);
+  s.verify_patience_s =
+      table.Number("verify_patience_s", kVerifyPatience).value_or(s.verify_patience_s);
   if (s.lost_after_s < 2 * zoom.period_s) {
     table.AddFault(
         "lost_after_ms",

@@ -4,15 +4,14 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
+
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
-constexpr double kMmPerMetre = 1e3;
 
 Json Number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);

@@ -4,17 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/config/cell_reader.h"
 #include "app/config/utc_text.h"
 #include "app/diagnosis/toml_statements.h"
+#include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 /// The shortest text that reads back as the same number, and as a float.
 std::string NumberText(double value) {

@@ -17,7 +17,7 @@ namespace {
 constexpr double kLeastGain = 0.1;  // sigma^2: a pose that brings less is not worth the way
 constexpr double kWorthAnotherPayload = 1.5;  // in gain
 
-struct Design {
+struct PoseDesign {
   std::vector<NextPose> poses;
   std::set<std::size_t> untold;  ///< rivals, counted from 1
   double gain = 0;               ///< of the poses until all are told
@@ -42,13 +42,13 @@ std::vector<int> Kept(const std::vector<double>& weights) {
 }
 
 /// Greedy: the best candidate, then the best beside it, and so on.
-Design DesignAt(const std::vector<double>& payloads_kg, const Pool& pool, const Model& model,
-                const std::vector<int>& kept, const std::vector<Explanation>& explanations,
-                const DiagnosisOptions& options) {
+PoseDesign DesignAt(const std::vector<double>& payloads_kg, const Pool& pool, const Model& model,
+                    const std::vector<int>& kept, const std::vector<Explanation>& explanations,
+                    const DiagnosisOptions& options) {
   const Dataset& data = pool.problem().data();
   Dataset candidates = PoseCandidates(Thinned(data, kept), payloads_kg);
   const Result<Linearisation> linear = LineariseApart(candidates, model, options.threads);
-  Design design;
+  PoseDesign design;
   Contests contests(pool, explanations);
   for (std::size_t j = 1; j < explanations.size(); ++j) design.untold.insert(j);
   if (!linear) return design;
@@ -131,10 +131,10 @@ void AddNextPoses(const Pool& pool, const Model& model, const std::vector<double
   const Dataset& data = pool.problem().data();
   const std::vector<int> kept = Kept(weights);
   const std::vector<double> seen = PayloadsSeen(Thinned(data, kept));
-  Design design = DesignAt(seen, pool, model, kept, all, options);
+  PoseDesign design = DesignAt(seen, pool, model, kept, all, options);
   const std::vector<double> more = PayloadsBeside(data, seen);
   if (!design.untold.empty() && more != seen) {
-    Design with_more = DesignAt(more, pool, model, kept, all, options);
+    PoseDesign with_more = DesignAt(more, pool, model, kept, all, options);
     if (with_more.gain > kWorthAnotherPayload * design.gain) {
       diagnosis.notes.push_back(fmt::format(
           "{} further poses at {} would not tell {}: the proposed poses include some without "

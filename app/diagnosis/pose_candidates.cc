@@ -13,7 +13,7 @@ constexpr int kPoses = 300;
 constexpr double kWidened = 0.25;     // of the range that a joint was measured in, on either side
 constexpr double kLeastTurn = 0.09;   // [rad]
 constexpr double kLeastSlide = 0.05;  // [m]
-constexpr double kStandstill = 1e-6;  // [rad] or [m]: less is no move
+constexpr double kLeastMove = 1e-6;   // [rad] or [m]: less is no move
 
 struct PoseRange {
   JointVector low, high;
@@ -90,7 +90,7 @@ void ComeFrom(const Conditions& previous, Dataset& candidates) {
     moment.approach =
         previous.approach.size() > 0 ? previous.approach : JointVector::Zero(moment.q.size());
     for (Eigen::Index i = 0; i < moment.q.size(); ++i) {
-      if (std::abs(moment.last_move[i]) > kStandstill) {
+      if (std::abs(moment.last_move[i]) > kLeastMove) {
         moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
       }
     }

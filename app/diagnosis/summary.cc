@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "app/diagnosis/words.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kDegPerRad = 180 / std::numbers::pi;
-constexpr double kMmPerMetre = 1e3;
 constexpr std::size_t kMostParameters = 8;
 constexpr std::size_t kMostRivals = 2;
 constexpr std::size_t kMostPoses = 6;

@@ -35,7 +35,7 @@ class Searching {
   }
   bool Interrupted() const { return interrupted_ && interrupted_(); }
   /// Fits a support once; what elimination leaves is listed.
-  void Judge(std::vector<int> support);
+  void JudgeSupport(std::vector<int> support);
   void Grow(const Explanation& from);
   void NewShapes(const Explanation& from);
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
@@ -104,7 +104,7 @@ bool Searching::HasTwinLines(const std::vector<int>& support) const {
   return false;
 }
 
-void Searching::Judge(std::vector<int> support) {
+void Searching::JudgeSupport(std::vector<int> support) {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
   if (!tried_.insert(support).second) return;
@@ -118,7 +118,7 @@ void Searching::Grow(const Explanation& from) {
   for (const int block : offered_) {
     std::vector<int> support = from.blocks;
     support.push_back(block);
-    Judge(std::move(support));
+    JudgeSupport(std::move(support));
     if (Interrupted()) return;
   }
 }
@@ -130,8 +130,8 @@ void Searching::NewShapes(const Explanation& from) {
     }
     std::vector<int> support = from.blocks;
     support.push_back(block);
-    Judge(std::move(support));
-    Judge({block});
+    JudgeSupport(std::move(support));
+    JudgeSupport({block});
   }
 }
 
@@ -150,14 +150,14 @@ std::vector<Explanation> Searching::Run() {
     const int index = pool_.Add(block);
     if (pool_.Observable(index)) offered_.push_back(index);
   }
-  Judge({});
+  JudgeSupport({});
   const Explanation nothing = found_.front();
-  for (const int block : offered_) Judge({block});
+  for (const int block : offered_) JudgeSupport({block});
   NewShapes(nothing);
   for (const Explanation& single : Best(3, 1)) NewShapes(single);
   // All pairs.
   for (std::size_t i = 0; i < offered_.size(); ++i) {
-    for (std::size_t j = i + 1; j < offered_.size(); ++j) Judge({offered_[i], offered_[j]});
+    for (std::size_t j = i + 1; j < offered_.size(); ++j) JudgeSupport({offered_[i], offered_[j]});
     if (Interrupted()) break;
   }
   for (const Explanation& pair : Best(2, 2)) NewShapes(pair);

@@ -95,7 +95,7 @@ Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residu
   return nested;
 }
 
-double Trials(const Dataset& data, std::size_t carriers) {
+double EmpiricalTrials(const Dataset& data, std::size_t carriers) {
   return static_cast<double>(data.signals.size() * carriers) * 8;
 }
 
@@ -154,9 +154,9 @@ std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
       const Nested nested = NestedGains(columns, residual);
       for (const int degree : degrees) {
         const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
-        found.emplace_back(
-            nested.gain[last] - per_column * nested.rank[last],
-            EmpiricalBlock(data, s, carrier, degree, first == 0, Trials(data, carriers.size())));
+        found.emplace_back(nested.gain[last] - per_column * nested.rank[last],
+                           EmpiricalBlock(data, s, carrier, degree, first == 0,
+                                          EmpiricalTrials(data, carriers.size())));
       }
     }
   }

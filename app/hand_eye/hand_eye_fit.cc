@@ -14,12 +14,6 @@ constexpr double kHuber = 3;  // of a corner's distance, in its deviations
 constexpr int kMostSteps = 60;
 constexpr double kLeastDistance_m = 1e-3;
 
-Mat3 CrossMatrix(const Vec3& a) {
-  Mat3 m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 /// The normal equations at one state: shared parameters, and each view's own six.
 struct Normal {
   HandEyeMatrix S = HandEyeMatrix::Zero();

@@ -8,13 +8,13 @@
 #include "app/lens/lens_model.h"
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double kMmPerMetre = 1e3;
 
 bool Found(const FoundPose& pose) {
   return pose.covariance.trace() > 0;

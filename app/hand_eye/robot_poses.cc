@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kMetrePerMm = 1e-3;
 constexpr double kQuaternionTolerance = 0.01;  // of its length
 constexpr double kLargestNumber = 1e6;
 

@@ -8,11 +8,10 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
-
-constexpr double kMmPerMetre = 1 / kMetrePerMm;
 
 constexpr std::size_t kNewest = 50;  // rows: what an alarm came from stands among them
 

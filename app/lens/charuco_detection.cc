@@ -15,7 +15,7 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kLeastTags = 2;
-constexpr int kLeastCorners = 8;
+constexpr int kLeastCharucoCorners = 8;
 constexpr double kOutOfPlace = 0.35;    // of a tag's side, against all tags together
 constexpr double kMoved = 0.12;         // of a step, by the refinement
 constexpr double kColourAt = 0.6;       // of the tags' rim: where a square's colour is looked at
@@ -53,8 +53,8 @@ Vec2 Mapped(const Eigen::Matrix3d& H, const Vec2& p) {
   return (H * p.homogeneous()).hnormalized();
 }
 
-std::optional<Eigen::Matrix3d> HomographyOf(const std::vector<cv::Point2d>& board,
-                                            const std::vector<cv::Point2d>& image, double within) {
+std::optional<Eigen::Matrix3d> TagHomography(const std::vector<cv::Point2d>& board,
+                                             const std::vector<cv::Point2d>& image, double within) {
   const cv::Mat H = cv::findHomography(board, image, within > 0 ? cv::RANSAC : 0, within);
   if (H.empty()) return std::nullopt;
   Eigen::Matrix3d homography;
@@ -63,8 +63,8 @@ std::optional<Eigen::Matrix3d> HomographyOf(const std::vector<cv::Point2d>& boar
   return homography;
 }
 
-std::optional<Eigen::Matrix3d> HomographyOf(const Tags& tags, const std::vector<SeenTag>& seen,
-                                            double within) {
+std::optional<Eigen::Matrix3d> TagHomography(const Tags& tags, const std::vector<SeenTag>& seen,
+                                             double within) {
   std::vector<cv::Point2d> board, image;
   for (const SeenTag& tag : seen) {
     const auto corners = tags.Corners(tag.id);
@@ -73,7 +73,7 @@ std::optional<Eigen::Matrix3d> HomographyOf(const Tags& tags, const std::vector<
       image.emplace_back(tag.corners_px[k].x(), tag.corners_px[k].y());
     }
   }
-  return HomographyOf(board, image, within);
+  return TagHomography(board, image, within);
 }
 
 /// The tags that lie as on the board, once each.
@@ -86,7 +86,7 @@ std::vector<SeenTag> InPlace(const Tags& tags, const std::vector<SeenTag>& seen)
     side = std::min(side, (tag.corners_px[2] - tag.corners_px[0]).norm() / std::sqrt(2.0));
   }
   if (known.size() < kLeastTags) return {};
-  const auto H = HomographyOf(tags, known, kOutOfPlace * side);
+  const auto H = TagHomography(tags, known, kOutOfPlace * side);
   if (!H) return {};
   std::erase_if(known, [&](const SeenTag& tag) {
     const auto corners = tags.Corners(tag.id);
@@ -116,7 +116,7 @@ void PlaceCorners(const Board& board, const Tags& tags, const std::vector<SeenTa
                   std::vector<double>& contrast) {
   std::vector<int> sayings(board.corners(), 0);
   for (const SeenTag& tag : seen) {
-    const auto H = HomographyOf(tags, {tag}, 0);
+    const auto H = TagHomography(tags, {tag}, 0);
     if (!H) continue;
     const auto [column, row] = tags.Square(tag.id);
     for (const auto& [c, r] :
@@ -222,7 +222,7 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
                    ColoursAgree(image, board, tags, k, view.corners_px[k], steps[k], contrast[k]);
   }
   const auto count = std::count(view.seen.begin(), view.seen.end(), true);
-  if (count < kLeastCorners || !SpanBoth(board, view)) {
+  if (count < kLeastCharucoCorners || !SpanBoth(board, view)) {
     return Error{fmt::format("only {} of {} corners of the board, in {} of its tags", count,
                              board.corners(), placed.size())};
   }

@@ -13,13 +13,13 @@
 namespace plumbline {
 namespace {
 
-constexpr int kSearchWidth_px = 960;
-constexpr double kSmooth_px = 1.2;
+constexpr int kBoardWidth_px = 960;
+constexpr double kSaddleSmooth_px = 1.2;
 constexpr double kRing_px = 4;  // smaller than the smallest square, at the search size
 constexpr int kLeastWidth_px = 16;
-constexpr std::size_t kMostPoints = 3000;
-constexpr double kLeastSeen = 0.85;   // share of the corners that make a whole board
-constexpr double kMostBeside = 0.08;  // likewise, of what may hang on to its rim
+constexpr std::size_t kMostSaddles = 3000;
+constexpr double kLeastCornersSeen = 0.85;   // share of the corners that make a whole board
+constexpr double kMostCornersBeside = 0.08;  // likewise, of what may hang on to its rim
 
 /// Counter-clockwise quarter turns of the lattice; the board stays unmirrored.
 Lattice Turned(const Lattice& lattice) {
@@ -56,7 +56,7 @@ Lattice Upright(Lattice lattice, const Board& board, const std::vector<SaddlePoi
 
 /// The board within a lattice: textures beside it may have been linked to its rim. Nothing where no
 /// place of the board's size is nearly full, or where too much lies outside of it.
-std::optional<Lattice> BoardWithin(const Lattice& lattice, const Board& board) {
+std::optional<Lattice> ChessboardWithin(const Lattice& lattice, const Board& board) {
   Lattice best;
   int most = 0;
   for (const auto& [columns, rows] :
@@ -73,7 +73,8 @@ std::optional<Lattice> BoardWithin(const Lattice& lattice, const Board& board) {
       }
     }
   }
-  if (most < kLeastSeen * board.corners() || lattice.found() - most > kMostBeside * board.corners())
+  if (most < kLeastCornersSeen * board.corners() ||
+      lattice.found() - most > kMostCornersBeside * board.corners())
     return std::nullopt;
   return best;
 }
@@ -129,7 +130,7 @@ struct Search {
 
 Result<Search> SearchIn(const LumaView& image) {
   Search search;
-  search.factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
+  search.factor = std::max(1, (image.width + kBoardWidth_px / 2) / kBoardWidth_px);
   const int factor = search.factor;
   if (std::min(image.width, image.height) / factor < kLeastWidth_px)
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
@@ -141,8 +142,9 @@ Result<Search> SearchIn(const LumaView& image) {
   cv::Mat small, small_float, smooth;
   cv::resize(even, small, {image.width / factor, image.height / factor}, 0, 0, cv::INTER_AREA);
   small.convertTo(small_float, CV_32F);
-  cv::GaussianBlur(small_float, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
-  search.points = FindSaddlePoints(smooth, kRing_px, kMostPoints);
+  cv::GaussianBlur(small_float, smooth, {0, 0}, kSaddleSmooth_px, kSaddleSmooth_px,
+                   cv::BORDER_REPLICATE);
+  search.points = FindSaddlePoints(smooth, kRing_px, kMostSaddles);
   search.lattices = FindLattices(search.points);
   return search;
 }
@@ -167,7 +169,7 @@ Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
   const std::vector<Lattice>& lattices = search->lattices;
   std::optional<Lattice> fitting;
   for (std::size_t k = 0; k < lattices.size() && !fitting; ++k)
-    fitting = BoardWithin(lattices[k], board);
+    fitting = ChessboardWithin(lattices[k], board);
   if (!fitting) return Misfit(lattices, board);
   BoardView view;
   for (const int point : Upright(*fitting, board, points).points) {

@@ -12,13 +12,13 @@
 namespace plumbline {
 namespace {
 
-constexpr int kSearchWidth_px = 960;
-constexpr double kSmooth_px = 1;
+constexpr int kCircleWidth_px = 960;
+constexpr double kCircleSmooth_px = 1;
 constexpr int kAround[] = {8, 24, 4};  // image widths over that of the surroundings, in turn
 constexpr std::size_t kMostDiscs = 2000;
-constexpr double kLeastSeen = 0.85;   // share of the discs that make a whole board
-constexpr double kMostBeside = 0.08;  // likewise, of what may hang on to its rim
-constexpr int kLongestAxis = 2;       // of the grid's axes in the lattice's, and back
+constexpr double kLeastDiscsSeen = 0.85;   // share of the discs that make a whole board
+constexpr double kMostDiscsBeside = 0.08;  // likewise, of what may hang on to its rim
+constexpr int kLongestAxis = 2;            // of the grid's axes in the lattice's, and back
 
 using DiscMap = std::map<LatticePlace, int>;
 using Turn = Eigen::Matrix2i;
@@ -66,7 +66,7 @@ Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
   const int down = board.rows - 1;
   // What hangs on to the rim may stretch the lattice by two steps for each disc.
   const int beyond = most.x - least.x - right + most.y - least.y - down;
-  if (beyond > 2 * kMostBeside * board.corners()) return best;
+  if (beyond > 2 * kMostDiscsBeside * board.corners()) return best;
   for (int y = least.y; y + down <= most.y; ++y) {
     for (int x = least.x; x + right <= most.x; ++x) {
       Match match;
@@ -85,18 +85,19 @@ Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
 
 /// The board within a lattice, upright; nothing where it is not nearly whole, or where too much
 /// hangs on to it.
-std::optional<Match> BoardWithin(const DiscMap& lattice, const Board& board,
+std::optional<Match> DiscsWithin(const DiscMap& lattice, const Board& board,
                                  const std::vector<Disc>& discs) {
-  const int least = static_cast<int>(std::ceil(kLeastSeen * board.corners()));
+  const int least = static_cast<int>(std::ceil(kLeastDiscsSeen * board.corners()));
   const int size = static_cast<int>(lattice.size());
-  if (size < least || size > (1 + kMostBeside) * board.corners()) return std::nullopt;
+  if (size < least || size > (1 + kMostDiscsBeside) * board.corners()) return std::nullopt;
   Match best;
   for (const Turn& turn : TurnsOf(board)) {
     Match match = Laid(lattice, turn, board, discs);
     if (match.found > best.found || (match.found == best.found && match.first_px < best.first_px))
       best = std::move(match);
   }
-  if (best.found < least || size - best.found > kMostBeside * board.corners()) return std::nullopt;
+  if (best.found < least || size - best.found > kMostDiscsBeside * board.corners())
+    return std::nullopt;
   return best;
 }
 
@@ -117,7 +118,7 @@ double GapOf(const Match& match, const std::vector<Disc>& discs) {
 }  // namespace
 
 Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
-  const int factor = std::max(1, (image.width + kSearchWidth_px / 2) / kSearchWidth_px);
+  const int factor = std::max(1, (image.width + kCircleWidth_px / 2) / kCircleWidth_px);
   const int width = image.width / factor, height = image.height / factor;
   if (std::min(width, height) < 2 * kAround[1])
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
@@ -126,13 +127,13 @@ Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
   cv::Mat small, smooth;
   cv::resize(whole(cv::Rect(0, 0, width * factor, height * factor)), small, {width, height}, 0, 0,
              cv::INTER_AREA);
-  cv::GaussianBlur(small, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(small, smooth, {0, 0}, kCircleSmooth_px, kCircleSmooth_px, cv::BORDER_REPLICATE);
   std::size_t largest = 0;
   for (const int around : kAround) {
     std::vector<Disc> discs = FindDiscs(smooth, width / around | 1, kMostDiscs);
     for (const DiscMap& lattice : FindDiscLattices(discs)) {
       largest = std::max(largest, lattice.size());
-      const auto match = BoardWithin(lattice, board, discs);
+      const auto match = DiscsWithin(lattice, board, discs);
       if (!match) continue;
       const double gap_px = factor * GapOf(*match, discs);
       BoardView view;

@@ -11,7 +11,7 @@ namespace plumbline {
 namespace {
 
 constexpr double kDarker = 3;  // grey levels under the mean of the surroundings
-constexpr int kLeastArea_px = 16;
+constexpr int kLeastDiscArea_px = 16;
 constexpr double kLargestExtent = 0.25;  // of a disc, share of the image's width
 // From the area of the ellipse with the same moments, as a share: a square is 0.045 off; the second
 // number is for the steps of the rim, over the square root of the area.
@@ -30,7 +30,7 @@ struct Moments {
 };
 
 std::optional<Disc> DiscOf(const Moments& m, double longest) {
-  if (m.n < kLeastArea_px) return std::nullopt;
+  if (m.n < kLeastDiscArea_px) return std::nullopt;
   Disc disc;
   disc.area = m.n;
   disc.at = {m.x / m.n, m.y / m.n};
@@ -48,9 +48,9 @@ std::optional<Disc> DiscOf(const Moments& m, double longest) {
 }
 
 /// Discs by square cells of about one disc each.
-class Cells {
+class DiscCells {
  public:
-  explicit Cells(const std::vector<Disc>& discs) : discs_(discs) {
+  explicit DiscCells(const std::vector<Disc>& discs) : discs_(discs) {
     Vec2 extent = Vec2::Ones();
     for (const Disc& disc : discs) extent = extent.cwiseMax(disc.at);
     const double each = extent.x() * extent.y() / static_cast<double>(discs.size() + 1);
@@ -126,7 +126,7 @@ struct Axes {
 };
 
 /// The two shortest steps from a disc that are not parallel; they span the whole lattice.
-std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const Cells& cells, int seed) {
+std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const DiscCells& cells, int seed) {
   std::optional<Vec2> first;
   for (const int other : cells.NearestTo(seed)) {
     if (!AlikeInSize(discs[seed], discs[other])) continue;
@@ -140,8 +140,8 @@ std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const Cells& cells, i
   return std::nullopt;
 }
 
-std::map<LatticePlace, int> Numbered(const std::vector<Disc>& discs, const Cells& cells, int seed,
-                                     const Axes& axes, std::vector<bool>& taken) {
+std::map<LatticePlace, int> NumberedDiscs(const std::vector<Disc>& discs, const DiscCells& cells,
+                                          int seed, const Axes& axes, std::vector<bool>& taken) {
   struct Step {
     int disc;
     LatticePlace place;
@@ -205,14 +205,14 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
 }
 
 std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs) {
-  const Cells cells(discs);
+  const DiscCells cells(discs);
   std::vector<bool> taken(discs.size(), false);
   std::vector<std::map<LatticePlace, int>> lattices;
   for (std::size_t seed = 0; seed < discs.size(); ++seed) {
     if (taken[seed]) continue;
     const auto axes = AxesAt(discs, cells, static_cast<int>(seed));
     if (!axes) continue;
-    auto lattice = Numbered(discs, cells, static_cast<int>(seed), *axes, taken);
+    auto lattice = NumberedDiscs(discs, cells, static_cast<int>(seed), *axes, taken);
     if (lattice.size() >= kLeastDiscs) lattices.push_back(std::move(lattice));
   }
   std::stable_sort(lattices.begin(), lattices.end(),

@@ -11,7 +11,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSmooth_px = 1;
+constexpr double kDiscSmooth_px = 1;
 constexpr double kInside = 0.55;  // of the radius: where the rim begins
 constexpr double kBeyond_px = 5;  // outside the radius, where it ends at most
 constexpr double kLeastRadius_px = 3;
@@ -23,7 +23,7 @@ struct Centre {
 };
 
 /// @param at  of the disc, in `smooth`
-std::optional<Centre> Refined(const cv::Mat& smooth, const Disc& disc, const Vec2& at,
+std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const Vec2& at,
                               double gap_px) {
   const double longest = std::max(disc.RadiusAlong(Vec2::UnitX()), disc.RadiusAlong(Vec2::UnitY()));
   if (longest < kLeastRadius_px) return std::nullopt;
@@ -74,11 +74,11 @@ void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double g
                       static_cast<std::size_t>(image.stride));
   cv::Mat grey, smooth;
   whole.convertTo(grey, CV_32F);
-  cv::GaussianBlur(grey, smooth, {0, 0}, kSmooth_px, kSmooth_px, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(grey, smooth, {0, 0}, kDiscSmooth_px, kDiscSmooth_px, cv::BORDER_REPLICATE);
   std::vector<double> widths;
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
     if (!view.seen[k]) continue;
-    const auto centre = Refined(smooth, discs[k], view.corners_px[k], gap_px);
+    const auto centre = RefinedDisc(smooth, discs[k], view.corners_px[k], gap_px);
     view.seen[k] = centre.has_value();
     if (!centre) continue;
     view.corners_px[k] = centre->at;
@@ -86,7 +86,7 @@ void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double g
   }
   if (widths.empty()) return;
   const double width_px = MedianOf(widths);
-  view.blur_px = std::sqrt(std::max(0.0, width_px * width_px - kSmooth_px * kSmooth_px));
+  view.blur_px = std::sqrt(std::max(0.0, width_px * width_px - kDiscSmooth_px * kDiscSmooth_px));
 }
 
 }  // namespace plumbline

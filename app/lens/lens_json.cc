@@ -5,12 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "firmware-like/geometry/length.h"
+
 namespace plumbline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kMmPerMetre = 1e3;
 
 Json Number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);

@@ -2,17 +2,13 @@
 
 #include <cmath>
 
+#include "firmware-like/geometry/rotation.h"
+
 namespace plumbline {
 namespace {
 
 constexpr double kLeastDistance_m = 1e-4;
 constexpr double kSmallTurn = 1e-8;
-
-Mat3 CrossMatrix(const Vec3& a) {
-  Mat3 m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
 
 Mat3 Exponential(const Vec3& w) {
   const double angle = w.norm();

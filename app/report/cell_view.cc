@@ -10,11 +10,10 @@
 namespace plumbline {
 namespace {
 
-constexpr int kWidth = 460, kHeight = 420;
+constexpr int kViewWidth = 460, kViewHeight = 420;
 constexpr double kMargin = 1.1;
 constexpr int kSamples = 5000;
 constexpr double kWholeReach = 1.5;  // the outline is shown whole if it costs no more than that
-const char* const kAxisNames[] = {"x", "y", "z"};
 
 /// Tips of the unloaded arm all over its joint limits, the same at every call [mm].
 std::vector<Vec3> ReachedTips_mm(const CellModel& cell) {
@@ -86,7 +85,7 @@ CellView::CellView(const CellModel& cell, const std::vector<Vec3>& points_W)
 }
 
 std::string CellView::Begin(const Projection& projection) const {
-  std::string script = plot::Begin(kWidth, kHeight);
+  std::string script = plot::Begin(kViewWidth, kViewHeight);
   script +=
       fmt::format("set size ratio -1\nset xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\n",
                   centre_mm_[projection.right] - half_mm_, centre_mm_[projection.right] + half_mm_,
@@ -94,7 +93,7 @@ std::string CellView::Begin(const Projection& projection) const {
   const double tic = plot::RoundDown(half_mm_ / 1.5);
   script += fmt::format("set xtics {:.6g}\nset ytics {:.6g}\n", tic, tic);
   script += fmt::format("set xlabel '{} (mm)'\nset ylabel '{} (mm)'\n",
-                        kAxisNames[projection.right], kAxisNames[projection.up]);
+                        plot::kAxisNames[projection.right], plot::kAxisNames[projection.up]);
   const double x = base_mm_[projection.right], y = base_mm_[projection.up];
   script += fmt::format(
       "set label 1 '' at {:.6g},{:.6g} point pointtype 7 pointsize 0.6 linecolor rgb '{}'\n"

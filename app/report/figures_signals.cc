@@ -12,7 +12,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kWidth = 340, kHeight = 310, kUncorrectedHeight = 220;
+constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
 constexpr int kSpectrumHeight = 220;
 constexpr std::size_t kBins = 10;
 constexpr double kGapShare = 0.3;     // of the signal's range
@@ -20,7 +20,6 @@ constexpr double kSideMargin = 0.04;  // likewise
 constexpr std::size_t kMostSignals = 18;
 constexpr std::size_t kFewLines = 60;
 constexpr double kLogFrom = 30;  // span of cycles that is better seen on a logarithmic axis
-const char* const kAxisNames[] = {"x", "y", "z"};
 
 /// A signal's values beside one axis of the residual [mm], ordered by the value.
 struct Cloud {
@@ -115,10 +114,12 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
   const std::string chance = signal.p_value < 0.001
                                  ? "p\u00a0<\u00a00.001"
                                  : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
-  Panel panel{signal.name,
-              fmt::format("residual in {}; {} of what remains, {}", kAxisNames[axis],
-                          PercentText(signal.share), chance),
-              plot::Begin(kWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kHeight), ""};
+  Panel panel{
+      signal.name,
+      fmt::format("residual in {}; {} of what remains, {}", plot::kAxisNames[axis],
+                  PercentText(signal.share), chance),
+      plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
+      ""};
   if (cloud.value.empty()) return panel;
   std::vector<std::vector<double>> points, means;
   for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
@@ -205,7 +206,8 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
   const auto found = CyclesFound(diagnosis);
   for (auto& [joint, lines] : by_joint) {
     std::sort(lines.begin(), lines.end());
-    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kWidth, kSpectrumHeight), ""};
+    Panel panel{fmt::format("Axis {}", joint + 1), "", plot::Begin(kFigureWidth, kSpectrumHeight),
+                ""};
     const bool logarithmic = least > 0 && most > kLogFrom * least;
     panel.script += fmt::format(
         "set xlabel 'cycles a turn'\nset ylabel 'amplitude (µrad)'\n"

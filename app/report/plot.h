@@ -15,6 +15,8 @@ inline constexpr const char* kInk = "#25313a";
 inline constexpr const char* kGrey = "#a9b4bb";
 inline constexpr const char* kFaint = "#d5dce0";
 
+inline constexpr const char* kAxisNames[] = {"x", "y", "z"};
+
 /// Most points that a panel draws; of more, every k-th.
 inline constexpr std::size_t kMostPoints = 800;
 

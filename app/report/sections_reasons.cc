@@ -3,17 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "app/diagnosis/words.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
+#include "firmware-like/geometry/angle.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr std::size_t kMostOutliers = 40;
 
 std::string List(const std::vector<std::string>& items) {

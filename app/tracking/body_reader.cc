@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "app/config/limits.h"
 #include "app/config/toml_reader.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -13,8 +14,6 @@ namespace {
 
 constexpr int kLargestId = 100000;
 constexpr NumberRange kSize{1, 2000, kMetrePerMm};
-constexpr NumberRange kPosition{-100000, 100000, kMetrePerMm};
-constexpr NumberRange kAngle{-360, 360, kRadPerDeg};
 
 class Reader {
  public:
@@ -31,8 +30,8 @@ class Reader {
     const auto id = NewId(table);
     const auto size =
         body_size_m && !table.Has("size_mm") ? body_size_m : table.RequiredNumber("size_mm", kSize);
-    const auto p = table.RequiredVector3("xyz_mm", kPosition);
-    const Vec3 rpy = table.Vector3("rpy_deg", kAngle).value_or(Vec3::Zero());
+    const auto p = table.RequiredVector3("xyz_mm", kPlaceRange);
+    const Vec3 rpy = table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero());
     if (!id || !size || !p) return std::nullopt;
     return BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}};
   }

@@ -9,7 +9,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostSteps = 30;
+constexpr int kMostPoseSteps = 30;
 constexpr double kConverged = 1e-10;      // of chi2, and of the step in its own deviation
 constexpr double kCornerFloor_px = 2e-3;  // no corner is better: grey levels are whole numbers
 constexpr double kTellsApart = 16;        // of chi2
@@ -18,12 +18,6 @@ constexpr double kLeastTurn = 0.02;  // sine of the turn at a corner, clockwise
 
 using Columns = Eigen::Matrix<double, 8, 6>;
 using Residual = Eigen::Matrix<double, 8, 1>;
-
-Mat3 CrossMatrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 /// chi2 about a pose: its normal equations, and by the lens.
 struct Linearised {
@@ -113,7 +107,7 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
   auto here = Linearise(known.lens, sets, whitening, X);
   if (!here) return std::nullopt;
   double damping = 1e-6;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMostPoseSteps; ++step) {
     Mat6 damped = here->JtJ;
     damped.diagonal() *= 1 + damping;
     const Vec6 change = damped.ldlt().solve(here->Jtr);

@@ -7,13 +7,12 @@
 
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kMmPerMetre = 1e3;
 
 Vec3 SdOf(const Mat6& covariance, int first) {
   return covariance.diagonal().segment<3>(first).cwiseSqrt();

@@ -14,6 +14,8 @@
 #include <ctime>
 #include <system_error>
 
+#include "drivers/modbus/errno_text.h"
+
 namespace plumbline::modbus {
 namespace {
 
@@ -32,10 +34,6 @@ const BaudRate* FindBaudRate(int baud) {
   const auto* found = std::find_if(std::begin(kBaudRates), std::end(kBaudRates),
                                    [baud](const BaudRate& rate) { return rate.baud == baud; });
   return found == std::end(kBaudRates) ? nullptr : found;
-}
-
-std::string ErrnoText() {
-  return std::generic_category().message(errno);
 }
 
 std::string CannotOpenText(int error) {

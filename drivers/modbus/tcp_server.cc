@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/modbus/errno_text.h"
+
 namespace plumbline::modbus {
 namespace {
 
@@ -30,10 +32,6 @@ std::int64_t Now_ns() {
 /// Only the server's thread writes, so no locked instruction is needed.
 void Add(std::atomic<std::uint64_t>& counter, std::uint64_t amount) {
   counter.store(counter.load(std::memory_order_relaxed) + amount, std::memory_order_relaxed);
-}
-
-std::string ErrnoText() {
-  return std::generic_category().message(errno);
 }
 
 }  // namespace

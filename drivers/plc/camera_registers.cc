@@ -1,49 +1,47 @@
 // Registers 500..635: the camera, its lens, and the bodies that it tracks.
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/plc/register_map.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
 using Source = const MapSource&;
 
-constexpr double kMillimetres = 1e3;
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kNoAge = 65535;
-constexpr FieldType kU16 = FieldType::kU16, kI32 = FieldType::kI32, kU32 = FieldType::kU32,
-                    kFloat = FieldType::kFloat;
+using enum FieldType;
 
 const PlcCamera& Camera(Source s) {
   return s.environment.camera;
 }
 
 double Age_ms(Source s, double time_s) {
-  const double age_ms = std::floor(kMillimetres * (s.environment.now_s - time_s));
+  const double age_ms = std::floor(1e3 * (s.environment.now_s - time_s));
   return age_ms < kNoAge ? std::max(0.0, age_ms) : kNoAge;
 }
 
 double TipRadius_mm(Source s) {
-  return kMillimetres * RadiusHolding95Percent(Camera(s).tip_covariance_W);
+  return kMmPerMetre * RadiusHolding95Percent(Camera(s).tip_covariance_W);
 }
 
 template <int K>
 double Tip_mm(Source s) {
-  return kMillimetres * Camera(s).tip_W[K];
+  return kMmPerMetre * Camera(s).tip_W[K];
 }
 template <int K>
 double BodyPosition_mm(Source s) {
-  return kMillimetres * s.body->X_WK.p[K];
+  return kMmPerMetre * s.body->X_WK.p[K];
 }
 template <int K>
 double BodyAngle_deg(Source s) {
-  return kDegrees * AnglesFromRotation(s.body->X_WK.R, s.convention.orientation)[K];
+  return kDegPerRad * AnglesFromRotation(s.body->X_WK.R, s.convention.orientation)[K];
 }
 
-const std::array kFields = {
+const std::array kCameraFields = {
     MapField{500, kU16, "camera_state", "code",
              "0 no camera, 1 unknown, 2 moving, 3 verifying, 4 valid, 5 stale, 6 calibrating, "
              "7 refused",
@@ -95,7 +93,7 @@ const std::array kBodyFields = {
     MapField{10, kFloat, "body_ry", "deg", "", BodyAngle_deg<1>},
     MapField{12, kFloat, "body_rz", "deg", "", BodyAngle_deg<2>},
     MapField{14, kFloat, "body_radius", "mm", "radius that holds 95 % of its origin",
-             [](Source s) { return kMillimetres * s.body->radius_m; }},
+             [](Source s) { return kMmPerMetre * s.body->radius_m; }},
 };
 
 constexpr std::array kCameraBits = {
@@ -111,7 +109,7 @@ constexpr std::array kCameraBits = {
 }  // namespace
 
 std::span<const MapField> plc_map::CameraFields() {
-  return kFields;
+  return kCameraFields;
 }
 std::span<const MapField> plc_map::BodyFields() {
   return kBodyFields;

@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
+
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kMillimetres = 1e3;
-constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr FieldType kU16 = FieldType::kU16, kI16 = FieldType::kI16, kU32 = FieldType::kU32,
-                    kI32 = FieldType::kI32, kFloat = FieldType::kFloat, kU64 = FieldType::kU64;
+using enum FieldType;
 
 using Source = const MapSource&;
 
@@ -19,7 +18,7 @@ const Correction& Answer(Source s) {
 }
 
 double Angle_deg(const Pose& X, Source s, int k) {
-  return kDegrees * AnglesFromRotation(X.R, s.convention.orientation)[k];
+  return kDegPerRad * AnglesFromRotation(X.R, s.convention.orientation)[k];
 }
 
 bool FitsInt16(const Pose& X) {
@@ -43,7 +42,7 @@ double PointBits(Source s) {
 
 template <int K>
 double ResultPosition_mm(Source s) {
-  return kMillimetres * Answer(s).X_BP_command.p[K];
+  return kMmPerMetre * Answer(s).X_BP_command.p[K];
 }
 template <int K>
 double ResultAngle_deg(Source s) {
@@ -51,11 +50,11 @@ double ResultAngle_deg(Source s) {
 }
 template <int K>
 double ResultShift_mm(Source s) {
-  return kMillimetres * Answer(s).translation_B[K];
+  return kMmPerMetre * Answer(s).translation_B[K];
 }
 template <int K>
 double ResultTurn_deg(Source s) {
-  return kDegrees * Answer(s).rotation_B[K];
+  return kDegPerRad * Answer(s).rotation_B[K];
 }
 template <int K>
 double ScaledPosition(Source s) {
@@ -73,21 +72,21 @@ template <int K>
 double Joint(Source s) {
   if (K >= s.snapshot.reading.q.size()) return 0;
   const bool slides = (s.snapshot.prismatic_joints >> K) & 1;
-  return (slides ? kMillimetres : kDegrees) * s.snapshot.reading.q[K];
+  return (slides ? kMmPerMetre : kDegPerRad) * s.snapshot.reading.q[K];
 }
 template <int K>
 double Tcp(Source s) {
   if (!s.snapshot.reading.X_BT) return 0;
   const Pose& X_BT = *s.snapshot.reading.X_BT;
-  return K < 3 ? kMillimetres * X_BT.p[K % 3] : Angle_deg(X_BT, s, K % 3);
+  return K < 3 ? kMmPerMetre * X_BT.p[K % 3] : Angle_deg(X_BT, s, K % 3);
 }
 template <int K>
 double Cog_mm(Source s) {
-  return kMillimetres * s.snapshot.payload.cog_F[K];
+  return kMmPerMetre * s.snapshot.payload.cog_F[K];
 }
 template <int K>
 double PointPosition_mm(Source s) {
-  return kMillimetres * s.point->correction.X_BP_command.p[K];
+  return kMmPerMetre * s.point->correction.X_BP_command.p[K];
 }
 template <int K>
 double PointAngle_deg(Source s) {
@@ -96,7 +95,7 @@ double PointAngle_deg(Source s) {
 
 template <int K>
 double ProbeResidual(Source s) {
-  return kMillimetres * s.environment.loop.residual_m[K];
+  return kMmPerMetre * s.environment.loop.residual_m[K];
 }
 template <int K>
 double ProbeResidualScaled(Source s) {
@@ -117,7 +116,7 @@ double Number(CorrectionCode code) {
   return static_cast<double>(code);
 }
 
-const std::array kFields = {
+const std::array kMapFields = {
     // 0-9 identity
     MapField{0, kU16, "magic", "", "0x504C (\"PL\"): this is Plumbline",
              [](Source) -> double { return plc_map::kMagic; }},
@@ -148,7 +147,7 @@ const std::array kFields = {
     MapField{15, kU16, "data_age", "ms", "age of the robot reading, 65535 where older or none",
              [](Source s) {
                const bool any = s.snapshot.input_fault != InputFault::kMissing;
-               return any ? std::floor(kMillimetres * s.snapshot.data_age_s) : 65535;
+               return any ? std::floor(1e3 * s.snapshot.data_age_s) : 65535;
              }},
     MapField{16, kU32, "uptime", "s", "since the daemon started",
              [](Source s) { return std::floor(s.environment.uptime_s); }},
@@ -190,7 +189,7 @@ const std::array kFields = {
     MapField{124, kFloat, "result_dry", "deg", "", ResultTurn_deg<1>},
     MapField{126, kFloat, "result_drz", "deg", "", ResultTurn_deg<2>},
     MapField{128, kFloat, "result_uncertainty", "mm", "radius that holds 95 % of the landings",
-             [](Source s) { return kMillimetres * Answer(s).uncertainty_m; }},
+             [](Source s) { return kMmPerMetre * Answer(s).uncertainty_m; }},
     MapField{130, kU16, "result_point", "", "id of the point, 0 for a pose from the command",
              [](Source s) -> double { return s.snapshot.result.point_id; }},
     MapField{131, kU16, "result_command", "", "code of the command",
@@ -263,7 +262,7 @@ const std::array kFields = {
              [](Source s) { return s.snapshot.reading.temp_C.value_or(0.0); }},
     MapField{340, kFloat, "reading_radius", "mm",
              "95 % radius at the tip that the steps of the joint registers cost",
-             [](Source s) { return kMillimetres * s.snapshot.reading_radius_m; }},
+             [](Source s) { return kMmPerMetre * s.snapshot.reading_radius_m; }},
     MapField{342, kFloat, "q8", "deg", "further joints", Joint<7>},
     MapField{344, kFloat, "q9", "deg", "", Joint<8>},
     MapField{346, kFloat, "q10", "deg", "", Joint<9>},
@@ -318,9 +317,9 @@ const std::array kPointFields = {
     MapField{11, kFloat, "point_ry", "deg", "", PointAngle_deg<1>},
     MapField{13, kFloat, "point_rz", "deg", "", PointAngle_deg<2>},
     MapField{15, kFloat, "point_correction", "mm", "length of the correction",
-             [](Source s) { return kMillimetres * s.point->correction.translation_B.norm(); }},
+             [](Source s) { return kMmPerMetre * s.point->correction.translation_B.norm(); }},
     MapField{17, kFloat, "point_uncertainty", "mm", "radius that holds 95 % of the landings",
-             [](Source s) { return kMillimetres * s.point->correction.uncertainty_m; }},
+             [](Source s) { return kMmPerMetre * s.point->correction.uncertainty_m; }},
     MapField{19, kU16, "point_sequence", "", "counts refreshes; stands still while not valid",
              [](Source s) -> double { return s.point->sequence; }},
 };
@@ -361,7 +360,7 @@ const char* NameOf(FieldType type) {
 }
 
 std::span<const MapField> plc_map::Fields() {
-  return kFields;
+  return kMapFields;
 }
 std::span<const MapField> plc_map::PointFields() {
   return kPointFields;

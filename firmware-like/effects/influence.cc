@@ -8,8 +8,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kDegPerRad = 1 / kRadPerDeg;
-
 /// A column with one value a joint: prefix, number, suffix; and its SI value's factor to the file.
 struct JointColumn {
   std::string_view prefix, suffix;

@@ -6,5 +6,6 @@
 namespace plumbline {
 
 inline constexpr double kRadPerDeg = std::numbers::pi / 180;
+inline constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 }  // namespace plumbline

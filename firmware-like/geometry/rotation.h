@@ -12,6 +12,13 @@ enum class OrientationConvention {
   kAbc = 2,             ///< (A, B, C): R = Rz(A) Ry(B) Rx(C) (KUKA)
 };
 
+/// [v]x: [v]x a is the cross product of v and a.
+inline Mat3 CrossMatrix(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
 /// R = exp([v]x), v a rotation vector [rad]. Exact for every length, series near zero.
 Mat3 RotationFromVector(const Vec3& v);
 

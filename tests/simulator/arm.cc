@@ -4,23 +4,8 @@
 #include <cmath>
 
 namespace simulator {
-namespace {
 
 using Eigen::Vector3d;
-
-Vector3d TurnedAbout(const Vector3d& axis, double angle_rad, const Vector3d& v) {
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
-  return v * c + axis.cross(v) * s + axis * axis.dot(v) * (1.0 - c);
-}
-
-Vector3d Turned(const Vector3d& rotation_rad, const Vector3d& v) {
-  const double angle = rotation_rad.norm();
-  return angle == 0.0 ? v : TurnedAbout(rotation_rad / angle, angle, v);
-}
-
-double Sign(double value) {
-  return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
-}
 
 /// A frame that walks along the arm: it turns and moves along its own axes.
 struct Walker {
@@ -41,6 +26,22 @@ struct Walker {
   Vector3d Point(const Vector3d& p) const { return at + p.x() * x + p.y() * y + p.z() * z; }
   Vector3d Into(const Vector3d& v) const { return {x.dot(v), y.dot(v), z.dot(v)}; }
 };
+
+namespace {
+
+Vector3d TurnedAbout(const Vector3d& axis, double angle_rad, const Vector3d& v) {
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+  return v * c + axis.cross(v) * s + axis * axis.dot(v) * (1.0 - c);
+}
+
+Vector3d Turned(const Vector3d& rotation_rad, const Vector3d& v) {
+  const double angle = rotation_rad.norm();
+  return angle == 0.0 ? v : TurnedAbout(rotation_rad / angle, angle, v);
+}
+
+double Sign(double value) {
+  return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
+}
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll), a column of it.
 Vector3d RollPitchYaw(const Vector3d& rpy, const Vector3d& v) {

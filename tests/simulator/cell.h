@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace simulator {
+
+inline constexpr double kDeg = std::numbers::pi / 180.0;
 
 /// One row of the Denavit-Hartenberg table with the link that it carries.
 struct Joint {

@@ -2,15 +2,12 @@
 #include <toml++/toml.h>
 
 #include <fstream>
-#include <numbers>
 #include <stdexcept>
 
 #include "tests/simulator/cell.h"
 
 namespace simulator {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 double Number(const toml::table& table, const std::string& key) {
   if (const auto value = table[key].value<double>()) return *value;

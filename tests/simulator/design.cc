@@ -3,18 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace simulator {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kDuration_s = 5400.0;
-
-double Uniform(Generator& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
 
 double Normal(Generator& random) {
   return std::normal_distribution<double>()(random);

@@ -22,6 +22,10 @@ struct Design {
 
 using Generator = std::mt19937_64;
 
+inline double Uniform(Generator& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
 struct Tables {
   Table measured;  ///< xyz still to be filled
   Table tests;

@@ -1,13 +1,10 @@
 #include "tests/simulator/effect.h"
 
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <stdexcept>
 
 namespace simulator {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 double Value(const Effect& effect, const std::string& name) {
   for (const Parameter& parameter : effect.parameters) {

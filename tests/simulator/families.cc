@@ -11,10 +11,6 @@
 namespace simulator {
 namespace {
 
-double Uniform(Generator& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
-
 int Integer(Generator& random, int low, int high) {
   return std::uniform_int_distribution<int>(low, high)(random);
 }

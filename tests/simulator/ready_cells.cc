@@ -7,16 +7,14 @@
 namespace simulator {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180.0;
-
-struct Row {
+struct ReadyRow {
   double a_mm, alpha_deg, d_mm, offset_deg, sign, min_deg, max_deg, mass_kg;
   Eigen::Vector3d com_mm;
   double compliance;
 };
 
-void AddJoints(Cell& cell, const std::vector<Row>& rows) {
-  for (const Row& row : rows) {
+void AddJoints(Cell& cell, const std::vector<ReadyRow>& rows) {
+  for (const ReadyRow& row : rows) {
     Joint joint;
     joint.a_m = row.a_mm * 1e-3;
     joint.alpha_rad = row.alpha_deg * kDeg;

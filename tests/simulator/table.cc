@@ -6,14 +6,11 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
 namespace simulator {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 std::vector<std::string> Split(const std::string& line) {
   std::vector<std::string> cells;

@@ -1,0 +1,14 @@
+// Why a call of the operating system failed.
+#pragma once
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+namespace plumbline::modbus {
+
+inline std::string ErrnoText() {
+  return std::generic_category().message(errno);
+}
+
+}  // namespace plumbline::modbus
