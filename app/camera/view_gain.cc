@@ -57,7 +57,7 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
   std::vector<Vec2> pixels;
   std::vector<double> by_shared(static_cast<std::size_t>(2 * n * kSharedCount));
   std::vector<double> by_pose(static_cast<std::size_t>(2 * n * 6));
-  if (!BoardPixels(board, shared, X_CK.R, Vec3::Zero(), X_CK.p, 0, pixels, by_shared.data(),
+  if (!BoardPixels(board, shared, X_CK.R, Vec3::Zero(), X_CK.p, pixels, by_shared.data(),
                    by_pose.data())) {
     return std::nullopt;
   }

@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/standstill.h"
 #include "firmware-like/median.h"
 
 namespace plumbline {
 namespace {
 
 constexpr std::size_t kLeastViews = 6;
-// Chances to refuse a capture without fault: 5e-4 for each of three tests, where 5 % may be
-// refused.
-constexpr double kCreepDeviations = 3.5;
-constexpr double kHalvesDisagree = 29.7;  // chi^2 of 9 degrees of freedom
+// Of views without any change, for each of three kinds of change. 5 % may be refused in all; at
+// this level one simulated capture in a hundred was.
+constexpr double kChanceOfChange = 1e-2;
+constexpr double kAlsoExplains = 1.0 / 3;  // of the likeliest change's chi^2: named as well
 constexpr double kLeastCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kLeastTilt_rad = 0.15;  // spread of the board's normals
@@ -22,7 +23,6 @@ constexpr double kFarEnough = 0.9;       // of the way to the image's corner; fo
 constexpr double kBlurred = 2.5;         // times the middle width of the edges
 constexpr double kMisfit = 3;            // times the middle RMS of the views
 constexpr double kUnevenBoard = 0.4;     // share of a view's variance that all views share
-constexpr std::size_t kLeastOfHalf = 4;
 
 /// Takes the views out that are far more blurred than the others.
 std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<RefusedFrame>& refused) {
@@ -135,50 +135,49 @@ double LargestBow(const Vec3& bow, const Board& board) {
   return highest - lowest;
 }
 
-/// @param widening  of the covariance, for what all views share
-void JudgeStandstill(const LensFit& fit, double widening, std::vector<std::string>& reasons) {
-  const double creep = fit.shared[kCreep];
-  if (std::abs(creep) < kCreepDeviations * std::sqrt(widening * fit.covariance(kCreep, kCreep)))
-    return;
-  reasons.push_back(fmt::format(
-      "the lens moved while the frames were taken: the focal length changed by {:.2f} % "
-      "from the first to the last; let the zoom come to rest, then take them anew",
-      100 * creep));
+/// "the focal length changed by 0.21 % between view 4 and view 5"
+std::string InWords(const Change& change, const LensFit& fit, std::span<const BoardView> views,
+                    const Board& board) {
+  const std::string when =
+      change.steady
+          ? "from the first to the last"
+          : fmt::format("between {} and {}", views[change.at - 1].name, views[change.at].name);
+  switch (change.of) {
+    case Change::Of::kFocalLength:
+      return fmt::format("the focal length changed by {:.2f} % {}",
+                         100 * change.by[kFx] / fit.shared[kFx], when);
+    case Change::Of::kCentre:
+      return fmt::format("the principal point moved by {:.1f} px {}",
+                         std::hypot(change.by[kCx], change.by[kCy]), when);
+    case Change::Of::kBoard:
+      break;
+  }
+  return fmt::format("the board bent by {:.2f} mm {}",
+                     1e3 * LargestBow(change.by.segment<3>(kBowX), board), when);
 }
 
-/// A jump between the halves, as one parameter of the whole fit: with two times alone, the creep is
-/// a step. It has six tenths of the deviation that a steady creep has, and sees what is too small
-/// for the halves' own lenses, which each fit anew.
-void JudgeJump(const Board& board, std::span<const BoardView> views, ImageSize size,
-               double widening, std::vector<std::string>& reasons) {
-  std::vector<BoardView> halves(views.begin(), views.end());
-  for (std::size_t j = 0; j < halves.size(); ++j) halves[j].time_s = 2 * j < halves.size() ? 0 : 1;
-  const Result<LensFit> stepped = FitLens(board, halves, size);
-  if (stepped) JudgeStandstill(*stepped, widening, reasons);
-}
-
-/// What moved in a jump between two halves need not be the focal length.
-void JudgeHalves(const Board& board, std::span<const BoardView> views, ImageSize size,
-                 double widening, std::vector<std::string>& reasons) {
-  const std::size_t half = views.size() / 2;
-  if (half < kLeastOfHalf) return;
-  LensPrior still;
-  still.creep = 1e-6;
-  const Result<LensFit> early = FitLens(board, views.first(half), size, still);
-  const Result<LensFit> late = FitLens(board, views.last(views.size() - half), size, still);
-  if (!early || !late) return;
-  const auto change = (late->shared - early->shared).head<kLensCount>();
-  const LensMatrix covariance =
-      widening * (early->covariance + late->covariance).topLeftCorner<9, 9>();
-  const double chi2 = change.dot(covariance.ldlt().solve(change));
-  if (chi2 < kHalvesDisagree) return;
-  reasons.push_back(fmt::format(
-      "the first and the second half of the frames give different lenses (f {:.1f} and {:.1f} px, "
-      "chi^2 {:.0f} of 9) and differ by {:.2f} mm in the board's shape: the lens moved, or the "
-      "board "
-      "bent; fix the board to a stiff plate, and take the frames anew",
-      early->shared[kFx], late->shared[kFx], chi2,
-      1e3 * LargestBow((late->shared - early->shared).segment<3>(kBowX), board)));
+/// A change of lens or board refuses the answer; one that cannot be told widens its covariance.
+void JudgeStandstill(const LensFit& fit, std::span<const BoardView> views, double widening,
+                     LensCalibration& answer) {
+  Standstill standstill = StandstillOf(fit, views, widening);
+  answer.covariance += standstill.doubt;
+  auto& changes = standstill.changes;
+  std::sort(changes.begin(), changes.end(),
+            [](const Change& a, const Change& b) { return a.chi2 > b.chi2; });
+  std::string words;
+  bool lens_moved = false;
+  for (const Change& change : changes) {
+    if (change.chance > kChanceOfChange || change.chi2 < kAlsoExplains * changes[0].chi2) continue;
+    if (!words.empty()) words += ", or ";
+    words += InWords(change, fit, views, answer.board);
+    lens_moved |= change.of != Change::Of::kBoard;
+  }
+  if (words.empty()) return;
+  answer.reasons.push_back(
+      fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, fasten "
+                  "camera, lens "
+                  "and board, then take them anew",
+                  lens_moved ? "lens" : "board", words));
 }
 
 void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
@@ -245,9 +244,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   const double widening =
       std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
   answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  JudgeStandstill(*fit, widening, answer.reasons);
-  JudgeHalves(board, kept, size, widening, answer.reasons);
-  if (answer.reasons.empty()) JudgeJump(board, kept, size, widening, answer.reasons);
+  JudgeStandstill(*fit, kept, widening, answer);
   std::size_t mendable = answer.reasons.size();
   JudgeUncertainty(*fit, kept, options, answer);
   mendable = answer.reasons.size() - mendable;

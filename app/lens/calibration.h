@@ -40,9 +40,9 @@ struct LensCalibration {
 };
 
 /// Fits, and accepts by what a small RMS does not tell: the projection uncertainty over the image,
-/// a focal length that stood still from the first view to the last, two halves in time that agree
-/// within their uncertainty, a board that is bent no further than its model, corners all over the
-/// image. Errors that all views share (an uneven print) widen the covariance.
+/// a lens and a board that stood still from the first view to the last, a board that is bent no
+/// further than its model, corners all over the image. Errors that all views share (an uneven
+/// print) widen the covariance, and so does what may have moved too little to be told.
 /// @param views  in order of time
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                               const CalibrationOptions& options = {});

@@ -10,13 +10,10 @@ constexpr int kRimPoints = 24;
 
 }  // namespace
 
-std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK,
-                              double when) {
+std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK) {
   std::vector<Vec2> offsets(static_cast<std::size_t>(board.corners()), Vec2::Zero());
   if (!board.circles()) return offsets;
-  Lens lens = LensOfShared(shared);
-  lens.fx *= 1 + shared[kCreep] * when;
-  lens.fy *= 1 + shared[kCreep] * when;
+  const Lens lens = LensOfShared(shared);
   const double step = 2 * std::numbers::pi / kRimPoints;
   // A regular polygon of circumradius R has the moment R^2 (2 + cos(step)) / 6 where a disc of
   // radius r has r^2 / 2.

@@ -11,9 +11,7 @@ namespace plumbline {
 /// 1.2 px for one of 100 px. By projecting the rim through the whole lens, bow included:
 ///   c = sum (q_i + q_i+1)(q_i x q_i+1) / (3 sum q_i x q_i+1)
 /// over a polygon of the disc's second moment.
-/// @param when  as in BoardPixels
-/// @return      zeros where the board has no discs or is not in front of the camera
-std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK,
-                              double when);
+/// @return  zeros where the board has no discs or is not in front of the camera
+std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK);
 
 }  // namespace plumbline

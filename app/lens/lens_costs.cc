@@ -25,8 +25,8 @@ bool ViewCost::Evaluate(double const* const* parameters, double* residuals,
   std::vector<Vec2> pixels;
   std::vector<double> by_shared(derive ? corners * 2 * kSharedCount : 0);
   std::vector<double> by_pose(derive ? corners * 12 : 0);
-  if (!BoardPixels(board_, shared, placed_.R_start, pose.head<3>(), pose.tail<3>(), placed_.when,
-                   pixels, derive ? by_shared.data() : nullptr, by_pose.data()))
+  if (!BoardPixels(board_, shared, placed_.R_start, pose.head<3>(), pose.tail<3>(), pixels,
+                   derive ? by_shared.data() : nullptr, by_pose.data()))
     return false;
   std::size_t row = 0;
   const double scale = 1 / sigma_px_;
@@ -59,7 +59,6 @@ SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSi
   sd[kK3] = prior.radial[2] / std::pow(r, 6);
   sd[kP1] = sd[kP2] = prior.tangential / (3 * r);
   sd[kBowX] = sd[kBowY] = sd[kBowXY] = 2 * half_m * prior.bow / (half_m * half_m);
-  sd[kCreep] = prior.creep;
   return sd;
 }
 

@@ -12,7 +12,6 @@ namespace plumbline {
 /// One view's place in the fit.
 struct PlacedView {
   const BoardView* view = nullptr;
-  double when = 0;  ///< -1/2 .. 1/2
   Mat3 R_start = Mat3::Identity();
   Vec6 pose = Vec6::Zero();  ///< rotation vector after R_start, then p_CK
   std::vector<bool> used;

@@ -29,10 +29,8 @@ class Adjustment {
   Adjustment(const Board& board, std::span<const BoardView> views, ImageSize size,
              const LensPrior& prior)
       : board_(board), size_(size), prior_(prior), placed_(views.size()) {
-    const double first = views.front().time_s, span = views.back().time_s - first;
     for (std::size_t j = 0; j < views.size(); ++j) {
       placed_[j].view = &views[j];
-      placed_[j].when = span > 0 ? (views[j].time_s - first) / span - 0.5 : 0;
       placed_[j].used = views[j].seen;
       placed_[j].offsets.assign(views[j].seen.size(), Vec2::Zero());
     }
@@ -92,9 +90,8 @@ class Adjustment {
     std::vector<std::vector<Vec2>> all;
     for (const PlacedView& placed : placed_) {
       std::vector<Vec2> pixels;
-      const bool in_front =
-          BoardPixels(board_, shared_, placed.R_start, placed.pose.head<3>(), placed.pose.tail<3>(),
-                      placed.when, pixels, nullptr, nullptr);
+      const bool in_front = BoardPixels(board_, shared_, placed.R_start, placed.pose.head<3>(),
+                                        placed.pose.tail<3>(), pixels, nullptr, nullptr);
       std::vector<Vec2> residuals(placed.view->seen.size(), Vec2::Zero());
       for (std::size_t k = 0; k < residuals.size(); ++k) {
         if (!placed.view->seen[k]) continue;
@@ -108,8 +105,7 @@ class Adjustment {
   /// Discs are not seen where their centres are: by how much, the lens and the poses tell.
   void PlaceDiscs() {
     if (!board_.circles()) return;
-    for (PlacedView& placed : placed_)
-      placed.offsets = DiscOffsets(board_, shared_, placed.X_CK(), placed.when);
+    for (PlacedView& placed : placed_) placed.offsets = DiscOffsets(board_, shared_, placed.X_CK());
   }
 
   /// Sets sigma from the middle of the residuals and leaves the wild corners out.
@@ -156,24 +152,29 @@ class Adjustment {
     return any;
   }
 
+  ToldByView Told(const PlacedView& placed) const {
+    ToldByView told;
+    if (CornersUsed(placed) < 6) return told;
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const ViewCost cost(board_, placed, sigma_px_);
+    const int rows = cost.num_residuals();
+    Eigen::VectorXd residuals(rows);
+    RowMajor by_shared(rows, static_cast<int>(kSharedCount)), by_pose(rows, 6);
+    const double* parameters[] = {shared_.data(), placed.pose.data()};
+    double* jacobians[] = {by_shared.data(), by_pose.data()};
+    if (!cost.Evaluate(parameters, residuals.data(), jacobians)) return told;
+    const auto C = Eigen::Matrix<double, 6, 6>(by_pose.transpose() * by_pose).ldlt();
+    const Eigen::Matrix<double, 6, kSharedCount> B = by_pose.transpose() * by_shared;
+    told.information = SharedMatrix(by_shared.transpose() * by_shared) - B.transpose() * C.solve(B);
+    told.pull = B.transpose() * C.solve(by_pose.transpose() * residuals) -
+                by_shared.transpose() * residuals;
+    return told;
+  }
+
   /// J^T J / sigma^2 of the shared parameters after the poses are eliminated, with the prior.
   SharedMatrix Information() const {
     SharedMatrix information = PriorCost(Deviations(), size_).Information();
-    for (const PlacedView& placed : placed_) {
-      if (CornersUsed(placed) < 6) continue;
-      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-      const ViewCost cost(board_, placed, sigma_px_);
-      const int rows = cost.num_residuals();
-      Eigen::VectorXd residuals(rows);
-      RowMajor by_shared(rows, static_cast<int>(kSharedCount)), by_pose(rows, 6);
-      const double* parameters[] = {shared_.data(), placed.pose.data()};
-      double* jacobians[] = {by_shared.data(), by_pose.data()};
-      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) continue;
-      const Eigen::Matrix<double, 6, 6> C = by_pose.transpose() * by_pose;
-      const Eigen::Matrix<double, 6, kSharedCount> B = by_pose.transpose() * by_shared;
-      information +=
-          SharedMatrix(by_shared.transpose() * by_shared) - B.transpose() * C.ldlt().solve(B);
-    }
+    for (const PlacedView& placed : placed_) information += Told(placed).information;
     return information;
   }
 
@@ -237,7 +238,12 @@ class Adjustment {
   LensFit Finished() const {
     LensFit fit;
     fit.shared = shared_;
-    fit.covariance = Information().inverse();
+    SharedMatrix information = PriorCost(Deviations(), size_).Information();
+    for (const PlacedView& placed : placed_) {
+      fit.told.push_back(Told(placed));
+      information += fit.told.back().information;
+    }
+    fit.covariance = information.inverse();
     fit.dropped = dropped_;
     fit.sigma_px = sigma_px_;
     fit.dispersion = Dispersion();

@@ -13,12 +13,19 @@ namespace plumbline {
 /// say nothing. Distortion is told by how far it moves the image's corner, as a share of its
 /// distance from the middle.
 struct LensPrior {
-  double centre = 0.05;                 ///< of the principal point, share of the image's width
+  double centre = 0.03;                 ///< of the principal point, share of the image's width
   double aspect = 0.01;                 ///< of fx / fy - 1
   double radial[3] = {0.3, 0.1, 0.03};  ///< of k1, k2, k3
   double tangential = 0.01;             ///< of p1 and p2
-  double bow = 0.005;   ///< of the board's corner out of its plane, share of its diagonal
-  double creep = 0.01;  ///< of the focal length between first and last view
+  double bow = 0.005;  ///< of the board's corner out of its plane, share of its diagonal
+};
+
+/// What one view tells of the shared parameters, its own pose left free: its J^T J / sigma^2 after
+/// the pose is eliminated, and where its residuals pull them. All pulls and that of the prior sum
+/// up to nothing.
+struct ToldByView {
+  SharedMatrix information = SharedMatrix::Zero();
+  SharedVector pull = SharedVector::Zero();
 };
 
 /// The fitted calibration and what it rests on.
@@ -27,6 +34,7 @@ struct LensFit {
   SharedMatrix covariance = SharedMatrix::Zero();  ///< posterior, of `shared`
   std::array<bool, kSharedCount> dropped{};        ///< held at zero: the views cannot tell it
   std::vector<Pose> X_CK;                          ///< board in the camera, of each view
+  std::vector<ToldByView> told;                    ///< by each view
   std::vector<double> view_rms_px;                 ///< a coordinate, of each view
   std::vector<std::vector<Vec2>> residuals_px;     ///< seen minus predicted; zero where not seen
   std::vector<std::vector<bool>> used;             ///< corners of each view that took part
@@ -44,7 +52,7 @@ struct LensFit {
 /// each round anew; the offsets hardly depend on what they change). The covariance is that of the
 /// posterior: the inverse of J^T J / sigma^2 + prior after the poses are eliminated, sigma from the
 /// residuals.
-/// @param views  at least 3; times in ascending order
+/// @param views  at least 3
 /// @return       or why it has no answer
 Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                         const LensPrior& prior = {});

@@ -39,12 +39,9 @@ SharedVector SharedOfLens(const Lens& lens) {
 }
 
 bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_start,
-                 const Vec3& turn, const Vec3& p_CK, double when, std::vector<Vec2>& pixels,
-                 double* d_shared, double* d_pose) {
-  Lens lens = LensOfShared(shared);
-  const double growth = 1 + shared[kCreep] * when;
-  lens.fx *= growth;
-  lens.fy *= growth;
+                 const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
+                 double* d_pose) {
+  const Lens lens = LensOfShared(shared);
   const Mat3 R = R_start * Exponential(turn);
   const Mat3 J_turn = RightJacobian(turn);
   const Vec2 centre = board.Centre();
@@ -80,7 +77,6 @@ bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_s
     by_shared.col(kBowX) = by_height * (u * u);
     by_shared.col(kBowY) = by_height * (v * v);
     by_shared.col(kBowXY) = by_height * (u * v);
-    by_shared.col(kCreep) = (pixel - Vec2(lens.cx, lens.cy)) * (when / growth);
     Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_pose(d_pose + std::size_t{12} * k);
     by_pose.leftCols<3>() = -d_point * R * CrossMatrix(p_K) * J_turn;
     by_pose.rightCols<3>() = d_point;

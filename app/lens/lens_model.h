@@ -1,5 +1,4 @@
-// What a calibration estimates: the lens, the board's shape, a creeping zoom, and where the board
-// was in each view.
+// What a calibration estimates: the lens, the board's shape, and where the board was in each view.
 #pragma once
 
 #include <vector>
@@ -23,7 +22,6 @@ enum Shared : int {
   kBowX,
   kBowY,
   kBowXY,  ///< board: z = bow_x x^2 + bow_y y^2 + bow_xy x y about its centre [1/m]
-  kCreep,  ///< share by which f grows from the first view to the last
   kSharedCount
 };
 inline constexpr int kLensCount = 9;
@@ -41,15 +39,14 @@ SharedVector SharedOfLens(const Lens& lens);
 
 /// Pixels of the board's corners in one view:
 ///   p_K = (x, y, bow_x u^2 + bow_y v^2 + bow_xy u v),  (u, v) = (x, y) - centre
-///   pixel = Project(lens with f (1 + creep * when), X_CK p_K)
+///   pixel = Project(lens, X_CK p_K)
 /// and, where asked for, their derivatives.
 /// @param turn    rotation vector w of X_CK.R = R_start exp(w)
-/// @param when    place of the view in time, -1/2 first .. 1/2 last
 /// @param d_shared  shape (2 n, kSharedCount) row-major, or null
 /// @param d_pose    shape (2 n, 6) row-major, of (w, p_CK), or null
 /// @return        false where a corner is not in front of the camera
 bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_start,
-                 const Vec3& turn, const Vec3& p_CK, double when, std::vector<Vec2>& pixels,
-                 double* d_shared, double* d_pose);
+                 const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
+                 double* d_pose);
 
 }  // namespace plumbline

@@ -33,7 +33,7 @@ std::vector<Vec2> TruePoints(const DrawnView& view, const Board& board) {
   SharedVector shared = SharedOfLens(TrueLens(view.camera));
   std::vector<Vec2> points = TrueCorners(view, board);
   const Pose X_CK{view.sheet.X_CK.linear(), view.sheet.X_CK.translation()};
-  const std::vector<Vec2> offsets = DiscOffsets(board, shared, X_CK, 0);
+  const std::vector<Vec2> offsets = DiscOffsets(board, shared, X_CK);
   for (std::size_t k = 0; k < points.size(); ++k) points[k] += offsets[k];
   return points;
 }
@@ -247,7 +247,7 @@ TEST_CASE("discs are placed where a tilted one is seen") {
   const Lens lens{1500, 1510, 900, 500};
   const Pose X_CK{Eigen::AngleAxisd(0.7, Vec3(0.6, -0.8, 0)).toRotationMatrix(),
                   Vec3(-0.05, -0.1, 0.8)};
-  const auto offsets = DiscOffsets(board, SharedOfLens(lens), X_CK, 0);
+  const auto offsets = DiscOffsets(board, SharedOfLens(lens), X_CK);
   Mat3 K = Mat3::Identity();
   K << 1500, 0, 900, 0, 1510, 500, 0, 0, 1;
   double largest = 0;

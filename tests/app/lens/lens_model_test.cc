@@ -15,7 +15,6 @@ SharedVector SomeShared() {
   s[kBowX] = 0.8;
   s[kBowY] = -0.5;
   s[kBowXY] = 0.3;
-  s[kCreep] = 0.004;
   return s;
 }
 
@@ -47,10 +46,9 @@ TEST_CASE("derivatives of the board's pixels agree with finite differences") {
   const Mat3 R = Eigen::AngleAxisd(0.4, Vec3(0.5, -0.8, 0.2).normalized()).toRotationMatrix();
   const SharedVector shared = SomeShared();
   const Vec3 turn(0.05, -0.1, 0.07), p(-0.05, -0.04, 0.6);
-  const double when = 0.3;
   std::vector<Vec2> pixels, moved;
   std::vector<double> by_shared(40 * kSharedCount), by_pose(40 * 6);
-  REQUIRE(BoardPixels(board, shared, R, turn, p, when, pixels, by_shared.data(), by_pose.data()));
+  REQUIRE(BoardPixels(board, shared, R, turn, p, pixels, by_shared.data(), by_pose.data()));
   const auto check = [&](int column, int columns, const std::vector<double>& derivative,
                          double step, const auto& at) {
     std::vector<Vec2> plus, minus;
@@ -70,7 +68,7 @@ TEST_CASE("derivatives of the board's pixels agree with finite differences") {
     check(c, kSharedCount, by_shared, step, [&](double by, std::vector<Vec2>& out) {
       SharedVector other = shared;
       other[c] += by;
-      return BoardPixels(board, other, R, turn, p, when, out, nullptr, nullptr);
+      return BoardPixels(board, other, R, turn, p, out, nullptr, nullptr);
     });
   }
   for (int c = 0; c < 6; ++c) {
@@ -78,14 +76,14 @@ TEST_CASE("derivatives of the board's pixels agree with finite differences") {
     check(c, 6, by_pose, 1e-6, [&](double by, std::vector<Vec2>& out) {
       Vec3 w = turn, t = p;
       (c < 3 ? w[c] : t[c - 3]) += by;
-      return BoardPixels(board, shared, R, w, t, when, out, nullptr, nullptr);
+      return BoardPixels(board, shared, R, w, t, out, nullptr, nullptr);
     });
   }
 }
 
 TEST_CASE("a board behind the camera has no pixels") {
   std::vector<Vec2> pixels;
-  CHECK_FALSE(BoardPixels(Board{}, SomeShared(), Mat3::Identity(), Vec3::Zero(), Vec3(0, 0, -1), 0,
+  CHECK_FALSE(BoardPixels(Board{}, SomeShared(), Mat3::Identity(), Vec3::Zero(), Vec3(0, 0, -1),
                           pixels, nullptr, nullptr));
 }
 

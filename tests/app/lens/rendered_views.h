@@ -15,9 +15,11 @@ struct Capture {
   enum class Kind { kVaried, kBurst, kSame } kind = Kind::kVaried;
   double f = 1700;
   int views = 20;
-  double bow = 0;    ///< curvature of the board [1/m], at most, along each axis
-  double creep = 0;  ///< share by which f grows from the first to the last view
-  double step = 0;   ///< share by which f jumps in the middle
+  double bow = 0;        ///< curvature of the board [1/m], at most, along each axis
+  double creep = 0;      ///< share by which f grows from the first to the last view
+  double step = 0;       ///< share by which f jumps
+  double step_at = 0.5;  ///< share of the views before that
+  double shift_px = 0;   ///< of the principal point, likewise
 };
 
 /// A board as the renderer draws it, where the camera saw it.
@@ -112,9 +114,11 @@ inline std::vector<DrawnView> DrawViews(const Capture& capture, const Board& boa
     }
     X = X * Eigen::Translation3d(-centre.x(), -centre.y(), 0);
     DrawnView view{lens, {}};
-    const double grown = 1 + capture.creep * when + (when > 0 ? capture.step : 0);
+    const bool after = when > capture.step_at - 0.5;
+    const double grown = 1 + capture.creep * when + (after ? capture.step : 0);
     view.camera.fx *= grown;
     view.camera.fy *= grown;
+    if (after) view.camera.cx += capture.shift_px;
     view.sheet.print = print;
     view.sheet.X_CK = X;
     view.sheet.centre_x_m = centre.x();
