@@ -1,18 +1,21 @@
 // Any bytes as a mesh file of any format: the reading process may die, its caller gets a checked
-// mesh, a reason, or nothing. Each input is parsed in a process of its own, forked from this one,
-// because Coin and Assimp do crash; what is tested is that nothing of that comes out.
+// mesh, a reason, or nothing. Inputs are parsed in a process of its own, forked from this one and
+// again whenever it died, because Coin and Assimp do crash; what is tested is that nothing of that
+// comes out.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <vector>
 
 #include "app/scene/mesh_parser.h"
@@ -23,50 +26,103 @@ namespace {
 using namespace plumbline;
 
 constexpr MeshLimits kLimits{.triangles = 20'000};
-constexpr int kPatience_ms = 2000;  ///< some inputs keep Assimp busy for ever
+constexpr int kPatience_ms = 5000;
+constexpr suseconds_t kComputing_us = 50'000;  ///< some inputs keep Assimp busy for ever
+constexpr int kMostInputs = 300;                ///< of one process: it leaks
 
-[[noreturn]] void ParseInChild(MeshFormat format, std::span<const std::uint8_t> bytes, int answer) {
+bool Put(int to, const void* data, std::size_t size) {
+  const auto* bytes = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t wrote = send(to, bytes, size, MSG_NOSIGNAL);
+    if (wrote <= 0) return false;
+    bytes += wrote;
+    size -= static_cast<std::size_t>(wrote);
+  }
+  return true;
+}
+
+bool Take(int from, void* data, std::size_t size) {
+  auto* bytes = static_cast<char*>(data);
+  while (size > 0) {
+    pollfd readable{from, POLLIN, 0};
+    if (poll(&readable, 1, kPatience_ms) <= 0) return false;
+    const ssize_t got = read(from, bytes, size);
+    if (got <= 0) return false;
+    bytes += got;
+    size -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+[[noreturn]] void ServeInChild(int link) {
   // Not the sanitizer's report: a crash of these libraries is expected, and slow to tell.
-  for (const int crash : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL}) signal(crash, SIG_DFL);
-  const int nothing = open("/dev/null", O_WRONLY);
-  dup2(nothing, STDERR_FILENO);
-  const rlimit cpu{1, 1}, none{0, 0};
-  setrlimit(RLIMIT_CPU, &cpu);
-  setrlimit(RLIMIT_CORE, &none);
-  const std::vector<std::uint8_t> told =
-      BytesOfMeshAnswer(ParseMesh(format, bytes, kLimits.triangles));
-  for (std::size_t done = 0; done < told.size();) {
-    const ssize_t wrote = write(answer, told.data() + done, told.size() - done);
-    if (wrote <= 0) break;
-    done += static_cast<std::size_t>(wrote);
+  for (const int end : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPROF, SIGALRM}) {
+    signal(end, SIG_DFL);
   }
-  _exit(0);
+  dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  for (;;) {
+    std::array<std::uint32_t, 2> about{};
+    std::vector<std::uint8_t> bytes;
+    pollfd readable{link, POLLIN, 0};
+    poll(&readable, 1, -1);
+    if (!Take(link, about.data(), sizeof about)) _exit(0);
+    bytes.resize(about[1]);
+    if (!Take(link, bytes.data(), bytes.size())) _exit(0);
+    const itimerval computing{{0, 0}, {0, kComputing_us}};
+    setitimer(ITIMER_PROF, &computing, nullptr);
+    const auto told =
+        BytesOfMeshAnswer(ParseMesh(static_cast<MeshFormat>(about[0]), bytes, kLimits.triangles));
+    const std::uint64_t size = told.size();
+    if (!Put(link, &size, sizeof size) || !Put(link, told.data(), told.size())) _exit(0);
+  }
 }
 
-std::vector<std::uint8_t> AnswerFor(MeshFormat format, std::span<const std::uint8_t> bytes) {
-  std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) std::abort();
-  const pid_t pid = fork();
-  if (pid < 0) std::abort();
-  if (pid == 0) ParseInChild(format, bytes, ends[1]);
-  close(ends[1]);
-  std::vector<std::uint8_t> answer;
-  std::array<std::uint8_t, 65536> piece{};
-  for (;;) {
-    pollfd readable{ends[0], POLLIN, 0};
-    const int ready = poll(&readable, 1, kPatience_ms);
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) break;
-    const ssize_t got = read(ends[0], piece.data(), piece.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    answer.insert(answer.end(), piece.begin(), piece.begin() + got);
+/// The process that parses, and its replacement.
+class Reader {
+ public:
+  /// Nothing where it died or said nothing.
+  std::vector<std::uint8_t> Ask(MeshFormat format, std::span<const std::uint8_t> bytes) {
+    if (pid_ < 0) Start();
+    const std::array<std::uint32_t, 2> about{static_cast<std::uint32_t>(format),
+                                             static_cast<std::uint32_t>(bytes.size())};
+    std::uint64_t size = 0;
+    std::vector<std::uint8_t> answer;
+    bool good = Put(link_, about.data(), sizeof about) && Put(link_, bytes.data(), bytes.size()) &&
+                Take(link_, &size, sizeof size) && size <= LargestMeshAnswer(kLimits);
+    if (good) {
+      answer.resize(size);
+      good = Take(link_, answer.data(), size);
+    }
+    if (!good || ++inputs_ >= kMostInputs) End();
+    return good ? answer : std::vector<std::uint8_t>();
   }
-  close(ends[0]);
-  kill(pid, SIGKILL);
-  waitpid(pid, nullptr, 0);
-  return answer;
-}
+
+ private:
+  void Start() {
+    std::array<int, 2> ends{};
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0) std::abort();
+    pid_ = fork();
+    if (pid_ < 0) std::abort();
+    if (pid_ == 0) {
+      close(ends[0]);
+      ServeInChild(ends[1]);
+    }
+    close(ends[1]);
+    link_ = ends[0];
+    inputs_ = 0;
+  }
+  void End() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    close(link_);
+    pid_ = -1;
+  }
+
+  pid_t pid_ = -1;
+  int link_ = -1, inputs_ = 0;
+};
 
 }  // namespace
 
@@ -81,7 +137,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(data + 1, size - 1);
   AnnouncedTriangles(format, bytes);  // here too, where the fuzzer sees which way they go
   IsTruncated(format, bytes);
-  const auto answer = MeshAnswerOfBytes(AnswerFor(format, bytes), kLimits);
+  static Reader reader;
+  const auto answer = MeshAnswerOfBytes(reader.Ask(format, bytes), kLimits);
   if (!answer || !*answer) return 0;
   RawMesh raw = answer->value();
   const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);
