@@ -52,9 +52,11 @@ Lens FittingLens(ImageSize image, const Lens& pinhole, ImageSize picture) {
 
 double LargestRadiusSquared(const Lens& lens) {
   constexpr double kMost = 100, kStep = 1.002;
-  for (double r2 = 1e-3; r2 < kMost; r2 *= kStep) {
+  double r2 = 1e-3;
+  while (r2 < kMost) {
     // d (r c(r)) / dr = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6
     if (1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) <= 0) return r2 / kStep;
+    r2 *= kStep;
   }
   return kMost;
 }

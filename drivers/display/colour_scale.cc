@@ -31,7 +31,8 @@ Colour StressColour(double share) {
   const double lightness = 0.30 + 0.63 * t;
   const double hue = (285 - 180 * t) * std::numbers::pi / 180;
   Vec3 linear = Vec3::Zero();
-  for (double chroma = 0.13; chroma > 0; chroma -= 0.002) {
+  for (int step = 65; step > 0; --step) {
+    const double chroma = 0.002 * step;
     linear = LinearOfOklab(lightness, chroma * std::cos(hue), chroma * std::sin(hue));
     if (linear.minCoeff() >= 0 && linear.maxCoeff() <= 1) break;
   }

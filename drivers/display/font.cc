@@ -59,7 +59,8 @@ std::optional<Glyph> Font::Rasterise(char32_t letter, int size_px) {
   glyph.width = static_cast<int>(bitmap.width);
   glyph.height = static_cast<int>(bitmap.rows);
   for (unsigned row = 0; row < bitmap.rows; ++row) {
-    const std::uint8_t* from = bitmap.buffer + row * static_cast<unsigned>(bitmap.pitch);
+    const std::uint8_t* from =
+        bitmap.buffer + std::size_t{row} * static_cast<unsigned>(bitmap.pitch);
     glyph.coverage.insert(glyph.coverage.end(), from, from + bitmap.width);
   }
   return glyph;

@@ -64,7 +64,7 @@ std::string FramebufferDisplay::Open() {
     const char* hint = errno == EACCES ? "; the user must be in the group video" : "";
     return fmt::format("cannot be opened: {}{}", std::strerror(errno), hint);
   }
-  if (const std::string why = ReadMode(mode_); !why.empty()) return why;
+  if (std::string why = ReadMode(mode_); !why.empty()) return why;
   void* memory = mmap(nullptr, mode_.memory_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
   if (memory == MAP_FAILED) return fmt::format("cannot be mapped: {}", std::strerror(errno));
   memory_ = static_cast<std::uint8_t*>(memory);

@@ -97,7 +97,7 @@ std::string GlContext::TryDisplay(void* display) {
   }
   if (context == EGL_NO_CONTEXT) return EglProblem("no OpenGL ES 3 context");
   if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) == EGL_FALSE) {
-    const std::string problem = EglProblem("the context cannot be used");
+    std::string problem = EglProblem("the context cannot be used");
     eglDestroyContext(display, context);
     return problem;
   }

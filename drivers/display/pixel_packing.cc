@@ -42,10 +42,10 @@ void PackRows8888(const PictureView& picture, const PixelLayout& layout, std::ui
     std::uint8_t* to = memory + static_cast<std::size_t>(v) * layout.stride;
     for (int u = 0; u < layout.size.width; ++u) {
       std::uint32_t pixel = 0;
-      std::memcpy(&pixel, from + 4 * u, sizeof pixel);
+      std::memcpy(&pixel, from + std::ptrdiff_t{4} * u, sizeof pixel);
       const std::uint32_t word =
           (pixel & 0xFFU) << red | (pixel >> 8U & 0xFFU) << green | (pixel >> 16U & 0xFFU) << blue;
-      std::memcpy(to + 4 * u, &word, sizeof word);
+      std::memcpy(to + std::ptrdiff_t{4} * u, &word, sizeof word);
     }
   }
 }

@@ -119,7 +119,8 @@ TEST_CASE("stations stand as the beam's sections do, and points between them to 
         if (i > 0) CHECK(field.StationZ(i) > field.StationZ(i - 1));
       }
       double worst_m = 0;
-      for (double z = 0; z < length_m; z += length_m / 1234) {
+      for (int k = 0; k < 1234; ++k) {
+        const double z = length_m * k / 1234;
         const SectionState section = beam.At(z);
         for (const Vec3& beside : {Vec3(0.4, 0, 0), Vec3(0, 0.4, 0), Vec3(-0.3, 0.3, 0)}) {
           const Vec3 p = beside + Vec3(0, 0, z);
