@@ -35,7 +35,8 @@ struct Files {
       const auto shot = renderer::Render(camera, {sheet}, {}, 7 + static_cast<std::uint64_t>(k));
       renderer::WritePgm(Path("frames/" + std::to_string(k) + ".pgm"), shot);
     }
-    renderer::WritePgm(Path("frames/9.pgm"), {640, 480, std::vector<std::uint8_t>(640 * 480, 'x')});
+    renderer::WritePgm(Path("frames/9.pgm"),
+                       {640, 480, std::vector<std::uint8_t>(std::size_t{640} * 480, 'x')});
   }
   std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
   std::string Content(const std::string& name) const {
