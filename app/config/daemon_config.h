@@ -8,6 +8,7 @@
 
 #include "app/config/camera_config.h"
 #include "app/config/loop_config.h"
+#include "app/config/overlay_config.h"
 #include "drivers/modbus/rtu_slave.h"
 #include "drivers/modbus/tcp_server.h"
 #include "drivers/plc/register_map.h"
@@ -36,6 +37,7 @@ struct DaemonConfig {
   PlcConfig plc;
   LoopConfig loop;
   std::optional<CameraConfig> camera;  ///< changed by a restart only
+  OverlayConfig overlay;               ///< of plumbline-view; the daemon only checks it
   /// Corrected points written into the controller's registers, in the order of the profile's
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;

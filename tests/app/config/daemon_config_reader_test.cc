@@ -553,6 +553,15 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
   CHECK(zoom.zoom_band_counts == ZoomSupervisionSettings{}.zoom_band_counts);
   CHECK(config->camera->zoom.period_s == Approx(kZoomPeriod_s));
   CHECK(config->camera->tags.place_sd_m == Approx(TagsConfig{}.place_sd_m));
+  const OverlayConfig& overlay = defaults.overlay;
+  CHECK(config->overlay.display == overlay.display);
+  CHECK(config->overlay.background == overlay.background);
+  CHECK(config->overlay.exaggeration == overlay.exaggeration);
+  CHECK(config->overlay.nominal == overlay.nominal);
+  CHECK(config->overlay.stress == overlay.stress);
+  CHECK(config->overlay.stress_full_Pa == Approx(overlay.stress_full_Pa));
+  CHECK(config->overlay.near_m == Approx(overlay.near_m));
+  CHECK(config->overlay.http_listen == overlay.http_listen);
   CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
   CHECK(config->state_directory == defaults.state_directory);
 }
