@@ -53,10 +53,6 @@ void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
 
 }  // namespace
 
-std::string ViewSocketOf(const std::string& state_directory) {
-  return state_directory + "/view.socket";
-}
-
 ViewSide::ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link)
     : publisher_(std::move(publisher)), link_(link) {}
 

@@ -12,9 +12,6 @@
 
 namespace plumbline {
 
-/// Where viewers of a daemon find it.
-std::string ViewSocketOf(const std::string& state_directory);
-
 /// Sends a state with every image, and without images a few times a second. Where nobody looks it
 /// does nothing but look whether somebody does. The cycle knows nothing of it: what it shows it
 /// takes from the mailboxes.

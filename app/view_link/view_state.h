@@ -13,6 +13,11 @@
 
 namespace plumbline {
 
+/// Where viewers of a daemon find it.
+inline std::string ViewSocketOf(const std::string& state_directory) {
+  return state_directory + "/view.socket";
+}
+
 /// The image that goes with a state; its pixels lie in shared memory.
 struct ViewImage {
   int slot = 0;             ///< of the shared memory

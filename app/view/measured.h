@@ -1,0 +1,43 @@
+// What was found between the virtual objects, and between them and the cell's model.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/scene/interference.h"
+#include "firmware-like/scene/interference_watch.h"
+
+namespace plumbline {
+
+struct MeasuredPair {
+  std::string a, b;
+  Nearness state = Nearness::kApart;
+  std::optional<Separation> separation;  ///< nothing: one of them is not placed or not loaded
+};
+
+struct MeasuredDistance {
+  std::string name;
+  std::optional<double> distance_m;
+  Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
+};
+
+struct MeasuredSweep {
+  std::string name;
+  std::optional<SweepResult> result;
+  std::string other;  ///< what is hit, or came nearest
+};
+
+/// All of one moment, in the deflected state.
+struct Measured {
+  double time_s = 0;  ///< monotonic, of the state that it is about
+  double took_s = 0;
+  std::vector<MeasuredPair> pairs;
+  std::vector<MeasuredDistance> distances;
+  std::vector<MeasuredSweep> sweeps;
+};
+
+/// Older results are told as not known.
+inline constexpr double kMeasuredFresh_s = 1.0;
+
+}  // namespace plumbline

@@ -1,0 +1,288 @@
+#include "app/view/overlay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace plumbline {
+namespace {
+
+constexpr Colour kAxis{1.0F, 0.85F, 0.2F, 1}, kTaught{1, 1, 1, 1}, kMissed{1.0F, 0.35F, 0.3F, 1},
+    kHit{0.3F, 1.0F, 0.45F, 1}, kNearColour{1.0F, 0.75F, 0.1F, 1};
+constexpr float kNominalOpacity = 0.35F;
+constexpr double kBesideShare = 0.2;  ///< of the image area's width
+constexpr int kCircleCorners = 48;
+
+class OverlayBuilder {
+ public:
+  OverlayBuilder(const OverlayInput& input, const PictureLayout& layout, DisplayList& list,
+                 std::vector<Label>& labels)
+      : state_(*input.facts.state),
+        carriers_(*input.facts.carriers),
+        facts_(input.facts),
+        config_(input.config),
+        meshes_(input.meshes),
+        pixels_(input.pixels),
+        layout_(layout),
+        list_(list),
+        labels_(labels) {}
+
+  void Build() {
+    AddBackground();
+    list_.exaggeration = config_.exaggeration;
+    list_.stress_full_Pa = config_.stress_full_Pa;
+    if (carriers_.tool) list_.bend = carriers_.tool->bend;
+    if (!seen()) return;
+    if (facts_.table != nullptr) {
+      AddObjects(*facts_.table);
+      AddLines(*facts_.table);
+      AddClip(*facts_.table);
+    }
+    AddToolAxis();
+    AddPoints();
+    AddMeasured();
+  }
+
+ private:
+  /// Without a lens nothing can be placed in the image.
+  bool seen() const { return state_.camera.lens.has_value() && state_.camera.image.has_value(); }
+
+  void AddBackground() {
+    const auto& image = state_.camera.image;
+    const ImageSize size = image ? ImageSize{image->width, image->height} : ImageSize{1920, 1080};
+    const Lens lens = state_.camera.lens ? *state_.camera.lens : PlainLens(size);
+    list_.size = layout_.size;
+    list_.pinhole = PinholeIn(layout_.image, lens, size);
+    const bool wanted = config_.background && (facts_.table == nullptr || facts_.table->background);
+    if (!wanted || !image || pixels_ == nullptr) return;
+    list_.background.luma = {pixels_, image->width, image->height, image->width};
+    if (image->colour) list_.background.bgr = pixels_;
+    list_.background.sequence = std::bit_cast<std::uint64_t>(image->time_s);
+    list_.background.lens = lens;
+  }
+
+  std::optional<Vec2> PixelOf(const Vec3& p_C) const {
+    if (!(p_C.z() > 0.02) || !p_C.allFinite()) return std::nullopt;
+    return Project<double>(list_.pinhole, p_C);
+  }
+
+  void AddLabel(const Vec3& p_C, std::string text, const Colour& colour) {
+    if (const auto pixel = PixelOf(p_C)) {
+      labels_.push_back({static_cast<float>(pixel->x()), static_cast<float>(pixel->y()),
+                         std::move(text), colour});
+    }
+  }
+
+  /// The length that so many pixels are at a point.
+  double LengthOf(double pixels, const Vec3& p_C) const {
+    return pixels * std::max(p_C.z(), 0.02) / list_.pinhole.fx;
+  }
+
+  void AddLine(std::vector<Vec3> points_C, const Colour& colour, float width_px = 2,
+               bool dashed = false, bool in_front = true) {
+    list_.lines.push_back({std::move(points_C), colour, width_px, dashed, in_front});
+  }
+
+  void AddObjects(const ObjectTable& table) {
+    for (std::size_t k = 0; k < table.objects.size() && k < meshes_.size(); ++k) {
+      const SceneObject& object = table.objects[k];
+      const PlacedCarrier* const placed = carriers_.Find(object.on);
+      if (!object.visible || meshes_[k] == 0 || placed == nullptr) continue;
+      DrawnMesh mesh;
+      mesh.mesh = meshes_[k];
+      mesh.X_CF = placed->X_CK;
+      mesh.X_FO = object.X_KO;
+      mesh.scale = object.scale;
+      mesh.bends = object.bends;
+      mesh.occludes = object.occludes;
+      mesh.by_stress = object.bends && config_.stress && !placed->stale;
+      mesh.colour = placed->stale ? Greyed(object.colour) : object.colour;
+      list_.meshes.push_back(mesh);
+      if (object.bends) AddNominal(mesh, object.colour);
+    }
+    if (config_.nominal == OverlayConfig::Nominal::kBeside) NameBoth();
+  }
+
+  /// The flange of the arm without load, moved aside where the two shall stand beside each other.
+  std::optional<Pose> NominalInCamera() const {
+    if (!carriers_.world || !carriers_.tool) return std::nullopt;
+    Pose X_CF = carriers_.world->X_CK * carriers_.tool->X_WF_nominal;
+    if (config_.nominal == OverlayConfig::Nominal::kBeside) {
+      X_CF.p.x() -= LengthOf(kBesideShare * static_cast<double>(layout_.image.width), X_CF.p);
+    }
+    return X_CF;
+  }
+
+  void AddNominal(DrawnMesh mesh, Colour colour) {
+    if (config_.nominal == OverlayConfig::Nominal::kHidden) return;
+    const auto X_CF = NominalInCamera();
+    if (!X_CF) return;
+    mesh.X_CF = *X_CF;
+    mesh.bends = false;
+    mesh.by_stress = false;
+    colour.a *= kNominalOpacity;
+    mesh.colour = carriers_.flange && carriers_.flange->stale ? Greyed(colour) : colour;
+    list_.meshes.push_back(mesh);
+  }
+
+  void NameBoth() {
+    const auto X_CF = NominalInCamera();
+    if (!X_CF || !carriers_.flange) return;
+    AddLabel(X_CF->p, "without load", kTaught);
+    AddLabel(carriers_.flange->X_CK.p, "loaded", kTaught);
+  }
+
+  void AddLines(const ObjectTable& table) {
+    for (const SceneLine& line : table.lines) {
+      const PlacedCarrier* const placed = carriers_.Find(line.on);
+      if (!line.visible || placed == nullptr || line.points_K.empty()) continue;
+      std::vector<Vec3> points_C;
+      for (const Vec3& p_K : line.points_K) points_C.push_back(placed->X_CK * p_K);
+      const Colour colour = placed->stale ? Greyed(line.colour) : line.colour;
+      AddLabel(points_C.front(), line.name, colour);
+      AddLine(std::move(points_C), colour, line.width_px, line.dashed, false);
+    }
+  }
+
+  void AddClip(const ObjectTable& table) {
+    if (!table.clip) return;
+    const PlacedCarrier* const placed = carriers_.Find(table.clip->on);
+    if (placed == nullptr) return;
+    ClipPlane clip;
+    clip.normal_C = placed->X_CK.R * table.clip->normal_K;
+    clip.distance_m = table.clip->distance_m + clip.normal_C.dot(placed->X_CK.p);
+    clip.grid = table.clip->grid;
+    list_.clip = clip;
+  }
+
+  void AddToolAxis() {
+    if (!carriers_.flange || !carriers_.tool || !carriers_.world) return;
+    const ToolNow& tool = *carriers_.tool;
+    const Vec3 tip_F = tool.X_WF_nominal.Inverse() * tool.tip_nominal_W;
+    if (!(tip_F.norm() > 0)) return;
+    const Pose& X_CF = carriers_.flange->X_CK;
+    std::vector<Vec3> bent, straight;
+    for (int k = 0; k < kBendStations; ++k) {
+      const Vec3 p_F = static_cast<double>(k) / (kBendStations - 1) * tip_F;
+      const Vec3 moved_F = BentPoint(tool.bend, p_F) - p_F;
+      bent.push_back(X_CF * Vec3(p_F + config_.exaggeration * moved_F));
+    }
+    const Pose X_CF_nominal = carriers_.world->X_CK * tool.X_WF_nominal;
+    straight = {X_CF_nominal.p, X_CF_nominal * tip_F};
+    const bool stale = carriers_.flange->stale;
+    AddLine(std::move(straight), stale ? Greyed(kTaught) : kTaught, 1.5F, true);
+    const Vec3 tip_C = bent.back();
+    AddLine(std::move(bent), stale ? Greyed(kAxis) : kAxis, 2.5F);
+    AddCircle(tip_C, LengthOf(4, tip_C), stale ? Greyed(kAxis) : kAxis);
+  }
+
+  void AddCross(const Vec3& p_C, double arm_px, bool upright, const Colour& colour) {
+    const double a = LengthOf(arm_px, p_C);
+    const Vec3 first = upright ? Vec3(a, 0, 0) : Vec3(a, a, 0) / std::numbers::sqrt2;
+    const Vec3 second = upright ? Vec3(0, a, 0) : Vec3(a, -a, 0) / std::numbers::sqrt2;
+    AddLine({p_C - first, p_C + first}, colour);
+    AddLine({p_C - second, p_C + second}, colour);
+  }
+
+  /// Facing the camera.
+  void AddCircle(const Vec3& p_C, double radius_m, const Colour& colour) {
+    if (!(p_C.z() > 0) || !(radius_m > 0)) return;
+    const Vec3 ahead = p_C.normalized();
+    const Vec3 right = Vec3::UnitY().cross(ahead).normalized();
+    const Vec3 down = ahead.cross(right);
+    std::vector<Vec3> points;
+    for (int k = 0; k <= kCircleCorners; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kCircleCorners;
+      points.push_back(p_C + radius_m * (std::cos(angle) * right + std::sin(angle) * down));
+    }
+    AddLine(std::move(points), colour);
+  }
+
+  void AddPoints() {
+    if (facts_.model == nullptr || !carriers_.world) return;
+    const Pose& X_CW = carriers_.world->X_CK;
+    const Mat3& R_WB = facts_.model->arm.X_WB().R;
+    const bool stale = carriers_.world->stale || carriers_.robot_stale;
+    const auto shade = [stale](const Colour& colour) { return stale ? Greyed(colour) : colour; };
+    const double mark_px = 0.4 * static_cast<double>(layout_.em);
+    for (const AssemblyPoint& point : facts_.model->config.machine.points) {
+      const Vec3 p_C = X_CW * point.X_WP.p;
+      AddCross(p_C, mark_px, true, shade(kTaught));
+      const std::string name = point.name.empty() ? fmt::format("{}", point.id) : point.name;
+      const auto told = std::find_if(state_.points.begin(), state_.points.end(),
+                                     [&](const ViewPoint& one) { return one.id == point.id; });
+      if (told == state_.points.end() || !told->valid) {
+        AddLabel(p_C, name + ": no correction", shade(kMissed));
+        continue;
+      }
+      const double e = config_.exaggeration;
+      const Vec3 missed_C = X_CW * Vec3(point.X_WP.p - e * (R_WB * told->translation_B));
+      AddLine({p_C, missed_C}, shade(kMissed), 2, true);
+      AddCross(missed_C, mark_px, false, shade(kMissed));
+      AddCircle(p_C, e * told->uncertainty_m, shade(kHit));
+      AddLabel(p_C,
+               fmt::format("{}: {:.2f} mm off → {:.2f} mm", name, 1e3 * told->translation_B.norm(),
+                           1e3 * told->uncertainty_m),
+               shade(kHit));
+    }
+  }
+
+  void AddMeasured() {
+    const Measured* const measured = facts_.measured;
+    if (measured == nullptr || !carriers_.world || carriers_.world->stale) return;
+    if (facts_.now_s - measured->time_s > kMeasuredFresh_s) return;
+    const Pose& X_CW = carriers_.world->X_CK;
+    for (const MeasuredPair& pair : measured->pairs) {
+      if (!pair.separation || pair.state == Nearness::kApart) continue;
+      const Separation& between = *pair.separation;
+      const bool hits = pair.state == Nearness::kInterference;
+      const Vec3 a_C = X_CW * between.p_a_W, b_C = X_CW * between.p_b_W;
+      const Colour& colour = hits ? kMissed : kNearColour;
+      AddLine({a_C, b_C}, colour, 3);
+      if (hits) AddCircle(a_C, LengthOf(layout_.em, a_C), colour);
+      AddLabel(b_C,
+               between.touching ? fmt::format("INTERFERENCE {:.1f} mm deep", 1e3 * between.depth_m)
+                                : fmt::format("{:.1f} mm", 1e3 * between.distance_m),
+               colour);
+    }
+    for (const MeasuredDistance& distance : measured->distances) {
+      if (!distance.distance_m) continue;
+      const Vec3 a_C = X_CW * distance.p_a_W, b_C = X_CW * distance.p_b_W;
+      AddLine({a_C, b_C}, kTaught, 1.5F, true);
+      AddLabel((a_C + b_C) / 2,
+               fmt::format("{} {:.1f} mm", distance.name, 1e3 * *distance.distance_m), kTaught);
+    }
+    for (const MeasuredSweep& sweep : measured->sweeps) {
+      if (!sweep.result || !sweep.result->hits) continue;
+      const Vec3 p_C = X_CW * sweep.result->p_W;
+      AddCross(p_C, static_cast<double>(layout_.em), false, kMissed);
+      AddLabel(p_C, fmt::format("{} hits {}", sweep.name, sweep.other), kMissed);
+    }
+  }
+
+  const ViewState& state_;
+  const Carriers& carriers_;
+  const ViewFacts& facts_;
+  const OverlayConfig& config_;
+  const std::vector<int>& meshes_;
+  const std::uint8_t* const pixels_;
+  const PictureLayout& layout_;
+  DisplayList& list_;
+  std::vector<Label>& labels_;
+};
+
+}  // namespace
+
+Colour Greyed(const Colour& colour) {
+  return {0.55F, 0.55F, 0.55F, 0.5F * colour.a};
+}
+
+void AddOverlay(const OverlayInput& input, const PictureLayout& layout, DisplayList& list,
+                std::vector<Label>& labels) {
+  OverlayBuilder(input, layout, list, labels).Build();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,73 @@
+#include "app/view/picture_layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+constexpr float kLinesOfText = 38, kSmallestText_px = 12;
+constexpr float kColumn_em = 22, kMostColumn = 0.42F;
+constexpr int kMessages = 4;
+
+bool BeginsLetter(char byte) {
+  return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
+}
+
+}  // namespace
+
+PictureLayout LayoutOf(ImageSize size) {
+  PictureLayout layout;
+  layout.size = size;
+  const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
+  layout.em = std::max(kSmallestText_px, std::round(height / kLinesOfText));
+  const float top = std::round(2.0F * layout.em);
+  const float messages = std::round(kMessages * layout.line() + 0.6F * layout.em);
+  const float column = std::round(std::min(kColumn_em * layout.em, kMostColumn * width));
+  layout.top = {0, 0, width, top};
+  layout.messages = {0, height - messages, width, messages};
+  layout.image = {0, top, width - column, height - top - messages};
+  layout.column = {width - column, top, column, height - top - messages};
+  return layout;
+}
+
+Lens PinholeIn(const Area& area, const Lens& lens, ImageSize image) {
+  const double s = std::min(static_cast<double>(area.width) / image.width,
+                            static_cast<double>(area.height) / image.height);
+  const double left =
+      static_cast<double>(area.x) + (static_cast<double>(area.width) - s * image.width) / 2;
+  const double upper =
+      static_cast<double>(area.y) + (static_cast<double>(area.height) - s * image.height) / 2;
+  Lens pinhole;
+  pinhole.fx = s * lens.fx;
+  pinhole.fy = s * lens.fy;
+  pinhole.cx = s * (lens.cx + 0.5) + left - 0.5;
+  pinhole.cy = s * (lens.cy + 0.5) + upper - 0.5;
+  return pinhole;
+}
+
+Lens PlainLens(ImageSize image) {
+  Lens lens;
+  lens.fx = lens.fy = image.width;
+  lens.cx = (image.width - 1) / 2.0;
+  lens.cy = (image.height - 1) / 2.0;
+  return lens;
+}
+
+std::string Fitted(const std::string& text, float height_px, float width_px,
+                   const TextWidth& text_width) {
+  if (text_width(text, height_px) <= width_px) return text;
+  static const std::string kEllipsis = "…";
+  std::size_t fits = 0, beyond = text.size();  // bytes; the first fits, the second does not
+  if (text_width(kEllipsis, height_px) > width_px) return "";
+  while (beyond - fits > 1) {
+    const std::size_t middle = fits + (beyond - fits) / 2;
+    (text_width(text.substr(0, middle) + kEllipsis, height_px) <= width_px ? fits : beyond) =
+        middle;
+  }
+  while (fits > 0 && !BeginsLetter(text[fits])) --fits;
+  while (fits > 0 && text[fits - 1] == ' ') --fits;
+  return text.substr(0, fits) + kEllipsis;
+}
+
+}  // namespace plumbline

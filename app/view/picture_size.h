@@ -1,0 +1,31 @@
+// "1280x720" of a command line.
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "firmware-like/lens/lens.h"
+
+namespace plumbline {
+
+/// Between the smallest and the largest screen that there is a layout for.
+inline std::optional<ImageSize> PictureSizeFrom(std::string_view text) {
+  ImageSize size;
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
+  const auto height = std::from_chars(width.ptr + 1, end, size.height);
+  if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
+  if (size.width < 640 || size.width > 1920 || size.height < 480 || size.height > 1080) {
+    return std::nullopt;
+  }
+  return size;
+}
+
+inline std::string PictureSizeProblem(const std::string& text) {
+  return text + " is not a size between 640x480 and 1920x1080";
+}
+
+}  // namespace plumbline

@@ -1,0 +1,272 @@
+#include "app/view/screen_text.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "drivers/display/colour_scale.h"
+
+namespace plumbline {
+namespace {
+
+constexpr Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
+    kShadow{0.05F, 0.05F, 0.06F, 0.75F}, kStale{1.0F, 0.66F, 0.0F, 1},
+    kTitle{0.55F, 0.72F, 0.95F, 1};
+constexpr std::size_t kMostUrgent = 5;  ///< lines of a panel, before others get their second
+
+Colour ColourOf(Tone tone) {
+  switch (tone) {
+    case Tone::kPlain:
+      return {0.92F, 0.92F, 0.92F, 1};
+    case Tone::kGood:
+      return {0.45F, 0.90F, 0.50F, 1};
+    case Tone::kAttention:
+      return {1.0F, 0.75F, 0.20F, 1};
+    case Tone::kBad:
+      return {1.0F, 0.45F, 0.40F, 1};
+    case Tone::kFaded:
+      return {0.62F, 0.64F, 0.68F, 1};
+  }
+  return {};
+}
+
+class Writer {
+ public:
+  Writer(const PictureLayout& layout, const TextWidth& text_width, DisplayList& list)
+      : layout_(layout), text_width_(text_width), list_(list) {}
+
+  void Box(const Area& area, const Colour& colour) {
+    list_.boxes.push_back({area.x, area.y, area.width, area.height, colour});
+  }
+  /// One line; `y` is its upper edge. Capitals stand in the middle of the line.
+  void Line(float x, float y, float width, const std::string& text, const Colour& colour) {
+    const std::string fitted = Fitted(text, layout_.em, width, text_width_);
+    if (fitted.empty()) return;
+    list_.texts.push_back({x, y + layout_.em, layout_.em, colour, fitted});
+  }
+  float WidthOf(const std::string& text) const { return text_width_(text, layout_.em); }
+
+ private:
+  const PictureLayout& layout_;
+  const TextWidth& text_width_;
+  DisplayList& list_;
+};
+
+/// The lines up to the last one that somebody should act on.
+std::size_t UrgentLines(const Panel& panel) {
+  std::size_t urgent = 0;
+  for (std::size_t k = 0; k < panel.lines.size(); ++k) {
+    const Tone tone = panel.lines[k].tone;
+    if (tone == Tone::kBad || tone == Tone::kAttention) urgent = k + 1;
+  }
+  return std::min(urgent, kMostUrgent);
+}
+
+/// How many lines each panel gets, its title not counted: one each, then what is urgent, from the
+/// first panel on, then the others in turn.
+std::vector<std::size_t> ShareLines(const std::vector<Panel>& panels, std::size_t room) {
+  std::vector<std::size_t> given(panels.size(), 0);
+  std::size_t left = room > panels.size() ? room - panels.size() : 0;
+  const auto give = [&](std::size_t k, std::size_t lines) {
+    while (left > 0 && given[k] < std::min(lines, panels[k].lines.size())) {
+      ++given[k];
+      --left;
+    }
+  };
+  for (std::size_t k = 0; k < panels.size(); ++k) give(k, 1);
+  for (std::size_t k = 0; k < panels.size(); ++k) give(k, UrgentLines(panels[k]));
+  for (std::size_t before = left + 1; left < before;) {
+    before = left;
+    for (std::size_t k = 0; k < panels.size(); ++k) give(k, given[k] + 1);
+  }
+  return given;
+}
+
+void AddColumn(const std::vector<Panel>& panels, const PictureLayout& layout, Writer& writer) {
+  const Area& column = layout.column;
+  writer.Box(column, kPaper);
+  const float margin = 0.5F * layout.em, width = column.width - 2 * margin;
+  const auto room =
+      static_cast<std::size_t>(std::max(0.0F, (column.height - margin) / layout.line()));
+  const std::vector<std::size_t> given = ShareLines(panels, room);
+  float y = column.y + margin / 2;
+  for (std::size_t k = 0; k < panels.size(); ++k) {
+    if (y + layout.line() > column.bottom()) return;
+    const Panel& panel = panels[k];
+    const std::size_t hidden = panel.lines.size() - given[k];
+    const std::string title =
+        hidden > 0 ? fmt::format("{} (+{})", panel.title, hidden) : panel.title;
+    writer.Line(column.x + margin, y, width, title, kTitle);
+    y += layout.line();
+    for (std::size_t i = 0; i < given[k] && y + layout.line() <= column.bottom(); ++i) {
+      writer.Line(column.x + 2 * margin, y, width - margin, panel.lines[i].text,
+                  ColourOf(panel.lines[i].tone));
+      y += layout.line();
+    }
+  }
+}
+
+std::string ClockText(double utc_s) {
+  if (!(utc_s >= 0 && utc_s < 253402300800.0)) return "";
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(utc_s)));
+}
+
+void AddBar(const ViewFacts& facts, const PictureLayout& layout, Writer& writer) {
+  writer.Box(layout.top, kBar);
+  const float margin = 0.5F * layout.em, y = layout.top.y + (layout.top.height - layout.line()) / 2;
+  std::string right;
+  if (facts.state != nullptr) {
+    right = fmt::format("{}   {}", facts.state->cell, ClockText(facts.state->utc_s));
+  }
+  const float most = 0.5F * layout.top.width;
+  const float width = std::min(most, writer.WidthOf(right) + 1);
+  writer.Line(layout.top.right() - margin - width, y, width, right, ColourOf(Tone::kPlain));
+  const PanelLine headline = Headline(facts);
+  writer.Line(layout.top.x + margin, y, layout.top.width - width - 4 * margin, headline.text,
+              ColourOf(headline.tone));
+}
+
+void AddMessages(const ViewFacts& facts, const PictureLayout& layout, Writer& writer) {
+  writer.Box(layout.messages, kBar);
+  const float margin = 0.3F * layout.em;
+  const auto rows =
+      static_cast<std::size_t>((layout.messages.height - 2 * margin) / layout.line() + 0.05F);
+  float y = layout.messages.y + margin;
+  for (const PanelLine& message : MessagesOf(facts, rows)) {
+    writer.Line(layout.messages.x + 0.5F * layout.em, y, layout.messages.width - layout.em,
+                message.text, ColourOf(message.tone));
+    y += layout.line();
+  }
+}
+
+bool Overlap(const Area& a, const Area& b) {
+  return a.x < b.right() && b.x < a.right() && a.y < b.bottom() && b.y < a.bottom();
+}
+
+/// Things written over the image, none over another.
+class Marks {
+ public:
+  Marks(const PictureLayout& layout, Writer& writer)
+      : layout_(layout), image_(layout.image), writer_(writer) {}
+
+  /// @return  false where there was no room
+  bool Write(float x, float y, const std::string& text, const Colour& colour) {
+    const float pad = 0.3F * layout_.em;
+    const float width = std::min(writer_.WidthOf(text) + 1 + 2 * pad, image_.width);
+    Area area{std::clamp(x, image_.x, image_.right() - width), y, width, layout_.line()};
+    if (area.y < image_.y) area.y = image_.y;
+    for (int moves = 0; moves < 100; ++moves) {
+      const auto other = std::find_if(taken_.begin(), taken_.end(),
+                                      [&](const Area& one) { return Overlap(area, one); });
+      if (other == taken_.end()) break;
+      area.y = other->bottom();
+    }
+    if (area.bottom() > image_.bottom()) return false;
+    Take(area);
+    writer_.Box(area, kShadow);
+    writer_.Line(area.x + pad, area.y, area.width - 2 * pad, text, colour);
+    return true;
+  }
+  void Take(const Area& area) { taken_.push_back(area); }
+
+ private:
+  const PictureLayout& layout_;
+  const Area image_;
+  Writer& writer_;
+  std::vector<Area> taken_;
+};
+
+void AddFrame(const Area& area, float width, const Colour& colour, Writer& writer) {
+  writer.Box({area.x, area.y, area.width, width}, colour);
+  writer.Box({area.x, area.bottom() - width, area.width, width}, colour);
+  writer.Box({area.x, area.y + width, width, area.height - 2 * width}, colour);
+  writer.Box({area.right() - width, area.y + width, width, area.height - 2 * width}, colour);
+}
+
+void AddStressScale(const OverlayInput& input, const PictureLayout& layout, Marks& marks,
+                    Writer& writer) {
+  const Carriers& carriers = *input.facts.carriers;
+  if (!input.config.stress || !carriers.tool) return;
+  constexpr int kSteps = 24;
+  const Area& image = layout.image;
+  const float width = 12 * layout.em / kSteps, y = image.bottom() - 2.6F * layout.line();
+  const float x = image.x + 0.6F * layout.em;
+  for (int k = 0; k < kSteps; ++k) {
+    writer.Box({x + static_cast<float>(k) * width, y, width, 0.8F * layout.line()},
+               StressColour((k + 0.5) / kSteps));
+  }
+  marks.Take({x, y, kSteps * width, layout.line()});
+  float largest_Pa = 0;
+  for (const BendStation& station : carriers.tool->bend.stations) {
+    largest_Pa = std::max(largest_Pa, station.stress_Pa);
+  }
+  marks.Write(x, y + layout.line(),
+              fmt::format("0 .. {:.0f} MPa, now up to {:.1f} MPa",
+                          input.config.stress_full_Pa / 1e6, static_cast<double>(largest_Pa) / 1e6),
+              ColourOf(Tone::kPlain));
+}
+
+}  // namespace
+
+void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
+               DisplayList& list) {
+  Writer writer(layout, text_width, list);
+  AddBar(facts, layout, writer);
+  AddColumn(PanelsOf(facts), layout, writer);
+  AddMessages(facts, layout, writer);
+}
+
+void AddMarks(const OverlayInput& input, const PictureLayout& layout,
+              const std::vector<Label>& labels, const TextWidth& text_width, DisplayList& list) {
+  Writer writer(layout, text_width, list);
+  Marks marks(layout, writer);
+  const Area& image = layout.image;
+  const float inset = 0.6F * layout.em;
+  const auto reasons = StaleBecause(input.facts);
+  if (!reasons.empty()) {
+    AddFrame(image, std::max(3.0F, 0.25F * layout.em), kStale, writer);
+    for (const std::string& reason : reasons) {
+      marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
+    }
+  }
+  if (input.config.exaggeration != 1) {
+    marks.Write(image.x + inset, image.y + inset,
+                fmt::format("deflection shown x {:g}", input.config.exaggeration), kStale);
+  }
+  const PlcCamera& watch = input.facts.state->watch;
+  if (watch.prompt != BoardPrompt::kNone) {
+    marks.Write(image.x + inset, image.y + inset,
+                fmt::format("→ {} ({} views)", BoardPromptText(watch.prompt), watch.board_views),
+                kStale);
+  }
+  AddStressScale(input, layout, marks, writer);
+  for (const Label& label : labels) {
+    const bool inside = label.x >= image.x && label.x < image.right() && label.y >= image.y &&
+                        label.y < image.bottom();
+    if (inside) marks.Write(label.x + inset, label.y + inset, label.text, label.colour);
+  }
+}
+
+DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
+                      const TextWidth& text_width) {
+  DisplayList list;
+  std::vector<Label> labels;
+  AddOverlay(input, layout, list, labels);
+  AddMarks(input, layout, labels, text_width, list);
+  AddPanels(input.facts, layout, text_width, list);
+  return list;
+}
+
+DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,
+                                const TextWidth& text_width) {
+  DisplayList list;
+  list.size = layout.size;
+  list.pinhole = PinholeIn(layout.image, PlainLens({1920, 1080}), {1920, 1080});
+  AddPanels(facts, layout, text_width, list);
+  return list;
+}
+
+}  // namespace plumbline

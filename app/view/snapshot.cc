@@ -1,0 +1,113 @@
+#include "app/view/snapshot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/view/drawing.h"
+#include "app/view/png_file.h"
+#include "app/view/screen_text.h"
+#include "app/view/viewer.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kFault = 1, kUsage = 2;
+
+int Refuse(int code, const std::string& why) {
+  std::cerr << "plumbline snapshot: " << why << '\n';
+  return code;
+}
+
+nlohmann::json PanelsJson(const std::vector<Panel>& panels) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const Panel& panel : panels) {
+    for (const PanelLine& line : panel.lines) json[panel.title].push_back(line.text);
+  }
+  return json;
+}
+
+void Print(const SnapshotOptions& options, const ViewFacts& facts) {
+  if (!options.json) {
+    std::cout << fmt::format("{}: {}x{}, {}\n", options.out, options.size.width,
+                             options.size.height, Headline(facts).text);
+    return;
+  }
+  const ViewState& state = *facts.state;
+  nlohmann::json json = {{"schema", 1},
+                         {"file", options.out},
+                         {"width_px", options.size.width},
+                         {"height_px", options.size.height},
+                         {"cell", state.cell},
+                         {"utc_s", state.utc_s},
+                         {"model_version", state.model_version},
+                         {"alarms", state.alarms},
+                         {"warnings", state.warnings},
+                         {"headline", Headline(facts).text},
+                         {"stale_because", StaleBecause(facts)},
+                         {"panels", PanelsJson(PanelsOf(facts))}};
+  json["image_age_s"] = state.camera.image
+                            ? nlohmann::json(facts.now_s - state.camera.image->time_s)
+                            : nlohmann::json(nullptr);
+  std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+int TakeSnapshot(const SnapshotOptions& options) {
+  const auto tell = [](bool bad, const std::string& text) {
+    if (bad) std::cerr << text << '\n';
+  };
+  FaultList faults;
+  std::optional<ViewModel> model = ReadViewModel(options.config_file, 0, faults);
+  if (!model) {
+    std::cerr << FaultsText(faults);
+    return kFault;
+  }
+  Drawing drawing([](bool, const std::string&) {});
+  if (!drawing.Ready(MonotonicSeconds())) return Refuse(kUsage, drawing.problem());
+
+  Viewer viewer(options.config_file, std::move(*model), [&](bool bad, const std::string& text) {
+    // Until the first state a link that is not there yet is no news: it is told at the end.
+    if (text.find("plumblined") == std::string::npos) tell(bad, text);
+  });
+  const double until_s = MonotonicSeconds() + options.state_wait_s;
+  while (!viewer.has_state() && MonotonicSeconds() < until_s) viewer.Read(0.1);
+  if (!viewer.has_state()) return Refuse(kUsage, viewer.Facts().link_problem);
+
+  // The table is read, then its meshes, then what is between them is measured.
+  const double meshes_until_s = MonotonicSeconds() + options.meshes_wait_s;
+  for (;;) {
+    const ViewFacts& facts = viewer.Facts();
+    const bool read = viewer.config().objects_file.empty() ||
+                      (viewer.scene()->version > 0 && viewer.scene()->complete);
+    const bool measured =
+        facts.table == nullptr ||
+        (facts.measured != nullptr && facts.measured->pairs.size() == facts.table->pairs.size());
+    if ((read && measured) || MonotonicSeconds() > meshes_until_s) break;
+    viewer.Read(0.05);
+  }
+  const double newest_until_s = MonotonicSeconds() + 0.3;
+  while (!viewer.Read(0.05) && MonotonicSeconds() < newest_until_s) {
+  }
+
+  const ViewFacts& facts = viewer.Facts();
+  const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
+  const View& view = viewer.view();
+  const OverlayInput input{facts, viewer.config(), meshes,
+                           view.pixels.empty() ? nullptr : view.pixels.data()};
+  if (!drawing.Draw(PictureOf(input, LayoutOf(options.size), drawing.text_width()))) {
+    return Refuse(kUsage, "nothing was drawn: " + drawing.renderer().problem());
+  }
+  if (const auto why = WritePng(options.out, drawing.renderer().ReadBack())) {
+    return Refuse(kUsage, why->message);
+  }
+  Print(options, facts);
+  std::cout.flush();
+  return std::cout.good() ? 0 : kUsage;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,370 @@
+#include "app/view/status_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drivers/plc/register_map.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kMmPerMetre = 1e3;
+constexpr double kStateOld_s = 1.0;  ///< the daemon sends five a second at least
+
+struct Advice {
+  std::uint16_t mask;
+  const char* text;
+};
+constexpr std::array kAdvice = {
+    Advice{alarm::kEmergencyStop, "release the emergency stop when the cell is safe"},
+    Advice{alarm::kRobotMissing, "check the robot controller, its address and its Modbus server"},
+    Advice{alarm::kRobotStale, "check the cable to the robot controller"},
+    Advice{alarm::kRobotImplausible,
+           "check the robot's profile: joints jump or leave their limits"},
+    Advice{alarm::kDecodingWrong, "check the robot's profile: joints and tool pose disagree"},
+    Advice{alarm::kPayloadUnknown, "tell the payload: [payload], or the controller's setting"},
+    Advice{alarm::kTorquesUnknown, "declare the masses of the links in the cell's file"},
+    Advice{alarm::kPointRefused, "see the point below; do not assemble there"},
+};
+
+std::string Mm(double metres, int digits = 2) {
+  return fmt::format("{:.{}f} mm", metres * kMmPerMetre, digits);
+}
+
+std::string AgeText(double age_s) {
+  if (!std::isfinite(age_s) || age_s > 86400) return "long ago";
+  if (age_s < 1) return fmt::format("{:.0f} ms ago", std::max(0.0, 1e3 * age_s));
+  return age_s < 120 ? fmt::format("{:.0f} s ago", age_s)
+                     : fmt::format("{:.0f} min ago", age_s / 60);
+}
+
+std::string BitWords(std::uint16_t word, std::span<const BitMeaning> bits) {
+  std::string text;
+  for (const BitMeaning& bit : bits) {
+    if ((word & bit.mask) != 0) text += (text.empty() ? "" : ", ") + std::string(bit.meaning);
+  }
+  return text;
+}
+
+void AddBits(std::uint16_t word, std::span<const BitMeaning> bits, Tone tone, Panel& panel) {
+  for (const BitMeaning& bit : bits) {
+    if ((word & bit.mask) != 0) panel.lines.push_back({bit.meaning, tone});
+  }
+}
+
+Panel AlarmPanel(const ViewState& state) {
+  Panel panel{"Alarms and warnings", {}};
+  if (state.alarms != 0) panel.lines.push_back({"→ " + AdviceOf(state.alarms), Tone::kBad});
+  AddBits(state.alarms, plc_map::AlarmBits(), Tone::kBad, panel);
+  AddBits(state.warnings, plc_map::WarningBits(), Tone::kAttention, panel);
+  if (panel.lines.empty()) panel.lines.push_back({"none", Tone::kGood});
+  return panel;
+}
+
+Panel LensPanel(const ViewFacts& facts) {
+  const PlcCamera& watch = facts.state->watch;
+  Panel panel{"Lens", {}};
+  if (!watch.configured) {
+    panel.lines.push_back({"no camera is configured", Tone::kFaded});
+    return panel;
+  }
+  const bool valid = watch.state == ZoomState::kValid;
+  panel.lines.push_back(
+      {fmt::format("{}: {}", ZoomStateText(watch.state), ZoomReasonText(watch.reason)),
+       valid ? Tone::kGood : Tone::kAttention});
+  if (watch.prompt != BoardPrompt::kNone) {
+    panel.lines.push_back({"→ " + std::string(BoardPromptText(watch.prompt)), Tone::kAttention});
+    const bool counts = facts.model != nullptr && facts.model->config.camera;
+    panel.lines.push_back({counts ? fmt::format("{} of {} views so far", watch.board_views,
+                                                facts.model->config.camera->board.views)
+                                  : fmt::format("{} views so far", watch.board_views),
+                           Tone::kAttention});
+  }
+  std::string zoom =
+      watch.zoom_counts ? fmt::format("zoom {}", *watch.zoom_counts) : std::string("zoom not told");
+  if (watch.lens_id > 0) zoom += fmt::format(", lens {} of the store", watch.lens_id);
+  panel.lines.push_back({zoom});
+  if (facts.state->camera.lens) {
+    panel.lines.push_back({fmt::format("focal length {:.0f} px", facts.state->camera.lens->fx)});
+  }
+  return panel;
+}
+
+Panel TrackingPanel(const ViewFacts& facts) {
+  Panel panel{"Tracking", {}};
+  if (!facts.state->watch.configured) {
+    panel.lines.push_back({"off", Tone::kFaded});
+    return panel;
+  }
+  const Carriers& carriers = *facts.carriers;
+  if (!carriers.world) {
+    panel.lines.push_back({"the cell's marks were not seen yet", Tone::kAttention});
+  } else if (carriers.world->stale) {
+    panel.lines.push_back({"the cell's marks are hidden", Tone::kAttention});
+  } else {
+    panel.lines.push_back({"the cell is seen", Tone::kGood});
+  }
+  for (const auto& [name, placed] : carriers.bodies) {
+    panel.lines.push_back({fmt::format("{}: {:.3f} m away{}", name, placed.X_CK.p.norm(),
+                                       placed.stale ? ", STALE" : ""),
+                           placed.stale ? Tone::kAttention : Tone::kPlain});
+  }
+  return panel;
+}
+
+Panel CorrectionPanel(const ViewFacts& facts) {
+  const ViewState& state = *facts.state;
+  Panel panel{"Correction: off → within", {}};
+  const auto name_of = [&](int id) {
+    if (facts.model != nullptr) {
+      for (const AssemblyPoint& point : facts.model->config.machine.points) {
+        if (point.id == id && !point.name.empty()) return point.name;
+      }
+    }
+    return fmt::format("point {}", id);
+  };
+  if (state.points.empty()) panel.lines.push_back({"no points", Tone::kFaded});
+  for (const ViewPoint& point : state.points) {
+    if (!point.valid) {
+      panel.lines.push_back(
+          {fmt::format("{}: {}", name_of(point.id), Describe(point.code)), Tone::kBad});
+      continue;
+    }
+    const std::string after =
+        point.uncertainty_m > 0 ? Mm(point.uncertainty_m) : std::string("not known");
+    panel.lines.push_back({fmt::format("{}: {:.2f} → {}{}", name_of(point.id),
+                                       kMmPerMetre * point.translation_B.norm(), after,
+                                       point.extrapolated ? ", extrapolated" : ""),
+                           point.extrapolated ? Tone::kAttention : Tone::kGood});
+  }
+  if (facts.carriers->tool) {
+    const ToolNow& tool = *facts.carriers->tool;
+    panel.lines.push_back(
+        {fmt::format("tip now {} off its command", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
+  }
+  panel.lines.push_back(state.payload_kg
+                            ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
+                            : PanelLine{"payload not known", Tone::kAttention});
+  panel.lines.push_back({fmt::format("robot read {}", AgeText(state.data_age_s)),
+                         facts.carriers->robot_stale ? Tone::kBad : Tone::kPlain});
+  return panel;
+}
+
+Panel DistancePanel(const ViewFacts& facts) {
+  Panel panel{"Distances", {}};
+  const Measured* const measured = facts.measured;
+  const bool watched =
+      facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
+  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
+    panel.lines.push_back({watched ? "not measured now" : "none watched", Tone::kFaded});
+    return panel;
+  }
+  std::vector<PanelLine> rest;
+  for (const MeasuredPair& pair : measured->pairs) {
+    const std::string names = pair.a + " / " + pair.b;
+    if (!pair.separation) {
+      rest.push_back({names + ": not measured", Tone::kFaded});
+    } else if (pair.state == Nearness::kInterference) {
+      panel.lines.push_back(
+          {pair.separation->touching
+               ? fmt::format("{}: INTERFERENCE, {} deep", names, Mm(pair.separation->depth_m))
+               : names + ": INTERFERENCE",
+           Tone::kBad});
+    } else {
+      rest.push_back({fmt::format("{}: {}", names, Mm(pair.separation->distance_m, 1)),
+                      pair.state == Nearness::kNear ? Tone::kAttention : Tone::kPlain});
+    }
+  }
+  for (const MeasuredSweep& sweep : measured->sweeps) {
+    if (!sweep.result) continue;
+    rest.push_back(sweep.result->hits
+                       ? PanelLine{fmt::format("{}: hits {} after {}", sweep.name, sweep.other,
+                                               Mm(sweep.result->travelled_m, 0)),
+                                   Tone::kBad}
+                       : PanelLine{fmt::format("{}: free, {} to {}", sweep.name,
+                                               Mm(sweep.result->least_m, 1), sweep.other)});
+  }
+  for (const MeasuredDistance& distance : measured->distances) {
+    rest.push_back(distance.distance_m
+                       ? PanelLine{fmt::format("{}: {}", distance.name, Mm(*distance.distance_m))}
+                       : PanelLine{distance.name + ": not measured", Tone::kFaded});
+  }
+  panel.lines.insert(panel.lines.end(), rest.begin(), rest.end());
+  if (panel.lines.empty()) panel.lines.push_back({"none watched", Tone::kFaded});
+  return panel;
+}
+
+Panel CameraPanel(const ViewFacts& facts) {
+  const ViewCamera& camera = facts.state->camera;
+  Panel panel{"Camera", {}};
+  if (!facts.state->watch.configured) {
+    panel.lines.push_back({"none is configured", Tone::kFaded});
+    return panel;
+  }
+  if (!camera.image) {
+    panel.lines.push_back({"no image yet", Tone::kAttention});
+  } else if (facts.carriers->image_stale) {
+    panel.lines.push_back(
+        {"last image " + AgeText(facts.now_s - camera.image->time_s), Tone::kBad});
+  } else {
+    panel.lines.push_back({fmt::format("{}x{}, {:.0f} images/s", camera.image->width,
+                                       camera.image->height, facts.frames_per_s)});
+  }
+  if (!camera.serial.empty()) panel.lines.push_back({camera.serial, Tone::kFaded});
+  return panel;
+}
+
+Panel TagsPanel(const ViewFacts& facts) {
+  Panel panel{"Tags", {}};
+  if (!facts.state->watch.configured) {
+    panel.lines.push_back({"off", Tone::kFaded});
+    return panel;
+  }
+  const std::size_t seen = facts.state->camera.tags.size();
+  std::string text = fmt::format("{} seen", seen);
+  if (facts.model != nullptr && facts.model->config.camera) {
+    const TagsConfig& tags = facts.model->config.camera->tags;
+    text += tags.threshold ? fmt::format(", threshold {}", *tags.threshold)
+                           : std::string(", threshold by the light");
+  }
+  panel.lines.push_back({text, seen > 0 ? Tone::kPlain : Tone::kAttention});
+  std::string ids;
+  for (const ViewTag& tag : facts.state->camera.tags) {
+    ids += fmt::format("{}{}{}", ids.empty() ? "" : " ", tag.id, tag.ambiguous ? "?" : "");
+  }
+  if (!ids.empty()) panel.lines.push_back({ids, Tone::kFaded});
+  return panel;
+}
+
+Panel ObjectsPanel(const ViewFacts& facts) {
+  Panel panel{"Objects", facts.objects};
+  if (facts.table != nullptr) {
+    const auto shown = std::count_if(
+        facts.table->objects.begin(), facts.table->objects.end(), [&](const SceneObject& object) {
+          return object.visible && facts.carriers->Find(object.on) != nullptr;
+        });
+    panel.lines.push_back({fmt::format("{} of {} in place", shown, facts.table->objects.size())});
+  } else if (panel.lines.empty()) {
+    panel.lines.push_back({"no object table", Tone::kFaded});
+  }
+  return panel;
+}
+
+Panel ModelPanel(const ViewState& state) {
+  const PlcLoop& loop = state.loop;
+  Panel panel{"Model", {}};
+  panel.lines.push_back(state.model_version > 0
+                            ? PanelLine{fmt::format("version {} in force", state.model_version)}
+                            : PanelLine{"the cell file, no versions kept"});
+  if (loop.proposed > 0) {
+    panel.lines.push_back(
+        {fmt::format("version {} waits: plumbline model apply {}", loop.proposed, loop.proposed),
+         Tone::kAttention});
+  }
+  if ((loop.state & loop_state::kRecording) != 0) {
+    const bool drift = (loop.state & loop_state::kAlarm) != 0;
+    panel.lines.push_back(
+        {fmt::format("{} probes, drift {:.2f} of the threshold", loop.probes, loop.statistic),
+         drift ? Tone::kBad : Tone::kPlain});
+  }
+  if ((loop.state & loop_state::kDiagnosing) != 0) {
+    panel.lines.push_back({"the diagnosis is at work", Tone::kAttention});
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::string AdviceOf(std::uint16_t alarms) {
+  for (const Advice& advice : kAdvice) {
+    if ((alarms & advice.mask) != 0) return advice.text;
+  }
+  return "see the log";
+}
+
+std::vector<std::string> StaleBecause(const ViewFacts& facts) {
+  if (facts.state == nullptr) return {};
+  const ViewState& state = *facts.state;
+  std::vector<std::string> reasons;
+  if (facts.now_s - state.now_s > kStateOld_s) {
+    reasons.push_back("the daemon's last word is " + AgeText(facts.now_s - state.now_s));
+  }
+  if (facts.model == nullptr) reasons.emplace_back("the configuration cannot be read here");
+  if (state.watch.configured) {
+    const Carriers& carriers = *facts.carriers;
+    if (!state.camera.image) {
+      reasons.emplace_back("no image");
+    } else if (carriers.image_stale) {
+      reasons.push_back("the image is from " + AgeText(facts.now_s - state.camera.image->time_s));
+    }
+    if (state.watch.state != ZoomState::kValid) {
+      reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(state.watch.state),
+                                    ZoomReasonText(state.watch.reason)));
+    } else if (state.camera.image && !state.camera.lens) {
+      reasons.emplace_back("the image came without its lens");
+    }
+    if (state.camera.image && !carriers.world) {
+      reasons.emplace_back("the cell's marks are not seen");
+    } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
+               !carriers.image_stale) {
+      reasons.emplace_back("the cell's marks are hidden");
+    }
+  }
+  if (facts.carriers->robot_stale) reasons.emplace_back("the robot's joints are not known");
+  if (!state.payload_kg) reasons.emplace_back("the payload is not known");
+  return reasons;
+}
+
+PanelLine Headline(const ViewFacts& facts) {
+  if (facts.state == nullptr) return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
+  const ViewState& state = *facts.state;
+  if (!facts.link_problem.empty() && facts.now_s - state.now_s > kStateOld_s) {
+    return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
+  }
+  if (state.alarms != 0) {
+    return {"ALARM: " + BitWords(state.alarms, plc_map::AlarmBits()), Tone::kBad};
+  }
+  if (const auto stale = StaleBecause(facts); !stale.empty()) {
+    return {"STALE: " + stale.front(), Tone::kAttention};
+  }
+  if (state.warnings != 0) {
+    return {"WARNING: " + BitWords(state.warnings, plc_map::WarningBits()), Tone::kAttention};
+  }
+  return {"OK", Tone::kGood};
+}
+
+std::vector<Panel> PanelsOf(const ViewFacts& facts) {
+  if (facts.state == nullptr) {
+    return {{"Daemon", {{facts.link_problem, Tone::kBad}}},
+            {"Objects", facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}}
+                                              : facts.objects}};
+  }
+  return {AlarmPanel(*facts.state), LensPanel(facts),     TrackingPanel(facts),
+          CorrectionPanel(facts),   DistancePanel(facts), CameraPanel(facts),
+          TagsPanel(facts),         ObjectsPanel(facts),  ModelPanel(*facts.state)};
+}
+
+std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most) {
+  std::vector<PanelLine> messages;
+  std::vector<ViewLine> lines = facts.own_lines;
+  if (facts.state != nullptr) {
+    lines.insert(lines.end(), facts.state->lines.begin(), facts.state->lines.end());
+  }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const ViewLine& a, const ViewLine& b) { return a.utc_s < b.utc_s; });
+  for (std::size_t k = lines.size() - std::min(most, lines.size()); k < lines.size(); ++k) {
+    const Tone tone = lines[k].level <= 3   ? Tone::kBad
+                      : lines[k].level == 4 ? Tone::kAttention
+                                            : Tone::kPlain;
+    const auto second = static_cast<int>(std::fmod(std::max(lines[k].utc_s, 0.0), 86400.0));
+    messages.push_back({fmt::format("{:02}:{:02}:{:02} {}", second / 3600, second / 60 % 60,
+                                    second % 60, lines[k].text),
+                        tone});
+  }
+  return messages;
+}
+
+}  // namespace plumbline

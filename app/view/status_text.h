@@ -1,0 +1,54 @@
+// What the screen says in words: the paper's panels, for a cell that nobody operates.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/scene/object_table.h"
+#include "app/view/carriers.h"
+#include "app/view/measured.h"
+
+namespace plumbline {
+
+enum class Tone { kPlain, kGood, kAttention, kBad, kFaded };
+
+struct PanelLine {
+  std::string text;
+  Tone tone = Tone::kPlain;
+};
+
+struct Panel {
+  std::string title;
+  std::vector<PanelLine> lines;  ///< the most important first; the last ones may not find room
+};
+
+/// What the viewer knows beside the daemon's state.
+struct ViewFacts {
+  const ViewState* state = nullptr;  ///< null: none came yet
+  const Carriers* carriers = nullptr;
+  const ViewModel* model = nullptr;
+  const ObjectTable* table = nullptr;
+  const Measured* measured = nullptr;
+  std::vector<PanelLine> objects;   ///< what is to be said of their files
+  std::vector<ViewLine> own_lines;  ///< of the viewer's own log
+  std::string link_problem;         ///< why no states come; empty: they do
+  double now_s = 0;
+  double frames_per_s = 0;  ///< of the camera, as they arrived
+};
+
+/// The bar at the top: one word for everything, and why.
+PanelLine Headline(const ViewFacts& facts);
+
+/// Why the overlay is not to be trusted now, each in words; empty: it is.
+std::vector<std::string> StaleBecause(const ViewFacts& facts);
+
+/// In the order of the column.
+std::vector<Panel> PanelsOf(const ViewFacts& facts);
+
+/// The newest lines of the daemon's log and the viewer's, oldest first.
+std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most);
+
+/// What to do about an alarm bit (snapshot.h); the first bit of several.
+std::string AdviceOf(std::uint16_t alarms);
+
+}  // namespace plumbline

@@ -1,0 +1,172 @@
+#include "app/view/view_loop.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "app/daemon/log.h"
+#include "app/version.h"
+#include "app/view/screen_text.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kStateWait_s = 0.05, kScreenWait_s = 0.02;
+constexpr double kOldest_s = 0.5;  ///< a picture on a screen: ages and clocks go on
+constexpr double kUnseen_s = 1.0;  ///< from picture to picture where nobody looks
+constexpr ImageSize kWithoutDisplay{1280, 720};
+
+void Tell(bool bad, const std::string& text) {
+  Log(bad ? LogLevel::kError : LogLevel::kNotice, text);
+}
+
+const char* KindOf(OverlayConfig::Display display) {
+  return display == OverlayConfig::Display::kKms           ? "kms"
+         : display == OverlayConfig::Display::kFramebuffer ? "framebuffer"
+                                                           : "none";
+}
+
+/// SIGTERM, SIGINT and SIGHUP as a file descriptor; blocked in every thread started afterwards.
+int OpenSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+}  // namespace
+
+ViewLoop::ViewLoop(const std::string& config_file, ViewModel model, Shown& shown)
+    : viewer_(config_file, std::move(model), Tell),
+      drawing_(Tell),
+      alarms_(std::make_unique<AlarmPictures>(viewer_.state_directory() + "/alarms",
+                                              AlarmPictureLimits{}, Tell)),
+      shown_(shown) {
+  OpenDisplay();
+}
+
+void ViewLoop::OpenDisplay() {
+  const OverlayConfig& config = viewer_.config();
+  DisplayConnection connection;
+  const ImageSize size = config.size.value_or(ImageSize{0, 0});
+  connection.kms.size = size;
+  connection.none.size = config.size.value_or(kWithoutDisplay);
+  if (!config.device.empty()) {
+    connection.kms.card = config.device;
+    connection.framebuffer.device = config.device;
+  }
+  display_.reset();
+  auto made = MakeDisplay(KindOf(config.display), connection);
+  if (made) {
+    display_ = std::move(made).value();
+  } else {
+    Tell(true, made.error());
+  }
+}
+
+void ViewLoop::TellDisplay(DisplayResult result) {
+  if (result == DisplayResult::kReady || result == DisplayResult::kShown) {
+    if (!display_problem_.empty()) Tell(false, "the display shows pictures again");
+    display_problem_.clear();
+  } else if (result == DisplayResult::kLost) {
+    const std::string problem(display_->problem());
+    if (problem != display_problem_) Tell(true, problem);
+    display_problem_ = problem;
+  }
+}
+
+bool ViewLoop::on_screen() const {
+  return viewer_.config().display != OverlayConfig::Display::kNone && display_ &&
+         display_problem_.empty();
+}
+
+bool ViewLoop::Due(double now_s) const {
+  if (on_screen() || shown_.Asked(now_s)) return fresh_ || now_s - drawn_s_ >= kOldest_s;
+  return now_s - drawn_s_ >= kUnseen_s;
+}
+
+void ViewLoop::DrawOne(ImageSize size, bool show) {
+  const double now_s = MonotonicSeconds();
+  drawn_s_ = now_s;
+  fresh_ = false;
+  if (!drawing_.Ready(now_s)) return;
+  const ViewFacts& facts = viewer_.Facts();
+  const PictureLayout layout = LayoutOf(size);
+  const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
+  const View& view = viewer_.view();
+  const OverlayInput input{facts, viewer_.config(), meshes,
+                           view.pixels.empty() ? nullptr : view.pixels.data()};
+  const bool drawn = drawing_.Draw(facts.state != nullptr
+                                       ? PictureOf(input, layout, drawing_.text_width())
+                                       : PictureWithoutState(facts, layout, drawing_.text_width()));
+  if (!drawn) return;
+  if (show) TellDisplay(display_->Show(drawing_.renderer()));
+  const bool keep = alarms_->Due(now_s), asked = shown_.Asked(now_s);
+  if (!keep && !asked) return;
+  RgbImage picture = drawing_.renderer().ReadBack();
+  if (asked) shown_.Put(std::make_shared<const RgbImage>(picture));
+  if (keep) alarms_->Remember(std::move(picture), now_s);
+}
+
+void ViewLoop::Round() {
+  if (viewer_.Read(fresh_ && on_screen() ? 0 : kStateWait_s)) TakeState();
+  const bool due = Due(MonotonicSeconds());
+  // One that is lost is asked whether it is there again.
+  DisplayResult screen = DisplayResult::kLost;
+  if (display_ && (due || !on_screen())) {
+    screen = display_->Wait(kScreenWait_s);
+    TellDisplay(screen);
+  }
+  if (!due || screen == DisplayResult::kBusy) return;
+  // What came while the screen was busy is newer.
+  if (viewer_.Read(0)) TakeState();
+  const bool ready = screen == DisplayResult::kReady;
+  DrawOne(ready ? display_->size() : viewer_.config().size.value_or(kWithoutDisplay), ready);
+}
+
+void ViewLoop::TakeState() {
+  fresh_ = true;
+  const ViewState& state = viewer_.view().state;
+  alarms_->Observe(state.alarms, state.utc_s);
+  shown_.Put(std::make_shared<const ViewState>(state));
+}
+
+void ViewLoop::Reload() {
+  viewer_.Reload();
+  OpenDisplay();
+}
+
+int RunView(const std::string& config_file) {
+  mallopt(M_ARENA_MAX, 2);
+  const int signals = OpenSignals();
+  FaultList faults;
+  std::optional<ViewModel> model = ReadViewModel(config_file, 0, faults);
+  for (const Fault& fault : faults.All()) {
+    Tell(fault.severity == Fault::Severity::kFault, FaultText(fault));
+  }
+  if (!model) {
+    Tell(true,
+         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
+    return 1;
+  }
+  Shown shown;
+  ViewLoop loop(config_file, std::move(*model), shown);
+  Tell(false, fmt::format("plumbline-view {}", PLUMBLINE_VERSION));
+  for (;;) {
+    signalfd_siginfo info{};
+    if (read(signals, &info, sizeof info) == sizeof info) {
+      if (info.ssi_signo != SIGHUP) return 0;
+      loop.Reload();
+    }
+    loop.Round();
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,49 @@
+// The viewer's loop: newest state, newest picture, no queue.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "app/view/alarm_pictures.h"
+#include "app/view/drawing.h"
+#include "app/view/shown.h"
+#include "app/view/viewer.h"
+#include "drivers/display/registry.h"
+
+namespace plumbline {
+
+/// Draws when there is something new and the screen is ready for it: a frame is on the screen one
+/// refresh and the drawing after it was seen. While the screen is busy newer states take the place
+/// of older ones. Without a screen, pictures are drawn only for whoever asks (`shown`), and once a
+/// second for the files of alarms.
+class ViewLoop {
+ public:
+  ViewLoop(const std::string& config_file, ViewModel model, Shown& shown);
+
+  /// One round, at most some 50 ms.
+  void Round();
+  void Reload();
+
+ private:
+  void OpenDisplay();
+  void TakeState();
+  bool on_screen() const;
+  bool Due(double now_s) const;
+  void DrawOne(ImageSize size, bool show);
+  void TellDisplay(DisplayResult result);
+
+  Viewer viewer_;
+  Drawing drawing_;
+  std::unique_ptr<AlarmPictures> alarms_;
+  Shown& shown_;
+  std::unique_ptr<Display> display_;
+  std::string display_problem_;  ///< empty: it shows pictures, or was not asked yet
+  bool fresh_ = false;           ///< a state that was not drawn
+  double drawn_s_ = -1e300;
+};
+
+/// Runs until SIGTERM or SIGINT; SIGHUP reads the configuration again.
+/// @return the process's exit code: 0 ended by signal, 1 faults in the configuration
+int RunView(const std::string& config_file);
+
+}  // namespace plumbline

@@ -1,0 +1,37 @@
+#include "app/view/view_model.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "app/config/daemon_config_reader.h"
+#include "app/config/text_file.h"
+#include "app/model_store/model_store.h"
+
+namespace plumbline {
+
+std::optional<ViewModel> ReadViewModel(const std::string& path, int version, FaultList& faults) {
+  std::optional<DaemonConfig> config = ReadDaemonConfig(path, faults);
+  if (!config) return std::nullopt;
+  if (version > 0) {
+    const std::string file = fmt::format("{}/models/{:04}.toml", config->state_directory, version);
+    const FileSource files = [&](const std::string& name) {
+      return ReadTextFile(name == config->cell_file ? file : name);
+    };
+    const Result<std::string> text = ReadTextFile(path);
+    FaultList own;
+    std::optional<DaemonConfig> applied;
+    if (text) applied = DaemonConfigFromText(*text, path, files, own);
+    if (!applied) {
+      faults.Append(own);
+      faults.Add({Fault::Severity::kFault, file, 0, "",
+                  fmt::format("version {} is in force, but cannot be read here", version)});
+      return std::nullopt;
+    }
+    config = std::move(applied);
+  }
+  LoadedArm arm(config->machine.cell);
+  return ViewModel{std::move(*config), std::move(arm), version};
+}
+
+}  // namespace plumbline

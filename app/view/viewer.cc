@@ -1,0 +1,120 @@
+#include "app/view/viewer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/daemon/log.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kRateShare = 0.1;  ///< of the newest interval in the mean rate
+
+std::optional<TagDatabase> TagsOf(const ViewModel& model) {
+  if (!model.config.camera) return std::nullopt;
+  return model.config.camera->tags.database;
+}
+
+}  // namespace
+
+Viewer::Viewer(std::string config_file, ViewModel model, Sink sink)
+    : config_file_(std::move(config_file)),
+      sink_(std::move(sink)),
+      model_(std::move(model)),
+      overlay_(model_->config.overlay),
+      state_directory_(model_->config.state_directory),
+      client_(ViewSocketOf(state_directory_)) {
+  StartScene();
+}
+
+void Viewer::StartScene() {
+  worker_.reset();
+  worker_.emplace(overlay_.objects_file, TagsOf(*model_), overlay_.near_m, sink_);
+}
+
+bool Viewer::Read(double timeout_s) {
+  const bool came = client_.Read(timeout_s, view_);
+  const std::string& problem = client_.problem();
+  const bool lost = !came && !problem.empty() && !client_.connected();
+  if (lost && link_problem_.empty()) sink_(true, problem);
+  if (came && !link_problem_.empty()) sink_(false, "the daemon's states come again");
+  if (lost) link_problem_ = problem;
+  if (!came) return false;
+  link_problem_.clear();
+  has_state_ = true;
+  const ViewState& state = view_.state;
+  if (!model_ || model_->version != state.model_version) TakeModel(state.model_version);
+  if (const auto& image = state.camera.image; image && image->sequence != image_sequence_) {
+    const double interval_s = image->time_s - image_s_;
+    const double count = static_cast<double>(image->sequence - image_sequence_);
+    if (image_s_ > 0 && interval_s > 0 && image->sequence > image_sequence_) {
+      const double rate = std::min(count / interval_s, 1000.0);
+      frames_per_s_ += (frames_per_s_ > 0 ? kRateShare : 1) * (rate - frames_per_s_);
+    }
+    image_s_ = image->time_s;
+    image_sequence_ = image->sequence;
+  }
+  const double now_s = MonotonicSeconds();
+  carriers_ = memory_.Take(state, model_ ? &*model_ : nullptr, now_s);
+  worker_->Give({now_s, carriers_});
+  return true;
+}
+
+void Viewer::TakeModel(int version) {
+  if (version == refused_version_) return;
+  FaultList faults;
+  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
+  if (!fresh) {
+    refused_version_ = version;
+    for (const Fault& fault : faults.All()) sink_(true, FaultText(fault));
+    model_.reset();  // another model's tool must not be shown for this one's
+    return;
+  }
+  refused_version_ = -1;
+  if (version > 0) sink_(false, fmt::format("model version {} is shown", version));
+  model_ = std::move(fresh);
+}
+
+void Viewer::Reload() {
+  FaultList faults;
+  const int version = has_state_ ? view_.state.model_version : 0;
+  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
+  for (const Fault& fault : faults.All()) {
+    sink_(fault.severity == Fault::Severity::kFault, FaultText(fault));
+  }
+  if (!fresh) {
+    sink_(true, "configuration not reloaded; the former one stays");
+    return;
+  }
+  refused_version_ = -1;
+  model_ = std::move(fresh);
+  overlay_ = model_->config.overlay;
+  StartScene();
+  sink_(false, fmt::format("configuration {} reloaded", config_file_));
+}
+
+const ViewFacts& Viewer::Facts() {
+  scene_ = worker_->Scene();
+  measured_ = worker_->Newest();
+  facts_ = {};
+  facts_.now_s = MonotonicSeconds();
+  facts_.link_problem = link_problem_.empty() && !has_state_ ? client_.problem() : link_problem_;
+  facts_.objects = scene_->remarks;
+  facts_.table = scene_->table ? &*scene_->table : nullptr;
+  facts_.measured = measured_.get();
+  facts_.model = model_ ? &*model_ : nullptr;
+  facts_.frames_per_s = frames_per_s_;
+  for (const LogLine& line : RecentLog()) {
+    facts_.own_lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
+  }
+  if (!has_state_) return facts_;
+  // Time makes things stale although no state comes.
+  carriers_ = memory_.Take(view_.state, facts_.model, facts_.now_s);
+  facts_.state = &view_.state;
+  facts_.carriers = &carriers_;
+  return facts_;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,60 @@
+// The viewer's knowledge of the cell: the newest state, the model in force, the scene, distances.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/view/overlay.h"
+#include "app/view/scene_worker.h"
+#include "app/view_link/view_client.h"
+
+namespace plumbline {
+
+/// Takes states as they come, and gives what a picture is made from. Used by one thread.
+class Viewer {
+ public:
+  using Sink = std::function<void(bool bad, const std::string&)>;
+
+  /// @param config  as it was read from `config_file` without a version of the model
+  Viewer(std::string config_file, ViewModel model, Sink sink);
+
+  /// Waits at most so long for a newer state. @return  whether one came
+  bool Read(double timeout_s);
+  /// Reads the configuration again; one with faults changes nothing.
+  void Reload();
+
+  /// What is to be said now; valid until the next call of anything here.
+  const ViewFacts& Facts();
+  const View& view() const { return view_; }
+  bool has_state() const { return has_state_; }
+  const OverlayConfig& config() const { return overlay_; }
+  std::shared_ptr<const SceneNow> scene() const { return scene_; }
+  const std::string& state_directory() const { return state_directory_; }
+
+ private:
+  void TakeModel(int version);
+  void StartScene();
+
+  const std::string config_file_;
+  const Sink sink_;
+  std::optional<ViewModel> model_;
+  int refused_version_ = -1;  ///< not tried again until SIGHUP or another version
+  OverlayConfig overlay_;
+  std::string state_directory_;
+  ViewClient client_;
+  View view_;
+  bool has_state_ = false;
+  std::string link_problem_;
+  CarrierMemory memory_;
+  Carriers carriers_;
+  std::optional<SceneWorker> worker_;
+  std::shared_ptr<const SceneNow> scene_ = std::make_shared<SceneNow>();
+  std::shared_ptr<const Measured> measured_;
+  double image_s_ = 0, frames_per_s_ = 0;
+  std::uint64_t image_sequence_ = 0;
+  ViewFacts facts_;
+};
+
+}  // namespace plumbline

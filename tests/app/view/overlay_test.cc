@@ -1,0 +1,220 @@
+// The overlay's list against projections that share no code with it.
+#include "app/view/overlay.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/app/view/view_scene.h"
+#include "tests/renderer/scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+struct Composed {
+  Carriers carriers;
+  ViewFacts facts;
+  DisplayList list;
+  std::vector<Label> labels;
+  PictureLayout layout;
+
+  Composed(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
+           const Measured* measured = nullptr)
+      : carriers(scene.Placed()), layout(LayoutOf(size)) {
+    facts.state = &scene.state;
+    facts.carriers = &carriers;
+    facts.model = &*scene.model;
+    facts.table = table;
+    facts.measured = measured;
+    facts.now_s = ViewScene::kNow_s;
+    const std::vector<int> meshes = {11, 12, 13};
+    static const std::vector<std::uint8_t> pixels(1920 * 1080, 90);
+    AddOverlay({facts, scene.model->config.overlay, meshes, pixels.data()}, layout, list, labels);
+  }
+  bool Labelled(const std::string& text) const {
+    return std::any_of(labels.begin(), labels.end(), [&](const Label& label) {
+      return label.text.find(text) != std::string::npos;
+    });
+  }
+};
+
+ObjectTable Table() {
+  ObjectTable table;
+  SceneObject tool;
+  tool.name = "gripper";
+  tool.on.kind = Carrier::Kind::kFlange;
+  tool.bends = true;
+  tool.scale = 2;
+  tool.X_KO = {RotationFromVector(Vec3(0.2, 0.1, 0)), Vec3(0.1, 0, 0.3)};
+  SceneObject body;
+  body.name = "car body";
+  body.on.kind = Carrier::Kind::kWorld;
+  body.occludes = true;
+  SceneObject hidden = body;
+  hidden.name = "hidden";
+  hidden.visible = false;
+  table.objects = {tool, body, hidden};
+  SceneLine datum;
+  datum.name = "datum";
+  datum.on.kind = Carrier::Kind::kBase;
+  datum.points_K = {Vec3(2, 0, 1), Vec3(3, 0, 1)};
+  table.lines = {datum};
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("the picture's pinhole is the lens, scaled: pixels keep their places") {
+  // An independent camera without distortion: the truth renderer's.
+  const Lens lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
+  renderer::Camera straight;
+  straight.fx = lens.fx;
+  straight.fy = lens.fy;
+  straight.cx = lens.cx;
+  straight.cy = lens.cy;
+  for (const ImageSize size : {ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+    const PictureLayout layout = LayoutOf(size);
+    const Lens pinhole = PinholeIn(layout.image, lens, {1920, 1080});
+    CHECK(pinhole.k1 == 0);
+    const double s = pinhole.fx / lens.fx;
+    CHECK(s == Approx(std::min(static_cast<double>(layout.image.width) / 1920,
+                               static_cast<double>(layout.image.height) / 1080)));
+    const double left = pinhole.cx + 0.5 - s * (lens.cx + 0.5);
+    const double upper = pinhole.cy + 0.5 - s * (lens.cy + 0.5);
+    for (const Vec3& p : {Vec3(0.1, -0.2, 1.3), Vec3(-0.4, 0.3, 2.0)}) {
+      const Eigen::Vector2d truth = renderer::PixelOf(straight, p);
+      const Vec2 pixel = Project<double>(pinhole, p);
+      CHECK(pixel.x() + 0.5 == Approx(s * (truth.x() + 0.5) + left));
+      CHECK(pixel.y() + 0.5 == Approx(s * (truth.y() + 0.5) + upper));
+    }
+    // The whole image lies in its area.
+    CHECK(left >= static_cast<double>(layout.image.x) - 1e-6);
+    CHECK(left + s * 1920 <= static_cast<double>(layout.image.right()) + 1e-3);
+    CHECK(upper >= static_cast<double>(layout.image.y) - 1e-6);
+    CHECK(upper + s * 1080 <= static_cast<double>(layout.image.bottom()) + 1e-3);
+  }
+}
+
+TEST_CASE("objects stand on their carriers; what bends is told so; what is hidden is not there") {
+  ViewScene scene;
+  const ObjectTable table = Table();
+  const Composed composed(scene, {1280, 720}, &table);
+  REQUIRE(composed.list.meshes.size() == 2);
+  const DrawnMesh& tool = composed.list.meshes[0];
+  CHECK(tool.mesh == 11);
+  CHECK(tool.bends);
+  CHECK(tool.scale == 2);
+  CHECK(composed.list.meshes[1].mesh == 12);
+  CHECK(composed.list.meshes[1].occludes);
+  CHECK((composed.list.meshes[1].X_CF.p - scene.X_CW.p).norm() < 1e-9);
+  // The sagged arm's flange.
+  LoadedState loaded;
+  REQUIRE(scene.model->arm.AtCommanded(scene.state.q, {40, scene.state.payload_cog_F}, {}, loaded));
+  const Pose X_CF = scene.X_CW * scene.model->arm.X_WB() * loaded.posture.X_BF();
+  CHECK((tool.X_CF.p - X_CF.p).norm() < 1e-5);
+  CHECK((tool.X_CF.R - X_CF.R).norm() < 1e-5);
+  CHECK(composed.list.bend.length_m > 0);
+  CHECK(composed.Labelled("datum"));
+  REQUIRE(composed.list.background.luma.data != nullptr);
+  CHECK(composed.list.background.lens->k1 == -0.08);
+}
+
+TEST_CASE("assembly points: where taught, where hit without correction, and with it") {
+  ViewScene scene("exaggeration = 20.0\n");
+  const Composed composed(scene, {1280, 720});
+  CHECK(composed.list.exaggeration == 20);
+  const AssemblyPoint& point = scene.model->config.machine.points[0];
+  const Vec3 taught_C = scene.X_CW * point.X_WP.p;
+  const Vec3 missed_C =
+      scene.X_CW *
+      Vec3(point.X_WP.p - 20 * (scene.model->arm.X_WB().R * scene.state.points[0].translation_B));
+  const auto any_line = [&](const auto& holds) {
+    return std::any_of(composed.list.lines.begin(), composed.list.lines.end(), holds);
+  };
+  CHECK(any_line([&](const DrawnLine& one) {
+    return one.points_C.size() == 2 && (one.points_C[0] - taught_C).norm() < 1e-9 &&
+           (one.points_C[1] - missed_C).norm() < 1e-9;
+  }));
+  CHECK(any_line([&](const DrawnLine& one) {
+    return one.points_C.size() > 8 &&
+           std::abs((one.points_C[3] - taught_C).norm() - 20 * 0.0003) < 1e-9;
+  }));
+  CHECK(composed.Labelled("assembly 1: 4.15 mm off → 0.30 mm"));
+}
+
+TEST_CASE("a point without correction is told, not drawn as if it had one") {
+  ViewScene scene;
+  scene.state.points[1].valid = false;
+  scene.state.points[1].code = CorrectionCode::kUnreachable;
+  const Composed composed(scene, {1280, 720});
+  CHECK(composed.Labelled("assembly 2: no correction"));
+}
+
+TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
+  ViewScene scene;
+  const ObjectTable table = Table();
+  const Colour grey = Greyed({1, 1, 1, 1});
+  SECTION("lens") {
+    scene.state.watch.state = ZoomState::kVerifying;
+    const Composed composed(scene, {1280, 720}, &table);
+    for (const DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
+    for (const DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);
+    CHECK_FALSE(StaleBecause(composed.facts).empty());
+  }
+  SECTION("robot: the tool alone") {
+    scene.state.alarms = alarm::kRobotStale;
+    const Composed composed(scene, {1280, 720}, &table);
+    CHECK(composed.list.meshes[0].colour.r == grey.r);
+    CHECK(composed.list.meshes[1].colour.r == Approx(0.6));
+  }
+  SECTION("no lens") {
+    scene.state.camera.lens.reset();
+    const Composed composed(scene, {1280, 720}, &table);
+    CHECK(composed.list.meshes.empty());
+    CHECK(composed.list.lines.empty());
+    CHECK(composed.list.background.luma.data != nullptr);
+  }
+  SECTION("nothing wrong") {
+    const Composed composed(scene, {1280, 720}, &table);
+    CHECK(StaleBecause(composed.facts).empty());
+  }
+}
+
+TEST_CASE("the tool without load: behind the loaded one or beside it") {
+  const ObjectTable table = Table();
+  ViewScene behind("nominal = \"behind\"\n"), beside("nominal = \"beside\"\n");
+  const Composed first(behind, {1280, 720}, &table), second(beside, {1280, 720}, &table);
+  REQUIRE(first.list.meshes.size() == 3);
+  CHECK_FALSE(first.list.meshes[1].bends);
+  CHECK(first.list.meshes[1].colour.a < first.list.meshes[0].colour.a);
+  CHECK((first.list.meshes[1].X_CF.p - first.list.meshes[0].X_CF.p).norm() < 0.05);
+  const Vec2 loaded = Project<double>(second.list.pinhole, second.list.meshes[0].X_CF.p);
+  const Vec2 nominal = Project<double>(second.list.pinhole, second.list.meshes[1].X_CF.p);
+  CHECK(loaded.x() - nominal.x() > 0.15 * static_cast<double>(second.layout.image.width));
+  CHECK(second.Labelled("without load"));
+  CHECK(second.Labelled("loaded"));
+}
+
+TEST_CASE("a clip plane follows its carrier") {
+  ViewScene scene;
+  ObjectTable table = Table();
+  table.clip = SceneClip{{Carrier::Kind::kWorld, "", 0}, Vec3(0, 0, 1), 0.9, true};
+  const Composed composed(scene, {1280, 720}, &table);
+  REQUIRE(composed.list.clip);
+  const Vec3 on_it = scene.X_CW * Vec3(3, -2, 0.9);
+  CHECK(composed.list.clip->normal_C.dot(on_it) == Approx(composed.list.clip->distance_m));
+}
+
+TEST_CASE("interference is called out where it is; old results are not") {
+  ViewScene scene;
+  Measured measured;
+  measured.time_s = ViewScene::kNow_s - 0.1;
+  MeasuredPair pair{"gripper", "car body", Nearness::kInterference, Separation{}};
+  pair.separation->touching = true;
+  pair.separation->depth_m = 0.0042;
+  pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);
+  measured.pairs.push_back(pair);
+  CHECK(Composed(scene, {1280, 720}, nullptr, &measured).Labelled("INTERFERENCE 4.2 mm deep"));
+  measured.time_s -= 2;
+  CHECK_FALSE(Composed(scene, {1280, 720}, nullptr, &measured).Labelled("INTERFERENCE"));
+}

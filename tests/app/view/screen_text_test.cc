@@ -1,0 +1,198 @@
+#include "app/view/screen_text.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/app/view/view_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+/// Letters as wide as a font's widest would be too wide for truth; 0.6 em is the middle.
+float WidthOf(const std::string& text, float height_px) {
+  float letters = 0;
+  for (const char byte : text) letters += (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
+  return 0.6F * height_px * letters;
+}
+
+struct Drawn {
+  Carriers carriers;
+  ViewFacts facts;
+  PictureLayout layout;
+  DisplayList list;
+
+  Drawn(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
+        const Measured* measured = nullptr)
+      : carriers(scene.Placed()), layout(LayoutOf(size)) {
+    facts.state = &scene.state;
+    facts.carriers = &carriers;
+    facts.model = &*scene.model;
+    facts.table = table;
+    facts.measured = measured;
+    facts.now_s = ViewScene::kNow_s;
+    const std::vector<int> meshes;
+    list = PictureOf({facts, scene.model->config.overlay, meshes, nullptr}, layout, WidthOf);
+  }
+  bool Says(const std::string& words) const {
+    return std::any_of(list.texts.begin(), list.texts.end(), [&](const DrawnText& text) {
+      return text.text.find(words) != std::string::npos;
+    });
+  }
+};
+
+/// What a text covers.
+Area Of(const DrawnText& text) {
+  return {text.x, text.y - text.height_px, WidthOf(text.text, text.height_px),
+          1.25F * text.height_px};
+}
+
+void ExpectTidy(const Drawn& drawn) {
+  const auto& texts = drawn.list.texts;
+  const auto width = static_cast<float>(drawn.layout.size.width);
+  const auto height = static_cast<float>(drawn.layout.size.height);
+  for (std::size_t a = 0; a < texts.size(); ++a) {
+    const Area first = Of(texts[a]);
+    CAPTURE(texts[a].text);
+    CHECK(first.x >= 0);
+    CHECK(first.right() <= width + 0.5F);
+    CHECK(first.y >= 0);
+    CHECK(first.bottom() <= height + 0.5F);
+    for (std::size_t b = a + 1; b < texts.size(); ++b) {
+      const Area second = Of(texts[b]);
+      const bool apart = first.right() <= second.x || second.right() <= first.x ||
+                         first.bottom() <= second.y + 0.5F || second.bottom() <= first.y + 0.5F;
+      CAPTURE(texts[b].text);
+      CHECK(apart);
+    }
+  }
+}
+
+void MakeEverythingLong(ViewScene& scene) {
+  const std::string word(400, 'W');
+  scene.state.cell = word;
+  scene.state.camera.serial = word;
+  for (std::uint64_t k = 0; k < 40; ++k) scene.state.lines.push_back({k, 1.8e9, 3, word});
+  scene.state.alarms = 0xFFFF;
+  scene.state.warnings = 0xFFFF;
+  scene.state.watch.prompt = BoardPrompt::kUpperLeft;
+  for (int k = 0; k < 60; ++k) {
+    scene.state.camera.bodies.push_back({word + std::to_string(k), {}, false});
+    scene.state.points.push_back({100 + k, false, false, CorrectionCode::kTooLarge, {}, {}, 0});
+  }
+}
+
+}  // namespace
+
+TEST_CASE("nothing overlaps and nothing leaves the picture, at any size, however much there is") {
+  for (const ImageSize size : {ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
+    ViewScene plain("exaggeration = 10.0\nstress = true\n"), full("exaggeration = 10.0\n");
+    ExpectTidy(Drawn(plain, size));
+    MakeEverythingLong(full);
+    ExpectTidy(Drawn(full, size));
+  }
+}
+
+TEST_CASE("text is at least 12 px high, and a 38th of the picture") {
+  CHECK(LayoutOf({640, 480}).em >= 12);
+  CHECK(LayoutOf({1920, 1080}).em >= 28);
+  ViewScene scene;
+  const Drawn drawn(scene, {640, 480});
+  for (const DrawnText& text : drawn.list.texts) CHECK(text.height_px >= 12);
+}
+
+TEST_CASE("a text that is too long ends in an ellipsis, between letters") {
+  const auto fitted = [](const std::string& text, float letters) {
+    return Fitted(text, 10, letters * 6, WidthOf);
+  };
+  CHECK(fitted("short", 5) == "short");
+  CHECK(fitted("longer", 5) == "long…");
+  CHECK(fitted("to be cut", 4) == "to…");
+  CHECK(fitted("größer", 5) == "größ…");
+  CHECK(fitted("→→→→", 3) == "→→…");
+  CHECK(fitted("abc", 0.5).empty());
+  CHECK(fitted("", 5).empty());
+}
+
+TEST_CASE("all is well: one word, and every panel") {
+  ViewScene scene;
+  const Drawn drawn(scene, {1920, 1080});
+  CHECK(drawn.Says("OK"));
+  for (const char* title : {"Alarms", "Lens", "Tracking", "Correction", "Distances", "Camera",
+                            "Tags", "Objects", "Model"}) {
+    CAPTURE(title);
+    CHECK(drawn.Says(title));
+  }
+  CHECK(drawn.Says("valid: the fixed marks"));
+  CHECK(drawn.Says("3 seen, threshold by the light"));
+  CHECK(drawn.Says("assembly 1: 4.15 → 0.30 mm"));
+  CHECK(drawn.Says("the zoom changed"));
+  CHECK_FALSE(drawn.Says("STALE"));
+  CHECK_FALSE(drawn.Says("deflection shown"));
+}
+
+TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
+  SECTION("lens, and the prompt of a calibration") {
+    ViewScene scene;
+    scene.state.watch.state = ZoomState::kCalibrating;
+    scene.state.watch.reason = ZoomReason::kBoardStarted;
+    scene.state.watch.prompt = BoardPrompt::kTiltLeft;
+    scene.state.watch.board_views = 7;
+    const Drawn drawn(scene, {1280, 720});
+    CHECK(drawn.Says("STALE: the lens is calibrating"));
+    CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
+    CHECK(drawn.Says("7 of 20 views so far"));
+  }
+  SECTION("alarm") {
+    ViewScene scene;
+    scene.state.alarms = alarm::kRobotStale;
+    const Drawn drawn(scene, {1280, 720});
+    CHECK(drawn.Says("ALARM: robot input stale"));
+    CHECK(drawn.Says("→ check the cable to the robot"));
+    CHECK(drawn.Says("STALE: the robot's joints are not known"));
+  }
+  SECTION("a silent daemon") {
+    ViewScene scene;
+    scene.state.now_s -= 10;
+    CHECK(Drawn(scene, {1280, 720}).Says("STALE: the daemon's last word is 10 s ago"));
+  }
+  SECTION("exaggeration, at every size") {
+    for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {
+      ViewScene scene("exaggeration = 25.0\n");
+      CHECK(Drawn(scene, size).Says("deflection shown x 25"));
+      scene.state.watch.state = ZoomState::kMoving;
+      CHECK(Drawn(scene, size).Says("deflection shown x 25"));
+    }
+  }
+  SECTION("every alarm has its advice") {
+    for (int bit = 0; bit < 8; ++bit) {
+      CHECK(AdviceOf(static_cast<std::uint16_t>(1 << bit)) != "see the log");
+    }
+  }
+  SECTION("interference") {
+    ViewScene scene;
+    ObjectTable table;
+    table.objects.resize(2);
+    table.pairs.push_back({0, 1, 0, 0});
+    Measured measured;
+    measured.time_s = ViewScene::kNow_s;
+    MeasuredPair pair{"gripper", "car body", Nearness::kInterference, Separation{}};
+    pair.separation->touching = true;
+    pair.separation->depth_m = 0.0021;
+    measured.pairs.push_back(pair);
+    CHECK(Drawn(scene, {1920, 1080}, &table, &measured).Says("gripper / car body: INTERFERENCE"));
+    measured.time_s -= 5;
+    const Drawn old(scene, {1920, 1080}, &table, &measured);
+    CHECK(old.Says("not measured now"));
+    CHECK_FALSE(old.Says("INTERFERENCE"));
+  }
+}
+
+TEST_CASE("without a daemon the picture says so") {
+  ViewFacts facts;
+  facts.link_problem = "/var/lib/plumbline/view.socket: No such file or directory";
+  const PictureLayout layout = LayoutOf({1280, 720});
+  const DisplayList list = PictureWithoutState(facts, layout, WidthOf);
+  CHECK(std::any_of(list.texts.begin(), list.texts.end(),
+                    [](const DrawnText& text) { return text.text.rfind("NO DAEMON: ", 0) == 0; }));
+}

@@ -1,0 +1,100 @@
+// The demo's cell as a viewer gets it: configuration files, a camera 1.5 m beside the loaded tip,
+// and a state of the daemon in which everything is well.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "app/view/carriers.h"
+#include "firmware-like/geometry/rotation.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/app/temporary_folder.h"
+
+namespace plumbline::test {
+
+/// Of the cell's marks in W, as [tags] says below.
+inline const Pose kMarksInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
+
+inline std::string ViewConfigText(const std::string& folder, const std::string& overlay = "") {
+  std::ofstream(folder + "/bodies.toml") << "schema = 1\n"
+                                            "[[body]]\nname = \"cell\"\nsize_mm = 60.0\n"
+                                            "[[body.tag]]\nid = 0\nxyz_mm = [0.0, 0.0, 0.0]\n"
+                                            "[[body.tag]]\nid = 1\nxyz_mm = [300.0, 0.0, 0.0]\n"
+                                            "[[body]]\nname = \"gripper\"\nsize_mm = 60.0\n"
+                                            "[[body.tag]]\nid = 20\nxyz_mm = [0.0, 0.0, 0.0]\n";
+  return WithLine(DemoConfig("127.0.0.1:1502", "universal-robots-fine"), "", "state_directory",
+                  "\"" + folder + "/state\"") +
+         "\n[camera]\nkind = \"recorded\"\npath = \"frames\"\nserial = \"test camera\"\n"
+         "mode = \"test mode\"\n[tags]\nfile = \"" +
+         folder +
+         "/bodies.toml\"\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
+         "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n"
+         "[overlay]\n" +
+         overlay;
+}
+
+struct ViewScene {
+  static constexpr double kNow_s = 5000;
+
+  TemporaryFolder folder;
+  std::optional<ViewModel> model;
+  ViewState state;
+  Pose X_CW;  ///< the truth
+  CarrierMemory memory;
+
+  explicit ViewScene(const std::string& overlay = "") {
+    std::ofstream(ConfigFile()) << ViewConfigText(folder.path(), overlay);
+    FaultList faults;
+    model = ReadViewModel(ConfigFile(), 0, faults);
+    INFO(FaultsText(faults));
+    REQUIRE(model);
+
+    state.now_s = kNow_s - 0.02;
+    state.utc_s = 1.8e9;
+    state.cell = "demo cell";
+    state.version = "0.1.0";
+    state.q.resize(6);
+    state.q << 0, -100, 110, 0, -10, 0;
+    state.q *= kRadPerDeg;
+    state.payload_kg = 40;
+    state.payload_cog_F = Vec3(0.02, -0.05, 0.9);
+    for (const AssemblyPoint& point : model->config.machine.points) {
+      ViewPoint told;
+      told.id = point.id;
+      told.valid = true;
+      told.code = CorrectionCode::kOk;
+      told.translation_B = Vec3(0.001, -0.002, 0.0035);
+      told.uncertainty_m = 0.0003;
+      state.points.push_back(told);
+    }
+    state.watch.configured = true;
+    state.watch.state = ZoomState::kValid;
+    state.watch.reason = ZoomReason::kMarksGood;
+    state.watch.zoom_counts = 4000;
+    state.watch.lens_id = 1;
+    // Beside the tip, the image's right along W's x.
+    LoadedState loaded;
+    REQUIRE(model->arm.AtCommanded(state.q, {*state.payload_kg, state.payload_cog_F}, {}, loaded));
+    X_CW.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+    X_CW.p = Vec3(0.02, -0.03, 1.5) - X_CW.R * loaded.X_WT.p;
+    state.camera.serial = "test camera";
+    state.camera.mode = "test mode";
+    state.camera.lens = Lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
+    state.camera.image = ViewImage{0, 7, 1920, 1080, false, kNow_s - 0.03, 70};
+    state.camera.bodies = {
+        {"cell", X_CW * kMarksInW, false},
+        {"gripper", {RotationFromVector(Vec3(0.1, 0, 0)), Vec3(0, 0, 1.4)}, false}};
+    for (const int id : {0, 1, 20}) {
+      ViewTag tag;
+      tag.id = id;
+      tag.X_CM = Pose{Mat3::Identity(), Vec3(0.1 * id, 0, 1.5)};
+      state.camera.tags.push_back(tag);
+    }
+    state.lines = {{1, 1.8e9 - 100, 5, "plumblined 0.1.0 with the demo cell"},
+                   {2, 1.8e9 - 10, 4, "the zoom changed"}};
+  }
+  std::string ConfigFile() const { return folder.path() + "/plumbline.toml"; }
+  Carriers Placed(double now_s = kNow_s) { return memory.Take(state, &*model, now_s); }
+};
+
+}  // namespace plumbline::test
