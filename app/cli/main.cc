@@ -15,6 +15,7 @@
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
 #include "app/cli/registers_command.h"
+#include "app/cli/snapshot_command.h"
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
 #include "app/cli/track_command.h"
@@ -112,6 +113,7 @@ int main(int argc, char** argv) {
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
+  AddSnapshotCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);
   AddBoardWorkerCommand(app, exit_code);
