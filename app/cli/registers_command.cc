@@ -116,6 +116,9 @@ std::string RegisterMapMarkdown() {
       PlcCamera::kMostBodies - 1, plc_map::kBodies, plc_map::kBodySize);
   page += kHead;
   for (const MapField& field : plc_map::BodyFields()) page += Row(field, plc_map::kBodies);
+  page += "\n## Virtual objects (read only)\n\n";
+  page += kHead;
+  for (const MapField& field : plc_map::SceneFields()) page += Row(field, 0);
   page += fmt::format(
       "\n## Block of the first configured point (read only)\n\nThe block of the k-th point (k from "
       "0) begins at {} + {} k.\n\n",
@@ -164,6 +167,7 @@ nlohmann::json AsJson() {
   for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
   for (const MapField& field : plc_map::CameraFields()) add(field, 0, "fixed");
   for (const MapField& field : plc_map::BodyFields()) add(field, plc_map::kBodies, "body");
+  for (const MapField& field : plc_map::SceneFields()) add(field, 0, "fixed");
   for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
   for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");
   return map;

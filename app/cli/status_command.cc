@@ -71,6 +71,7 @@ class DaemonRegisters {
     ok = ok && read(plc_map::kCamera, plc_map::kCameraSize);
     ok =
         ok && read(plc_map::kBodies, plc_map::kBodySize * static_cast<int>(PlcCamera::kMostBodies));
+    ok = ok && read(plc_map::kScene, plc_map::kSceneSize);
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
     }
@@ -86,6 +87,7 @@ class DaemonRegisters {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
   }
   double Camera(std::string_view name) const { return Find(plc_map::CameraFields(), name, 0); }
+  double Scene(std::string_view name) const { return Find(plc_map::SceneFields(), name, 0); }
   double Body(std::string_view name, int body) const {
     return Find(plc_map::BodyFields(), name, plc_map::kBodies + plc_map::kBodySize * body);
   }
@@ -120,6 +122,9 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
   }
   for (const MapField& field : plc_map::CameraFields()) {
     json[field.name] = JsonOf(field.type, daemon.Camera(field.name));
+  }
+  for (const MapField& field : plc_map::SceneFields()) {
+    json[field.name] = JsonOf(field.type, daemon.Scene(field.name));
   }
   json["bodies_detail"] = nlohmann::json::array();
   for (int k = 0; k < static_cast<int>(daemon.Camera("bodies")); ++k) {
@@ -215,6 +220,22 @@ void PrintCamera(const DaemonRegisters& daemon) {
   }
 }
 
+void PrintScene(const DaemonRegisters& daemon) {
+  const auto number = [&](const char* name) { return static_cast<int>(daemon.Scene(name)); };
+  if (number("scene_age") >= 65535) return;
+  std::string text = number("scene_state") == 2   ? "INTERFERENCE"
+                     : number("scene_state") == 1 ? "apart"
+                                                  : "not known";
+  if (number("scene_object_a") > 0) {
+    text += fmt::format(", nearest: {} and {}, {:.2f} mm", number("scene_object_a"),
+                        number("scene_object_b"), daemon.Scene("scene_distance"));
+  }
+  if (const int pairs = number("scene_unmeasured"); pairs > 0) {
+    text += fmt::format(", {} pairs not measured", pairs);
+  }
+  std::cout << fmt::format("{:<12} {}\n", "objects", text);
+}
+
 void Print(const DaemonRegisters& daemon) {
   const auto line = [](const char* topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
@@ -253,6 +274,7 @@ void Print(const DaemonRegisters& daemon) {
                                (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
   }
   PrintCamera(daemon);
+  PrintScene(daemon);
   line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));
   line("warnings", WordText(daemon.Word("warnings"), plc_map::WarningBits()));
   for (int k = 0; k < daemon.points(); ++k) {

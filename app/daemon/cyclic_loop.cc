@@ -183,6 +183,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   environment_.loop.fitted = cell.domain.has_value();
   environment_.loop.effects = static_cast<int>(cell.effects.size());
   environment_.camera = *link_.camera.told.Read();
+  environment_.scene = *link_.scene.Read();
   environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();

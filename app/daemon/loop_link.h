@@ -44,6 +44,7 @@ struct LoopLink {
   LoopQueue queue;
   Latest<PlcLoop> told{2, PlcLoop()};  ///< written by the worker, read by the cycle and the view
   CameraLink camera;
+  Latest<PlcScene> scene{1, PlcScene()};  ///< written by the view, read by the cycle
 };
 
 }  // namespace plumbline

@@ -60,6 +60,7 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   add(plc_map::kLoop, plc_map::kLoopSize);
   add(plc_map::kCamera, plc_map::kCameraSize);
   add(plc_map::kBodies, plc_map::kBodySize * PlcCamera::kMostBodies);
+  add(plc_map::kScene, plc_map::kSceneSize);
   if (points > 0) add(plc_map::kPoints, plc_map::kPointSize * points);
   return std::make_shared<modbus::AddressRanges>(std::move(ranges));
 }

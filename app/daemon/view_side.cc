@@ -68,10 +68,20 @@ void ViewSide::Start(const CyclicLoop& loop) {
   loop_ = &loop;
 }
 
+bool ViewSide::Watched() {
+  const bool watched = publisher_->Watched();
+  if (const auto& scene = publisher_->scene(); scene && scene->time_s != scene_s_) {
+    scene_s_ = scene->time_s;
+    link_.scene.Begin() = *scene;
+    link_.scene.Publish();
+  }
+  return watched;
+}
+
 void ViewSide::TakeImage(Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
                          const Lens* lens) {
   const std::lock_guard lock(mutex_);
-  if (!publisher_ || loop_ == nullptr || !publisher_->Watched()) return;
+  if (!publisher_ || loop_ == nullptr || !Watched()) return;
   camera_ = SeenBy(camera, seen, lens);
   const std::vector<std::uint8_t>* const bgr = camera.Bgr();
   camera_.image = publisher_->Share(frame.luma, bgr != nullptr ? bgr->data() : nullptr);
@@ -85,7 +95,7 @@ void ViewSide::TakeImage(Camera& camera, const CameraFrame& frame, const Tracked
 void ViewSide::TakeTime() {
   const std::lock_guard lock(mutex_);
   if (!publisher_ || loop_ == nullptr) return;
-  if (MonotonicSeconds() - sent_s_ < kWithoutImages_s || !publisher_->Watched()) return;
+  if (MonotonicSeconds() - sent_s_ < kWithoutImages_s || !Watched()) return;
   Send();
 }
 

@@ -32,6 +32,7 @@ class ViewSide {
 
  private:
   void Send();
+  bool Watched();
 
   std::mutex mutex_;
   const std::unique_ptr<ViewPublisher> publisher_;
@@ -41,6 +42,7 @@ class ViewSide {
   std::vector<int> point_ids_;
   ViewCamera camera_;
   double sent_s_ = -1e300;
+  double scene_s_ = -1e300;  ///< of what was told of virtual objects
 };
 
 }  // namespace plumbline

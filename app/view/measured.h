@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "app/scene/interference.h"
+#include "drivers/plc/plc_scene.h"
 #include "firmware-like/scene/interference_watch.h"
 
 namespace plumbline {
 
 struct MeasuredPair {
   std::string a, b;
+  int number_a = 0, number_b = 0;  ///< of the object table
   Nearness state = Nearness::kApart;
   std::optional<Separation> separation;  ///< nothing: one of them is not placed or not loaded
 };
@@ -36,6 +38,9 @@ struct Measured {
   std::vector<MeasuredDistance> distances;
   std::vector<MeasuredSweep> sweeps;
 };
+
+/// What of it the PLC is told; without its time.
+PlcScene SceneForPlc(const Measured& measured);
 
 /// Older results are told as not known.
 inline constexpr double kMeasuredFresh_s = 1.0;

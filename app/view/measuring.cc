@@ -14,6 +14,21 @@ constexpr double kSweepShare = 10;  ///< they pause for so many times as long as
 
 }  // namespace
 
+PlcScene SceneForPlc(const Measured& measured) {
+  PlcScene scene;
+  for (const MeasuredPair& pair : measured.pairs) {
+    if (pair.state == Nearness::kInterference) ++scene.interferences;
+    if (!pair.separation) {
+      ++scene.unmeasured;
+    } else if (scene.object_a == 0 || pair.separation->distance_m < scene.smallest_m) {
+      scene.smallest_m = pair.separation->distance_m;
+      scene.object_a = static_cast<std::uint16_t>(pair.number_a);
+      scene.object_b = static_cast<std::uint16_t>(pair.number_b);
+    }
+  }
+  return scene;
+}
+
 void Measuring::Take(std::shared_ptr<const SceneNow> scene) {
   if (!scene || !scene->complete || scene == scene_) return;
   scene_ = std::move(scene);
@@ -84,7 +99,8 @@ Measured Measuring::Measure(const MeasureInput& input, double now_s) {
 MeasuredPair Measuring::MeasurePair(std::size_t index) {
   const ObjectTable& table = *scene_->table;
   const ScenePair& pair = table.pairs[index];
-  MeasuredPair measured{table.objects[pair.a].name, table.objects[pair.b].name, {}, {}};
+  const SceneObject &a = table.objects[pair.a], &b = table.objects[pair.b];
+  MeasuredPair measured{a.name, b.name, a.number, b.number, {}, {}};
   if (Ready(pair.a) && Ready(pair.b)) {
     measured.separation = solids_->Measure(*solid_[pair.a], *solid_[pair.b]);
   }

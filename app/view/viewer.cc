@@ -59,7 +59,15 @@ bool Viewer::Read(double timeout_s) {
   const double now_s = MonotonicSeconds();
   carriers_ = memory_.Take(state, model_ ? &*model_ : nullptr, now_s);
   worker_->Give({now_s, carriers_});
+  TellScene();
   return true;
+}
+
+void Viewer::TellScene() {
+  const std::shared_ptr<const Measured> newest = worker_->Newest();
+  if (!newest || newest == told_ || newest->pairs.empty()) return;
+  told_ = newest;
+  client_.Tell(SceneForPlc(*newest));
 }
 
 void Viewer::TakeModel(int version) {

@@ -36,6 +36,7 @@ class Viewer {
  private:
   void TakeModel(int version);
   void StartScene();
+  void TellScene();
 
   const std::string config_file_;
   const Sink sink_;
@@ -51,7 +52,7 @@ class Viewer {
   Carriers carriers_;
   std::optional<SceneWorker> worker_;
   std::shared_ptr<const SceneNow> scene_ = std::make_shared<SceneNow>();
-  std::shared_ptr<const Measured> measured_;
+  std::shared_ptr<const Measured> measured_, told_;
   double image_s_ = 0, frames_per_s_ = 0;
   std::uint64_t image_sequence_ = 0;
   ViewFacts facts_;

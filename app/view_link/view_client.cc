@@ -16,6 +16,7 @@
 #include <cstring>
 #include <thread>
 
+#include "app/view_link/scene_message.h"
 #include "app/view_link/view_json.h"
 #include "app/view_link/view_publisher.h"
 #include "drivers/clock.h"
@@ -122,6 +123,14 @@ bool ViewClient::CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pi
   pixels.assign(slot + kViewPixels, slot + kViewPixels + size);
   std::atomic_thread_fence(std::memory_order_seq_cst);
   return stamp() == image.stamp;
+}
+
+void ViewClient::Tell(const PlcScene& scene) {
+  if (socket_ < 0) return;
+  const SceneMessage message = BytesOfScene(scene);
+  // What cannot be sent now is old by the next time; a connection that is gone shows in Read().
+  [[maybe_unused]] const ssize_t sent =
+      send(socket_, message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
 bool ViewClient::Read(double timeout_s, View& view) {

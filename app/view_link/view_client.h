@@ -30,6 +30,9 @@ class ViewClient {
   /// Waits at most `timeout_s` for a state newer than the last. @return  false: none came
   bool Read(double timeout_s, View& view);
 
+  /// Says what was measured, where the daemon listens to this user; it is not waited for.
+  void Tell(const PlcScene& scene);
+
   bool connected() const { return socket_ >= 0; }
   /// Why there is no state, in words that say what to do; empty while they come.
   const std::string& problem() const { return problem_; }

@@ -8,17 +8,20 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
 
 #include "app/view_link/view_json.h"
+#include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
 
 /// A state with a long list of points and lines; the kernel refuses a message larger than this.
 constexpr int kSendBuffer = 1 << 20;
+constexpr int kMostHeard = 16;  ///< messages of a viewer at one look
 
 std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
   return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
@@ -62,11 +65,25 @@ ViewPublisher::~ViewPublisher() {
 bool ViewPublisher::Watched() {
   Accept();
   for (std::size_t k = viewers_.size(); k-- > 0;) {
-    char byte = 0;  // viewers say nothing; one that is gone reads as an end
-    const ssize_t got = recv(viewers_[k].socket, &byte, 1, MSG_DONTWAIT);
-    if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR)) Drop(k);
+    if (!Hear(viewers_[k])) Drop(k);
   }
   return !viewers_.empty();
+}
+
+/// @return  false: it is gone
+bool ViewPublisher::Hear(const Viewer& viewer) {
+  for (int messages = 0; messages < kMostHeard; ++messages) {
+    std::array<std::uint8_t, kSceneMessageBytes + 1> bytes;  // one more: a longer one is seen
+    const ssize_t got = recv(viewer.socket, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (got < 0) return errno == EAGAIN || errno == EINTR;
+    if (got == 0) return false;
+    if (!viewer.may_tell) continue;
+    if (auto scene = SceneOfBytes(std::span(bytes).first(static_cast<std::size_t>(got)))) {
+      scene->time_s = MonotonicSeconds();
+      scene_ = scene;
+    }
+  }
+  return true;
 }
 
 void ViewPublisher::Accept() {
@@ -78,7 +95,11 @@ void ViewPublisher::Accept() {
       continue;
     }
     setsockopt(viewer, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-    viewers_.push_back({viewer, -1});
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    const bool same =
+        getsockopt(viewer, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == geteuid();
+    viewers_.push_back({viewer, -1, same});
   }
 }
 

@@ -7,17 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "app/view_link/scene_message.h"
 #include "app/view_link/view_state.h"
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
 
-/// Listens on a socket of the file system; whoever may open that file may look, and nobody can
-/// write through it. A new viewer is handed the memory in which the images lie, to read only; then
-/// a message (view_json.h) comes for every state. Nobody is waited for: a viewer whose socket is
-/// full misses that state and gets the next, and one that stays away costs nothing: with no viewer
-/// at all, nothing is copied.
+/// Listens on a socket of the file system; whoever may open that file may look. What can be said
+/// through it is one message of 24 bytes (scene_message.h), by the daemon's own user. A new viewer
+/// is handed the memory in which the images lie, to read only; then a message (view_json.h) comes
+/// for every state. Nobody is waited for: a viewer whose socket is full misses that state and gets
+/// the next, and one that stays away costs nothing: with no viewer at all, nothing is copied.
 ///
 /// Images go round kSlots places. A viewer copies one and then looks whether the place's stamp is
 /// still the one that the state named; a viewer slower than kSlots - 1 images sees that it is not.
@@ -42,10 +43,16 @@ class ViewPublisher {
 
   void Send(const ViewState& state);
 
+  /// The newest that a viewer of the daemon's own user said (scene_message.h), with the moment at
+  /// which Watched() took it; nothing: none did. What others say, or what is no such message, is
+  /// thrown away.
+  const std::optional<PlcScene>& scene() const { return scene_; }
+
  private:
   struct Viewer {
     int socket = -1;
     int memory_handed = -1;  ///< which memory it knows
+    bool may_tell = false;   ///< it runs as the daemon's own user
   };
   ViewPublisher(std::string path, int socket);
   bool Reserve(std::size_t bytes);
@@ -61,6 +68,8 @@ class ViewPublisher {
   std::size_t slot_bytes_ = 0;
   int next_slot_ = 0;
   std::uint32_t stamp_ = 0;
+  bool Hear(const Viewer& viewer);
+  std::optional<PlcScene> scene_;
 };
 
 /// At the begin of each slot; the pixels follow at kViewPixels.

@@ -74,6 +74,8 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   for (const MapField& field : plc_map::Fields())
     Put(field.address, field.type, field.value(source));
   EncodeCamera(source);
+  for (const MapField& field : plc_map::SceneFields())
+    Put(field.address, field.type, field.value(source));
   registers_[plc_map::kResultCrc] = CrcOfRegisters(
       std::span(registers_).subspan(plc_map::kResult, plc_map::kResultCrc - plc_map::kResult));
   for (std::size_t k = 0; k < point_ids_.size() && k < snapshot.points.size(); ++k) {

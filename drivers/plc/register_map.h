@@ -5,6 +5,7 @@
 #include <span>
 
 #include "drivers/plc/plc_camera.h"
+#include "drivers/plc/plc_scene.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/snapshot.h"
 
@@ -50,6 +51,7 @@ struct PlcEnvironment {
   double now_s = 0;  ///< monotonic
   PlcLoop loop;
   PlcCamera camera;
+  PlcScene scene;
 };
 
 /// How orientations and 32-bit values stand in the map.
@@ -105,6 +107,7 @@ inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 24;
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
+inline constexpr std::uint16_t kScene = 640, kSceneSize = 8;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
@@ -129,6 +132,8 @@ std::span<const MapField> PointFields();
 std::span<const MapField> CameraFields();
 /// Entries of the block of one tracked body, offsets ascending.
 std::span<const MapField> BodyFields();
+/// Entries of virtual objects, addresses ascending; they follow the bodies' blocks.
+std::span<const MapField> SceneFields();
 /// Bits of register 502.
 std::span<const BitMeaning> CameraBits();
 /// Bits of the status, alarm and warning words, ascending.

@@ -33,6 +33,8 @@ struct Watched {
     ObjectTable table;
     SceneObject box, wall;
     box.name = "box";
+    box.number = 4;
+    wall.number = 9;
     box.on.kind = Carrier::Kind::kFlange;
     const double length_m = static_cast<double>(carriers.tool->bend.length_m);
     box.bends = true;
@@ -70,6 +72,11 @@ TEST_CASE("the bent tool's box and a wall: apart, near, interference, and the en
   Watched watched;
   watched.Stand(0.5);
   Measured measured = watched.Measure();
+  const PlcScene told = SceneForPlc(measured);
+  CHECK(told.interferences == 0);
+  CHECK(told.object_a == 4);
+  CHECK(told.object_b == 9);
+  CHECK(told.smallest_m == Approx(0.3).margin(5e-4));
   REQUIRE(measured.pairs.size() == 1);
   REQUIRE(measured.pairs[0].separation);
   // The box is bent with the tool: its sections turn by milliradians, its sides by micrometres.
@@ -101,6 +108,8 @@ TEST_CASE("begin and end of interference are told once each, nearness too") {
   const Measured unknown = watched.Measure();
   CHECK_FALSE(unknown.pairs[0].separation);
   CHECK(unknown.pairs[0].state == Nearness::kNear);
+  CHECK(SceneForPlc(unknown).unmeasured == 1);
+  CHECK(SceneForPlc(unknown).object_a == 0);
   CHECK_FALSE(unknown.distances[0].distance_m);
   CHECK(watched.told.size() == 1);
 

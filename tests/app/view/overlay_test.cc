@@ -209,7 +209,7 @@ TEST_CASE("interference is called out where it is; old results are not") {
   ViewScene scene;
   Measured measured;
   measured.time_s = ViewScene::kNow_s - 0.1;
-  MeasuredPair pair{"gripper", "car body", Nearness::kInterference, Separation{}};
+  MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
   pair.separation->touching = true;
   pair.separation->depth_m = 0.0042;
   pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);

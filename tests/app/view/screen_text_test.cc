@@ -176,7 +176,7 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     table.pairs.push_back({0, 1, 0, 0});
     Measured measured;
     measured.time_s = ViewScene::kNow_s;
-    MeasuredPair pair{"gripper", "car body", Nearness::kInterference, Separation{}};
+    MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);

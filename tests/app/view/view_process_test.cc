@@ -310,6 +310,12 @@ TEST_CASE("the viewer: comes before the daemon, stays through its restart, keeps
   REQUIRE(view.Says("drawing by"));
   REQUIRE(view.Says("fixture.obj: 12 triangles"));
   REQUIRE(station.LensIsValid());
+  // What the viewer measures ends in the PLC's registers.
+  REQUIRE(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 1; }));
+  const auto told = station.plc->Read(640, 8);
+  CHECK(told.Word(2) == 1);
+  CHECK(told.Word(3) == 2);
+  CHECK(told.Float(4) > 20);
   // An alarm: the robot goes. The last pictures are kept.
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept
@@ -322,6 +328,9 @@ TEST_CASE("the viewer: comes before the daemon, stays through its restart, keeps
 
   view.Signal(SIGHUP);
   REQUIRE(view.Says("reloaded"));
+  view.Signal(SIGSTOP);  // it hangs: the registers say that nothing is known
+  CHECK(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 0; }));
+  view.Signal(SIGCONT);
   station.daemon->Signal(SIGTERM);
   REQUIRE(station.daemon->Wait() == 0);
   REQUIRE(view.Says("the daemon has ended the connection"));

@@ -1,12 +1,15 @@
 // The view between two ends of a real socket.
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 
+#include "app/view_link/scene_message.h"
 #include "app/view_link/view_client.h"
 #include "app/view_link/view_json.h"
 #include "app/view_link/view_publisher.h"
@@ -225,4 +228,105 @@ TEST_CASE("A daemon that ends is told, and found again") {
 TEST_CASE("A path that cannot be a socket is refused with its reason") {
   CHECK_FALSE(ViewPublisher::Open("/no/such/folder/view"));
   CHECK_FALSE(ViewPublisher::Open("/tmp/" + std::string(200, 'x')));
+}
+
+TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else") {
+  const PlcScene scene{2, 1, 0.0125, 3, 17, 0};
+  const SceneMessage message = BytesOfScene(scene);
+  const auto read = SceneOfBytes(message);
+  REQUIRE(read);
+  CHECK(read->interferences == 2);
+  CHECK(read->unmeasured == 1);
+  CHECK(read->smallest_m == Approx(0.0125));
+  CHECK(read->object_a == 3);
+  CHECK(read->object_b == 17);
+  CHECK(SceneOfBytes(BytesOfScene({})));  // nothing measured
+
+  for (std::size_t size = 0; size < message.size(); ++size) {
+    CHECK_FALSE(SceneOfBytes(std::span(message).first(size)));
+  }
+  std::vector<std::uint8_t> longer(message.begin(), message.end());
+  longer.push_back(0);
+  CHECK_FALSE(SceneOfBytes(longer));
+  const auto spoilt = [&](PlcScene wrong) { return SceneOfBytes(BytesOfScene(wrong)).has_value(); };
+  CHECK_FALSE(spoilt({5001, 0, 0, 1, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0xFFFFFFFF, 0, 1, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0, -0.001, 1, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0, NAN, 1, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0, INFINITY, 1, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0, 0.1, 10000, 2, 0}));
+  CHECK_FALSE(spoilt({0, 0, 0.1, 1, 0, 0}));
+  CHECK_FALSE(spoilt({0, 0, 0.1, 0, 0, 0}));
+  // Any byte changed in any way gives a message within the limits, or none.
+  for (std::size_t at = 0; at < message.size(); ++at) {
+    for (int value = 0; value < 256; ++value) {
+      SceneMessage other = message;
+      other[at] = static_cast<std::uint8_t>(value);
+      const auto taken = SceneOfBytes(other);
+      if (at < 8 && other != message) CHECK_FALSE(taken);
+      if (!taken) continue;
+      CHECK(taken->interferences <= kMostScenePairs);
+      CHECK((taken->smallest_m >= 0 && taken->smallest_m <= 1000));
+    }
+  }
+}
+
+TEST_CASE("the daemon hears a viewer of its own user, and nobody else; nonsense changes nothing") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/view.socket";
+  auto publisher = ViewPublisher::Open(path);
+  REQUIRE(publisher);
+  ViewPublisher& daemon = **publisher;
+  ViewClient viewer(path);
+  View view;
+  static_cast<void>(viewer.Read(0, view));
+  REQUIRE(viewer.connected());
+  REQUIRE(daemon.Watched());
+  CHECK_FALSE(daemon.scene());
+  viewer.Tell({1, 0, 0, 3, 17, 0});
+  REQUIRE(daemon.Watched());
+  REQUIRE(daemon.scene());
+  CHECK(daemon.scene()->interferences == 1);
+  CHECK(daemon.scene()->time_s > 0);
+  for (int k = 0; k < 100; ++k) viewer.Tell({0, 0, 1e-3 * k, 3, 17, 0});
+  for (int looks = 0; looks < 20; ++looks) REQUIRE(daemon.Watched());
+  viewer.Tell({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
+  REQUIRE(daemon.Watched());
+  CHECK(daemon.scene()->smallest_m == Approx(0.5));
+  const PlcScene before = *daemon.scene();
+
+  const auto say = [&](const std::string& words) {
+    const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, path.c_str());
+    const bool said =
+        connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+        send(socket, words.data(), words.size(), MSG_NOSIGNAL) ==
+            static_cast<ssize_t>(words.size());
+    return std::pair(socket, said);
+  };
+  for (const std::string& words :
+       {std::string("x"), std::string(24, 'x'), std::string(60000, 'x')}) {
+    const auto [socket, said] = say(words);
+    CHECK(said);
+    REQUIRE(daemon.Watched());
+    CHECK(daemon.scene()->time_s == before.time_s);
+    close(socket);
+  }
+
+  if (geteuid() != 0) {
+    WARN("SKIPPED: another user cannot be played without being root");
+    return;
+  }
+  chmod(folder.path().c_str(), 0755);
+  chmod(path.c_str(), 0666);
+  const SceneMessage message = BytesOfScene({9, 0, 0, 3, 17, 0});
+  REQUIRE(seteuid(65534) == 0);
+  const auto [socket, said] = say(std::string(message.begin(), message.end()));
+  REQUIRE(seteuid(0) == 0);
+  CHECK(said);
+  REQUIRE(daemon.Watched());
+  CHECK(daemon.scene()->interferences != 9);
+  close(socket);
 }

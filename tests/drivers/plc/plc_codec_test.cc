@@ -77,7 +77,9 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
   const auto bodies = plc_map::kBodySize * PlcCamera::kMostBodies;
   CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
-  CHECK(plc_map::kBodies + bodies <= plc_map::kCommands);
+  CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
+  check(plc_map::SceneFields(), plc_map::kScene, plc_map::kScene + plc_map::kSceneSize - 1);
+  CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCommands);
   check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
 }
 
@@ -313,4 +315,43 @@ TEST_CASE("what the loop tells stands in its window, as floats and as integers")
   const auto& fitted = encoder.Encode(snapshot, environment);
   CHECK(Read(fitted, "model_fitted") == 1);
   CHECK(Read(fitted, "model_effects") == 3);
+}
+TEST_CASE("virtual objects: interference, the smallest distance, and what is old") {
+  PlcEncoder encoder({false, OrientationConvention::kRollPitchYaw}, {});
+  PlcEnvironment environment;
+  environment.now_s = 100;
+  const auto read = [&](const char* name) {
+    const auto& image = encoder.Encode(SomeSnapshot(), environment);
+    for (const MapField& field : plc_map::SceneFields()) {
+      if (std::string_view(field.name) == name) {
+        return ValueOfField(field.type, image, field.address, false);
+      }
+    }
+    FAIL("no field " << name);
+    return 0.0;
+  };
+  CHECK(read("scene_state") == 0);
+  CHECK(read("scene_distance") == -1);
+  CHECK(read("scene_age") == 65535);
+  environment.scene = {0, 0, 0.0125, 3, 17, 99.75};
+  CHECK(read("scene_state") == 1);
+  CHECK(read("scene_object_a") == 3);
+  CHECK(read("scene_object_b") == 17);
+  CHECK(read("scene_distance") == Approx(12.5));
+  CHECK(read("scene_age") == 250);
+  // One pair that is not measured: nobody may rely on "apart".
+  environment.scene.unmeasured = 1;
+  CHECK(read("scene_state") == 0);
+  CHECK(read("scene_distance") == Approx(12.5));
+  CHECK(read("scene_unmeasured") == 1);
+  environment.scene.interferences = 2;
+  environment.scene.smallest_m = 0;
+  CHECK(read("scene_state") == 2);
+  CHECK(read("scene_interferences") == 2);
+  environment.now_s = 101;
+  CHECK(read("scene_state") == 0);
+  CHECK(read("scene_interferences") == 0);
+  CHECK(read("scene_object_a") == 0);
+  CHECK(read("scene_distance") == -1);
+  CHECK(read("scene_age") == 1250);
 }
