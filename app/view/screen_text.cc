@@ -232,11 +232,20 @@ void AddMarks(const OverlayInput& input, const PictureLayout& layout,
       marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
     }
   }
+  const ViewState& state = *input.facts.state;
+  if (state.alarms != 0) {
+    marks.Write(image.x + inset, image.y + inset, "→ " + AdviceOf(state.alarms),
+                ColourOf(Tone::kBad));
+  }
+  if (!state.watch.configured) {
+    marks.Write(image.x + inset, image.y + inset, "no camera is configured",
+                ColourOf(Tone::kFaded));
+  }
   if (input.config.exaggeration != 1) {
     marks.Write(image.x + inset, image.y + inset,
                 fmt::format("deflection shown x {:g}", input.config.exaggeration), kStale);
   }
-  const PlcCamera& watch = input.facts.state->watch;
+  const PlcCamera& watch = state.watch;
   if (watch.prompt != BoardPrompt::kNone) {
     marks.Write(image.x + inset, image.y + inset,
                 fmt::format("→ {} ({} views)", BoardPromptText(watch.prompt), watch.board_views),

@@ -19,15 +19,14 @@ struct Advice {
   const char* text;
 };
 constexpr std::array kAdvice = {
-    Advice{alarm::kEmergencyStop, "release the emergency stop when the cell is safe"},
-    Advice{alarm::kRobotMissing, "check the robot controller, its address and its Modbus server"},
-    Advice{alarm::kRobotStale, "check the cable to the robot controller"},
-    Advice{alarm::kRobotImplausible,
-           "check the robot's profile: joints jump or leave their limits"},
-    Advice{alarm::kDecodingWrong, "check the robot's profile: joints and tool pose disagree"},
-    Advice{alarm::kPayloadUnknown, "tell the payload: [payload], or the controller's setting"},
-    Advice{alarm::kTorquesUnknown, "declare the masses of the links in the cell's file"},
-    Advice{alarm::kPointRefused, "see the point below; do not assemble there"},
+    Advice{alarm::kEmergencyStop, "make safe, release emergency stop"},
+    Advice{alarm::kRobotMissing, "check robot controller and address"},
+    Advice{alarm::kRobotStale, "check the cable to the robot"},
+    Advice{alarm::kRobotImplausible, "check the profile: joints jump"},
+    Advice{alarm::kDecodingWrong, "check the profile: pose disagrees"},
+    Advice{alarm::kPayloadUnknown, "tell the payload"},
+    Advice{alarm::kTorquesUnknown, "declare the links' masses"},
+    Advice{alarm::kPointRefused, "see the point; do not assemble"},
 };
 
 std::string Mm(double metres, int digits = 2) {
@@ -148,7 +147,9 @@ Panel CorrectionPanel(const ViewFacts& facts) {
   panel.lines.push_back(state.payload_kg
                             ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
                             : PanelLine{"payload not known", Tone::kAttention});
-  panel.lines.push_back({fmt::format("robot read {}", AgeText(state.data_age_s)),
+  panel.lines.push_back({(state.alarms & alarm::kRobotMissing) != 0
+                             ? "robot never read"
+                             : "robot read " + AgeText(state.data_age_s),
                          facts.carriers->robot_stale ? Tone::kBad : Tone::kPlain});
   return panel;
 }
