@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "drivers/plc/register_map.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
 using Source = const MapSource&;
 
-constexpr double kMillimetres = 1e3;
-constexpr double kNoAge = 65535, kNotKnown = -1;
-constexpr FieldType kU16 = FieldType::kU16, kFloat = FieldType::kFloat;
+using enum FieldType;
+constexpr double kOldest_ms = 65535, kNotKnown = -1;
 
 const PlcScene& Scene(Source s) {
   return s.environment.scene;
@@ -43,14 +43,13 @@ const std::array kSceneFields = {
     MapField{643, kU16, "scene_object_b", "", "the other one",
              [](Source s) -> double { return Measured(s) ? Scene(s).object_b : 0; }},
     MapField{644, kFloat, "scene_distance", "mm", "its distance, 0: it touches, -1: not known",
-             [](Source s) { return Measured(s) ? kMillimetres * Scene(s).smallest_m : kNotKnown; }},
+             [](Source s) { return Measured(s) ? kMmPerMetre * Scene(s).smallest_m : kNotKnown; }},
     MapField{646, kU16, "scene_unmeasured", "", "pairs that are not measured",
              [](Source s) -> double { return Fresh(s) ? Scene(s).unmeasured : 0; }},
     MapField{647, kU16, "scene_age", "ms", "since it was told, 65535 where older or never",
              [](Source s) {
-               const double age_ms =
-                   std::floor(kMillimetres * (s.environment.now_s - Scene(s).time_s));
-               return age_ms < kNoAge ? std::max(0.0, age_ms) : kNoAge;
+               const double age_ms = std::floor(1e3 * (s.environment.now_s - Scene(s).time_s));
+               return age_ms < kOldest_ms ? std::max(0.0, age_ms) : kOldest_ms;
              }},
 };
 
