@@ -24,7 +24,7 @@ struct Centre {
 
 /// @param at  of the disc, in `smooth`
 std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const Vec2& at,
-                              double gap_px) {
+                                  double gap_px) {
   const double longest = std::max(disc.RadiusAlong(Vec2::UnitX()), disc.RadiusAlong(Vec2::UnitY()));
   if (longest < kLeastRadius_px) return std::nullopt;
   const double radius = 2 * std::sqrt(disc.spread.trace());  // at least the longer one

@@ -28,7 +28,7 @@ using namespace plumbline;
 constexpr MeshLimits kLimits{.triangles = 20'000};
 constexpr int kPatience_ms = 5000;
 constexpr suseconds_t kComputing_us = 50'000;  ///< some inputs keep Assimp busy for ever
-constexpr int kMostInputs = 300;                ///< of one process: it leaks
+constexpr int kMostInputs = 300;               ///< of one process: it leaks
 
 bool Put(int to, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
