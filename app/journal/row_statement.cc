@@ -3,11 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/toml_reader.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
-
-constexpr double kMmPerMetre = 1 / kMetrePerMm;
 
 double FileUnit(const Joint& joint) {
   return joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;

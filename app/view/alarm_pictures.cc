@@ -17,7 +17,7 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kMostWaiting = 8;  ///< pictures; alarms that come faster are told, not drawn
-constexpr int kNice = 10;
+constexpr int kPictureNice = 10;
 
 std::string NameOfAlarm(std::uint16_t alarms, double utc_s) {
   const double seconds = std::clamp(utc_s, 0.0, 253402300799.0);
@@ -103,7 +103,7 @@ void AlarmPictures::MakeRoom() const {
 }
 
 void AlarmPictures::Run() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kPictureNice);
   for (;;) {
     Job job;
     {

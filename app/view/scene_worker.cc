@@ -12,7 +12,7 @@ namespace plumbline {
 namespace {
 
 constexpr std::chrono::milliseconds kLongestWait{50};
-constexpr int kNice = 10;
+constexpr int kMeasuringNice = 10;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ std::shared_ptr<const Measured> SceneWorker::Newest() const {
 
 void SceneWorker::Run() {
   // Linux: of this thread alone.
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kMeasuringNice);
   for (;;) {
     std::optional<MeasureInput> input;
     {
