@@ -11,7 +11,8 @@ namespace plumbline {
 /// From now on, for good: no new descriptor (so no file, no socket), no file grows, no process
 /// starts, no core, no new privileges, at most that much memory and processor time; and of all
 /// system calls only those that read and write open descriptors, manage memory and end. Any other
-/// fails with EPERM. Built with a sanitizer, whose runtime needs more, memory and calls are free.
+/// fails with EPERM. Built with a sanitizer, whose runtime needs more, it limits only time,
+/// processes and cores.
 /// @return  what could not be had; nothing is to be parsed then
 std::optional<Error> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s);
 
