@@ -32,6 +32,7 @@ int Run(const Options& options) {
   if (!options.size.empty()) words.insert(words.end(), {"--size", options.size});
   if (options.json) words.emplace_back("--json");
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   execv(program.c_str(), arguments.data());

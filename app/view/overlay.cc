@@ -196,7 +196,7 @@ class OverlayBuilder {
     std::vector<Vec3> points;
     for (int k = 0; k <= kCircleCorners; ++k) {
       const double angle = 2 * std::numbers::pi * k / kCircleCorners;
-      points.push_back(p_C + radius_m * (std::cos(angle) * right + std::sin(angle) * down));
+      points.emplace_back(p_C + radius_m * (std::cos(angle) * right + std::sin(angle) * down));
     }
     AddLine(std::move(points), colour);
   }

@@ -17,7 +17,7 @@ constexpr int kMeasuringNice = 10;
 }  // namespace
 
 SceneWorker::SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
-                         Sink sink)
+                         const Sink& sink)
     : stock_(std::move(objects_file), std::move(tags), sink),
       measuring_(near_m, sink),
       thread_([this] { Run(); }) {}

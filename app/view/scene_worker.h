@@ -17,7 +17,8 @@ namespace plumbline {
 class SceneWorker {
  public:
   using Sink = std::function<void(bool bad, const std::string&)>;
-  SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m, Sink sink);
+  SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
+              const Sink& sink);
   ~SceneWorker();
   SceneWorker(const SceneWorker&) = delete;
   SceneWorker& operator=(const SceneWorker&) = delete;
