@@ -16,6 +16,7 @@ namespace plumbline {
 namespace {
 
 constexpr int kFault = 1, kUsage = 2;
+constexpr double kNewest_s = 3;  ///< patience for a state and distances of now
 
 int Refuse(int code, const std::string& why) {
   std::cerr << "plumbline snapshot: " << why << '\n';
@@ -90,8 +91,14 @@ int TakeSnapshot(const SnapshotOptions& options) {
     if ((read && measured) || MonotonicSeconds() > meshes_until_s) break;
     viewer.Read(0.05);
   }
-  const double newest_until_s = MonotonicSeconds() + 0.3;
-  while (!viewer.Read(0.05) && MonotonicSeconds() < newest_until_s) {
+  // A state of now, and what is measured in it.
+  const double asked_s = MonotonicSeconds();
+  for (bool newer = false, measured = false;
+       !(newer && measured) && MonotonicSeconds() < asked_s + kNewest_s;) {
+    newer = viewer.Read(0.05) || newer;
+    const ViewFacts& facts = viewer.Facts();
+    measured = facts.table == nullptr || facts.table->pairs.empty() ||
+               (facts.measured != nullptr && facts.measured->time_s >= asked_s);
   }
 
   const ViewFacts& facts = viewer.Facts();

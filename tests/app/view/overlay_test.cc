@@ -28,7 +28,7 @@ struct Composed {
     facts.measured = measured;
     facts.now_s = ViewScene::kNow_s;
     const std::vector<int> meshes = {11, 12, 13};
-    static const std::vector<std::uint8_t> pixels(1920 * 1080, 90);
+    static const std::vector<std::uint8_t> pixels(std::size_t{1920} * 1080, 90);
     AddOverlay({facts, scene.model->config.overlay, meshes, pixels.data()}, layout, list, labels);
   }
   bool Labelled(const std::string& text) const {

@@ -15,11 +15,19 @@
 
 using namespace plumbline;
 using namespace plumbline::test;
-using virtual_cell::Eventually;
 using virtual_cell::RegisterClient;
 using virtual_cell::RunningCell;
 
 namespace {
+
+/// Patience for a busy machine: three processes and a software renderer share it.
+template <typename Condition>
+bool Eventually(Condition holds) {
+  for (int tries = 0; tries < 6; ++tries) {
+    if (virtual_cell::Eventually(holds)) return true;
+  }
+  return false;
+}
 
 bool CanDraw() {
   static const bool can = [] {
@@ -223,7 +231,7 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   CHECK(json.at("panels").at("Lens")[0].get<std::string>().rfind("valid", 0) == 0);
   // Centre to centre about 0.21 m apart: told to the tenth of a millimetre, and measured by FCL.
   const std::string distance = json.at("panels").at("Distances")[0];
-  CHECK_THAT(distance, Catch::StartsWith("fixture / part: "));
+  REQUIRE_THAT(distance, Catch::StartsWith("fixture / part: ") && !Catch::Contains("not measured"));
   CHECK(std::stod(distance.substr(16)) > 20);
   Keep(out, "cell-1920x1080.png");
   const std::string small = station.folder.path() + "/small.png";
