@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "app/config/cell_reader.h"
@@ -305,14 +306,22 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   return config;
 }
 
+std::string InstalledDataDirectory() {
+  std::error_code none;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
+  const auto beside = program.parent_path().parent_path() / "share/plumbline";
+  if (!none && std::filesystem::is_directory(beside, none)) return beside.string();
+  return PLUMBLINE_DATADIR;
+}
+
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  const FileSource& files, FaultList& faults) {
-  return DaemonConfigFromText(text, file, files, PLUMBLINE_DATADIR, faults);
+  return DaemonConfigFromText(text, file, files, InstalledDataDirectory(), faults);
 }
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  FaultList& faults) {
-  return DaemonConfigFromText(text, file, ReadTextFile, PLUMBLINE_DATADIR, faults);
+  return DaemonConfigFromText(text, file, ReadTextFile, InstalledDataDirectory(), faults);
 }
 
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults) {

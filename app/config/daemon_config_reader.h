@@ -12,6 +12,10 @@
 
 namespace plumbline {
 
+/// Where an installed plumbline has its ready cells and profiles: share/plumbline beside the folder
+/// of the running program, else where the build would install it.
+std::string InstalledDataDirectory();
+
 /// The content of a file by its path; ReadTextFile, or a test's own.
 using FileSource = std::function<Result<std::string>(const std::string& path)>;
 
