@@ -88,7 +88,7 @@ void BoardSession::Take(BoardView view) {
   if (last_word_.empty()) {
     Keep(std::move(view));
   } else if (prompt_ == wanted_ && ++alike_ >= kAlike) {
-    kept_under_wanted_ = kPromptViews;  // what was asked for does not come, or is there already
+    spent_.insert(wanted_);  // what was asked for does not come, or is there already
     ChoosePrompt();
   }
   Expire(time_s);
@@ -119,9 +119,13 @@ void BoardSession::ChoosePrompt() {
   if (kept_.size() < kLeastForFit) {
     wanted_ = kFirst[kept_.size()];
   } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
-    const bool enough = kept_under_wanted_ >= kPromptViews;
-    wanted_ =
-        BestPrompt(settings_.board, *fit, size_, enough ? std::optional(before) : std::nullopt);
+    std::set<BoardPrompt> avoid = spent_;
+    if (kept_under_wanted_ >= kPromptViews) avoid.insert(before);
+    wanted_ = BestPrompt(settings_.board, *fit, size_, avoid);
+    if (wanted_ == BoardPrompt::kShowBoard && !spent_.empty()) {
+      spent_.clear();
+      wanted_ = BestPrompt(settings_.board, *fit, size_, {before});
+    }
   }
   if (wanted_ != before) kept_under_wanted_ = alike_ = 0;
   prompt_ = wanted_;

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,7 @@ class BoardSession {
   State state_ = State::kCapturing;
   BoardPrompt prompt_ = BoardPrompt::kShowBoard, wanted_ = BoardPrompt::kTiltLeft;
   int kept_under_wanted_ = 0, alike_ = 0;  ///< alike: not kept for it since the last that was
+  std::set<BoardPrompt> spent_;            ///< asked for in vain, till every one was
   std::vector<BoardView> kept_;
   std::optional<BoardView> previous_;
   std::deque<double> blurs_;  ///< of the last frames

@@ -89,12 +89,12 @@ Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, Imag
 }
 
 BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
-                       std::optional<BoardPrompt> avoid) {
+                       const std::set<BoardPrompt>& avoid) {
   const Lens lens = LensOfShared(fit.shared);
   BoardPrompt best = BoardPrompt::kShowBoard;
   double least = INFINITY;
   for (const Wish& wish : kWishes) {
-    if (wish.prompt == avoid) continue;
+    if (avoid.contains(wish.prompt)) continue;
     const auto information = InformationOfView(
         board, fit.shared, PoseOfWish(wish, board, lens, size), size, fit.sigma_px);
     if (!information) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 
 #include "app/lens/lens_fit.h"
 #include "firmware-like/lens/board_prompt.h"
@@ -20,8 +21,9 @@ Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, Imag
 
 /// The prompt after which the projection would be least uncertain at its worst place, were there
 /// one such view more: of tilts, corners, closer, farther.
-/// @param avoid  not this one again: it was asked for and does not come
+/// @param avoid  not these: they were asked for and do not come
+/// @return       kShowBoard where none is left
 BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
-                       std::optional<BoardPrompt> avoid = std::nullopt);
+                       const std::set<BoardPrompt>& avoid = {});
 
 }  // namespace plumbline

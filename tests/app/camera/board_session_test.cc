@@ -130,7 +130,7 @@ TEST_CASE("a view that follows the prompt tells more than one more of the same")
   const BoardPrompt best = BestPrompt(board, *fit, kSize);
   CHECK(best != BoardPrompt::kTiltLeft);
   CHECK(worst(best) < worst(BoardPrompt::kTiltLeft));
-  CHECK(BestPrompt(board, *fit, kSize, best) != best);
+  CHECK(BestPrompt(board, *fit, kSize, {best}) != best);
 }
 
 TEST_CASE("what is not kept, and what is said of it") {
