@@ -57,6 +57,24 @@ double BoardSession::NoveltyOf(const BoardView& view) const {
   return nearest / std::hypot(size_.width, size_.height);
 }
 
+/// The prompts whose view, followed to the letter, would be like one that is kept.
+std::set<BoardPrompt> BoardSession::ShownAlready(const Lens& lens) const {
+  std::set<BoardPrompt> shown;
+  for (int number = static_cast<int>(BoardPrompt::kTiltLeft); number < kBoardPrompts; ++number) {
+    const auto prompt = static_cast<BoardPrompt>(number);
+    const Pose X_CK = PoseOfPrompt(prompt, settings_.board, lens, size_);
+    BoardView view;
+    for (int k = 0; k < settings_.board.corners(); ++k) {
+      const Vec2 corner = settings_.board.Corner(k);
+      const Vec3 p_C = X_CK * Vec3(corner.x(), corner.y(), 0);
+      view.seen.push_back(p_C.z() > 0);
+      view.corners_px.push_back(p_C.z() > 0 ? Project(lens, p_C) : Vec2(0, 0));
+    }
+    if (NoveltyOf(view) < kNovel) shown.insert(prompt);
+  }
+  return shown;
+}
+
 /// Why a view is not kept; empty where it is.
 std::string BoardSession::Objection(const BoardView& view) {
   std::vector<double> blurs(blurs_.begin(), blurs_.end());
@@ -119,10 +137,11 @@ void BoardSession::ChoosePrompt() {
   if (kept_.size() < kLeastForFit) {
     wanted_ = kFirst[kept_.size()];
   } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
-    std::set<BoardPrompt> avoid = spent_;
+    std::set<BoardPrompt> avoid = ShownAlready(LensOfShared(fit->shared));
+    avoid.insert(spent_.begin(), spent_.end());
     if (kept_under_wanted_ >= kPromptViews) avoid.insert(before);
     wanted_ = BestPrompt(settings_.board, *fit, size_, avoid);
-    if (wanted_ == BoardPrompt::kShowBoard && !spent_.empty()) {
+    if (wanted_ == BoardPrompt::kShowBoard) {  // a hand is never twice at the same place
       spent_.clear();
       wanted_ = BestPrompt(settings_.board, *fit, size_, {before});
     }

@@ -48,6 +48,7 @@ class BoardSession {
  private:
   std::string Objection(const BoardView& view);
   double NoveltyOf(const BoardView& view) const;
+  std::set<BoardPrompt> ShownAlready(const Lens& lens) const;
   void Keep(BoardView view);
   void ChoosePrompt();
   void Judge();

@@ -278,6 +278,11 @@ int RunDaemon(const std::string& config_file) {
   } else {
     Log(LogLevel::kWarning, fmt::format("boot counter not kept: {}", raised.error()));
   }
+  PlcEnvironment started;
+  started.boot_count = boot_count;
+  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), started);
+  images.Begin() = first_image;
+  images.Publish();
   LoopWorker worker(
       link, [](LogLevel level, const std::string& text) { Log(level, text); },
       [] { kill(getpid(), SIGHUP); });
