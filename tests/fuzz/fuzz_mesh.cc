@@ -126,6 +126,11 @@ class Reader {
 
 }  // namespace
 
+/// What Coin keeps until the end.
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libCoin\n";
+}
+
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   PrepareVrmlParser();
   return 0;
