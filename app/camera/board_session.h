@@ -41,6 +41,7 @@ class BoardSession {
   const std::optional<LensCalibration>& calibration() const { return calibration_; }
   const std::vector<std::string>& reasons() const { return reasons_; }  ///< of kRefused
   std::size_t kept() const { return kept_.size(); }
+  const std::vector<BoardView>& views() const { return kept_; }
   double oldest_s() const;  ///< when the oldest kept view was taken
   /// Why the last frame was not kept; empty where it was.
   const std::string& last_word() const { return last_word_; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 
 #include "drivers/latest.h"
@@ -13,6 +14,7 @@ namespace plumbline {
 struct CameraLink {
   Latest<PlcCamera> told{2, PlcCamera()};  ///< written by the watch, read by the cycle and the view
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
+  std::atomic<double> temp_C{NAN};  ///< of the robot, by the cycle; NAN: not told
 };
 
 }  // namespace plumbline

@@ -7,8 +7,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <utility>
+
+#include "app/lens_store/stored_views.h"
 
 namespace plumbline {
 namespace {
@@ -317,10 +320,11 @@ void CameraWatch::FinishBoard(ImageSize size) {
   const bool taken = WithCore([&](WatchCore& core) {
     return core.TakeAccepted(lens, session.oldest_s(), MonotonicSeconds());
   });
-  if (taken) KeepLens(solved, asked);
+  if (taken) KeepLens(session, asked);
 }
 
-void CameraWatch::KeepLens(const LensCalibration& solved, const WatchOrders& asked) {
+void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked) {
+  const LensCalibration& solved = *session.calibration();
   const CameraIdentity& camera = devices_.camera->identity();
   LensEntry entry;
   entry.key = {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts};
@@ -328,7 +332,10 @@ void CameraWatch::KeepLens(const LensCalibration& solved, const WatchOrders& ask
   entry.covariance = solved.covariance;
   entry.image = solved.size;
   entry.rms_px = solved.rms_px;
+  entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);
+  entry.corners = BytesOfViews({solved.board, session.views()});
+  if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = UtcNow();
   sink_(LogLevel::kNotice,
         fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",

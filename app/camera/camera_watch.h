@@ -58,7 +58,7 @@ class CameraWatch {
   void WatchForBoard(const CameraFrame& frame);
   void CaptureBoard(const CameraFrame& frame);
   void FinishBoard(ImageSize size);
-  void KeepLens(const LensCalibration& calibration, const WatchOrders& asked);
+  void KeepLens(const BoardSession& session, const WatchOrders& asked);
   void KeepMarks(const WatchOrders& asked, const MarksMemory& memory);
   bool OpenStore();
   void Pause(double seconds);

@@ -11,6 +11,7 @@
 #include "app/cli/diagnose_command.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/journal_command.h"
+#include "app/cli/lens_command.h"
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
@@ -110,6 +111,7 @@ int main(int argc, char** argv) {
   AddMeshCommand(app, exit_code);
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
+  AddLensCommand(app, exit_code);
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);

@@ -201,6 +201,8 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
 }
 
 void CyclicLoop::HandOver(const CycleParts& parts, const Snapshot& snapshot) {
+  const bool warm = (snapshot.status & status::kTemperatureValid) != 0;
+  link_.camera.temp_C = warm ? snapshot.robot.temp_C.value_or(NAN) : NAN;
   if (snapshot.calibration_order == CalibrationOrder::kStart) ++link_.camera.start_board;
   if (snapshot.calibration_order == CalibrationOrder::kCancel) ++link_.camera.cancel_board;
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;

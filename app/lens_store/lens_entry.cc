@@ -24,15 +24,17 @@ class Hash {
     Add(static_cast<std::int64_t>(text.size()));
     Add(text.data(), text.size());
   }
+  void Add(const std::optional<double>& value) {
+    Add(std::int64_t{value.has_value()});
+    Add(value.value_or(0));
+  }
   std::uint64_t value() const { return value_; }
 
  private:
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-}  // namespace
-
-std::uint64_t ChecksumOf(const LensEntry& entry) {
+std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   Hash hash;
   hash.Add(entry.key.camera_serial);
   hash.Add(entry.key.mode);
@@ -45,12 +47,26 @@ std::uint64_t ChecksumOf(const LensEntry& entry) {
   hash.Add(std::int64_t{entry.image.height});
   hash.Add(entry.rms_px);
   hash.Add(entry.board);
-  hash.Add(entry.pupil_shift_m);
-  hash.Add(std::int64_t{entry.temp_C.has_value()});
-  hash.Add(entry.temp_C.value_or(0));
+  if (schema_1) {
+    hash.Add(entry.pupil_shift_m.value_or(0));
+  } else {
+    hash.Add(entry.pupil_shift_m);
+    hash.Add(entry.uncertainty_px);
+  }
+  hash.Add(entry.temp_C);
   hash.Add(entry.utc);
   hash.Add(std::string(entry.corners.begin(), entry.corners.end()));
   return hash.value();
+}
+
+}  // namespace
+
+std::uint64_t ChecksumOf(const LensEntry& entry) {
+  return Checksum(entry, false);
+}
+
+std::uint64_t ChecksumOfSchema1(const LensEntry& entry) {
+  return Checksum(entry, true);
 }
 
 std::optional<std::string> FaultOf(const LensEntry& entry) {
@@ -65,9 +81,12 @@ std::optional<std::string> FaultOf(const LensEntry& entry) {
     return "the covariance is not symmetric";
   }
   if (entry.image.width <= 0 || entry.image.height <= 0) return "the image size is not positive";
-  const bool finite = std::isfinite(entry.rms_px) && std::isfinite(entry.pupil_shift_m) &&
-                      std::isfinite(entry.temp_C.value_or(0));
-  if (!finite || entry.rms_px < 0) return "RMS, pupil shift or temperature is not a number";
+  const bool finite =
+      std::isfinite(entry.rms_px) && std::isfinite(entry.pupil_shift_m.value_or(0)) &&
+      std::isfinite(entry.temp_C.value_or(0)) && std::isfinite(entry.uncertainty_px.value_or(0));
+  if (!finite || entry.rms_px < 0 || entry.uncertainty_px.value_or(0) < 0) {
+    return "RMS, uncertainty, pupil shift or temperature is not a number";
+  }
   if (entry.utc.empty()) return "no date";
   return std::nullopt;
 }

@@ -24,16 +24,21 @@ struct LensEntry {
   Lens lens;
   LensCovariance covariance = LensCovariance::Zero();  ///< order of LensVector; units of Lens
   ImageSize image;
-  double rms_px = 0;         ///< of the corners, root mean square of their distances
-  std::string board;         ///< which board, in words and numbers
-  double pupil_shift_m = 0;  ///< of the entrance pupil along the axis, against the first entry
-  std::optional<double> temp_C;
+  double rms_px = 0;                     ///< of the corners, root mean square of their distances
+  std::optional<double> uncertainty_px;  ///< of the projection at its worst place, one deviation
+  std::string board;                     ///< which board, in words and numbers
+  /// Of the entrance pupil along the axis, against the first entry. The daemon does not measure it:
+  /// each lens has a pose of the camera of its own, by the fixed marks, which holds it.
+  std::optional<double> pupil_shift_m;
+  std::optional<double> temp_C;       ///< of the robot, where its profile reads one
   std::string utc;                    ///< as 2026-11-21T07:30:00Z
-  std::vector<std::uint8_t> corners;  ///< whatever the calibration needs to do it again
+  std::vector<std::uint8_t> corners;  ///< what the calibration needs to do it again: stored_views.h
 };
 
 /// FNV-1a over everything but the id.
 std::uint64_t ChecksumOf(const LensEntry& entry);
+/// As stores of schema 1 counted it: the pupil's shift always told, no uncertainty.
+std::uint64_t ChecksumOfSchema1(const LensEntry& entry);
 
 /// Why an entry must not be kept, in words: values that are not finite, focal lengths that are not
 /// positive, a covariance that is not symmetric or has a negative variance, an empty image, no

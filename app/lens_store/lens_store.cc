@@ -9,101 +9,14 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "app/lens_store/lens_row.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
-constexpr int kApplicationId = 0x504C4C31;      // "PLL1", told by file(1)
-
-constexpr const char* kSchema = R"(
-CREATE TABLE lens (
-  id INTEGER PRIMARY KEY AUTOINCREMENT,
-  utc TEXT NOT NULL,
-  camera_serial TEXT NOT NULL, mode TEXT NOT NULL,
-  zoom_counts INTEGER NOT NULL, focus_counts INTEGER,
-  width INTEGER NOT NULL, height INTEGER NOT NULL,
-  fx REAL NOT NULL, fy REAL NOT NULL, cx REAL NOT NULL, cy REAL NOT NULL,
-  k1 REAL NOT NULL, k2 REAL NOT NULL, p1 REAL NOT NULL, p2 REAL NOT NULL, k3 REAL NOT NULL,
-  covariance TEXT NOT NULL,  -- 81 numbers, order fx, fy, cx, cy, k1, k2, p1, p2, k3
-  rms_px REAL NOT NULL, board TEXT NOT NULL, pupil_shift_m REAL NOT NULL, temp_C REAL,
-  corners BLOB NOT NULL, checksum INTEGER NOT NULL
-);
-CREATE INDEX lens_of_camera ON lens (camera_serial, mode);
-CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens
-  BEGIN SELECT RAISE(ABORT, 'lenses are never changed'); END;
-CREATE TRIGGER lens_is_not_removed BEFORE DELETE ON lens
-  BEGIN SELECT RAISE(ABORT, 'lenses are never removed'); END;
-)";
-
-constexpr const char* kInsert =
-    "INSERT INTO lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy,"
-    " cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
-    " checksum) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
-
-constexpr const char* kSelect =
-    "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
-    " k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners, checksum, id"
-    " FROM lens";
-
-bool Insert(Statement& statement, const LensEntry& entry) {
-  statement.Bind(1, entry.utc);
-  statement.Bind(2, entry.key.camera_serial);
-  statement.Bind(3, entry.key.mode);
-  statement.Bind(4, std::int64_t{entry.key.zoom_counts});
-  statement.Bind(5, entry.key.focus_counts ? std::optional<std::int64_t>(*entry.key.focus_counts)
-                                           : std::nullopt);
-  statement.Bind(6, std::int64_t{entry.image.width});
-  statement.Bind(7, std::int64_t{entry.image.height});
-  const LensVector values = VectorOfLens(entry.lens);
-  for (int k = 0; k < kLensParameters; ++k) statement.Bind(8 + k, values[k]);
-  nlohmann::json covariance = nlohmann::json::array();
-  for (const double value : entry.covariance.reshaped<Eigen::RowMajor>()) {
-    covariance.push_back(value);
-  }
-  statement.Bind(17, covariance.dump());
-  statement.Bind(18, entry.rms_px);
-  statement.Bind(19, entry.board);
-  statement.Bind(20, entry.pupil_shift_m);
-  statement.Bind(21, entry.temp_C);
-  statement.BindBlob(22, entry.corners);
-  statement.Bind(23, static_cast<std::int64_t>(ChecksumOf(entry)));
-  return statement.Run();
-}
-
-/// Nothing where the row is damaged.
-std::optional<LensEntry> EntryFrom(const Statement& row) {
-  LensEntry entry;
-  entry.utc = row.Text(0);
-  entry.key.camera_serial = row.Text(1);
-  entry.key.mode = row.Text(2);
-  entry.key.zoom_counts = static_cast<std::int32_t>(row.Integer(3));
-  if (!row.IsNull(4)) entry.key.focus_counts = static_cast<std::int32_t>(row.Integer(4));
-  entry.image = {static_cast<int>(row.Integer(5)), static_cast<int>(row.Integer(6))};
-  LensVector values;
-  for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
-  entry.lens = LensOfVector(values);
-  const nlohmann::json covariance = nlohmann::json::parse(row.Text(16), nullptr, false);
-  if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
-  for (int i = 0; i < kLensParameters; ++i) {
-    for (int k = 0; k < kLensParameters; ++k) {
-      const auto& number = covariance[static_cast<std::size_t>(i * kLensParameters + k)];
-      if (!number.is_number()) return std::nullopt;
-      entry.covariance(i, k) = number.get<double>();
-    }
-  }
-  entry.rms_px = row.Number(17);
-  entry.board = row.Text(18);
-  entry.pupil_shift_m = row.Number(19);
-  entry.temp_C = row.NumberIfThere(20);
-  const std::string corners = row.Text(21);
-  entry.corners.assign(corners.begin(), corners.end());
-  entry.id = row.Integer(23);
-  if (static_cast<std::uint64_t>(row.Integer(22)) != ChecksumOf(entry)) return std::nullopt;
-  return entry;
-}
+constexpr int kApplicationId = 0x504C4C31;  // "PLL1", told by file(1)
 
 std::string BackupOf(const std::string& path) {
   return path + ".backup";
@@ -120,6 +33,23 @@ bool Sync(const std::string& path, int flags) {
 bool PassesCheck(Database& database) {
   Statement check(database.get(), "PRAGMA integrity_check(1)");
   return check.Step() == SQLITE_ROW && check.Text(0) == "ok";
+}
+
+/// Why it is none, or none of ours. @param empty  no table was made in it yet
+std::optional<Error> NoLensStore(Database& database, bool& empty) {
+  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
+  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
+  if (!version || !tables || !kind) {
+    return Error{fmt::format("{}: cannot be read: {}", database.path(), database.Problem())};
+  }
+  if (*version > LensStore::kSchemaVersion) {
+    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
+                             database.path(), *version, LensStore::kSchemaVersion)};
+  }
+  empty = *tables == 0;
+  if (empty || *kind == kApplicationId) return std::nullopt;
+  return Error{fmt::format("{}: is a database, but no lens store of plumbline", database.path())};
 }
 
 /// Moves the file and what SQLite keeps beside it out of the way. @return its new name
@@ -154,18 +84,8 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
     damaged = code == SQLITE_NOTADB || code == SQLITE_CORRUPT;
     return store.Failed("cannot be read");
   }
-  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
-  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
-  if (!version || !tables || !kind) return store.Failed("cannot be read");
-  if (*version > kSchemaVersion) {
-    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             path, *version, kSchemaVersion)};
-  }
-  const bool empty = *tables == 0;
-  if (!empty && *kind != kApplicationId) {
-    return Error{fmt::format("{}: is a database, but no lens store of plumbline", path)};
-  }
+  bool empty = false;
+  if (auto why = NoLensStore(database, empty)) return *std::move(why);
   if (!PassesCheck(database)) {
     damaged = true;
     return Error{fmt::format("{}: fails its check", path)};
@@ -173,16 +93,10 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return store.Failed("cannot be prepared");
   }
-  if (empty) {
-    Transaction transaction(database);
-    const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
-                                         kApplicationId, kSchemaVersion);
-    // Another process may have made it since.
-    const Result<std::int64_t> present = database.IntegerOf("PRAGMA user_version");
-    const bool made = transaction.begun() && present &&
-                      (*present != 0 || (database.Run(kSchema) && database.Run(mark.c_str()))) &&
-                      transaction.Commit();
-    if (!made) return store.Failed("cannot be made");
+  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
+  if (!version) return store.Failed("cannot be read");
+  if (empty || *version < kSchemaVersion) {
+    if (const auto why = store.Prepare(damaged)) return *why;
   }
   const auto entries = store.Read(std::nullopt, "");
   if (!entries) {
@@ -190,6 +104,26 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
     return Error{entries.error()};
   }
   return store;
+}
+
+/// Makes the tables, or brings older ones to this version: both or neither.
+std::optional<Error> LensStore::Prepare(bool& damaged) {
+  Transaction transaction(*database_);
+  // Another process may have done it since.
+  const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
+  const Result<std::int64_t> tables = database_->IntegerOf("SELECT count(*) FROM sqlite_master");
+  if (!transaction.begun() || !version || !tables) return Failed("cannot be prepared");
+  if (*tables == 0) {
+    const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
+                                         kApplicationId, kSchemaVersion);
+    if (!database_->Run(kLensSchema) || !database_->Run(mark.c_str())) {
+      return Failed("cannot be made");
+    }
+  } else if (auto why = BringToLensSchema(*database_, *version, damaged)) {
+    return why;
+  }
+  if (!transaction.Commit()) return Failed("cannot be prepared");
+  return std::nullopt;
 }
 
 Result<LensStore> LensStore::Open(const std::string& path) {
@@ -222,7 +156,27 @@ Result<LensStore> LensStore::Open(const std::string& path) {
   return store;
 }
 
-Result<std::int64_t> LensStore::Append(const LensEntry& entry) {
+Result<LensStore> LensStore::OpenForReading(const std::string& path) {
+  Result<Database> opened = Database::Open(path, Database::Mode::kRead);
+  if (!opened) return Error{opened.error()};
+  LensStore store(std::move(opened).value());
+  bool empty = false;
+  if (auto why = NoLensStore(*store.database_, empty)) return *std::move(why);
+  if (empty) return Error{fmt::format("{}: is empty, no lens store yet", path)};
+  const Result<std::int64_t> version = store.database_->IntegerOf("PRAGMA user_version");
+  if (!version) return Error{version.error()};
+  if (*version < kSchemaVersion) {
+    return Error{
+        fmt::format("{}: written by an older plumbline; it becomes readable once this "
+                    "version's plumblined has opened it",
+                    path)};
+  }
+  return store;
+}
+
+Result<std::int64_t> LensStore::Append(const LensEntry& given) {
+  LensEntry entry = given;
+  entry.id = 0;
   if (const auto fault = FaultOf(entry)) {
     return Error{fmt::format("{}: lens not kept: {}", database_->path(), *fault)};
   }
@@ -230,8 +184,8 @@ Result<std::int64_t> LensStore::Append(const LensEntry& entry) {
   {
     Transaction transaction(*database_);
     if (!transaction.begun()) return Failed("lens not kept");
-    Statement statement(database_->get(), kInsert);
-    if (!Insert(statement, entry)) return Failed("lens not kept");
+    Statement statement(database_->get(), kInsertLens);
+    if (!InsertLens(statement, entry)) return Failed("lens not kept");
     id = sqlite3_last_insert_rowid(database_->get());
     if (!transaction.Commit()) return Failed("lens not kept");
   }
@@ -257,7 +211,7 @@ Result<bool> LensStore::KeepBackup() {
 
 Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>& camera_serial,
                                                const std::string& mode) {
-  const std::string sql = std::string(kSelect) +
+  const std::string sql = std::string(kSelectLens) +
                           (camera_serial ? " WHERE camera_serial = ? AND mode = ?" : "") +
                           " ORDER BY id";
   Statement statement(database_->get(), sql);
@@ -268,10 +222,10 @@ Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>&
   std::vector<LensEntry> entries;
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
-    std::optional<LensEntry> entry = EntryFrom(statement);
+    std::optional<LensEntry> entry = EntryOfRow(statement);
     if (!entry) {
       return Error{
-          fmt::format("{}: lens {} fails its checksum", database_->path(), statement.Integer(23))};
+          fmt::format("{}: lens {} fails its checksum", database_->path(), IdOfRow(statement))};
     }
     entries.push_back(*std::move(entry));
   }

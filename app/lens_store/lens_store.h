@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/journal/database.h"
-#include "app/lens_store/lens_entry.h"
+#include "app/lens_store/lens_row.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -35,20 +35,26 @@ struct LensTolerance {
 /// row, so that everything but the corners can be read with the sqlite3 command.
 class LensStore {
  public:
-  static constexpr int kSchemaVersion = 1;
+  static constexpr int kSchemaVersion = kLensSchemaVersion;
 
   /// Opens or makes the file. A file that is damaged (no database, a page or an entry that fails
   /// its check) is moved to PATH.damaged-N and the backup takes its place; notice() says so.
+  /// A store of an older version is brought to this one; the backup stays as it is until the next
+  /// Append().
   /// @return why not: no lens store, of a newer version, not writable, damaged without a backup
   static Result<LensStore> Open(const std::string& path);
+  /// As it is, beside a daemon that writes it. @return why not: as above, or of an older version
+  static Result<LensStore> OpenForReading(const std::string& path);
 
   /// What a person should know of the opening; empty where all was well.
   const std::string& notice() const { return notice_; }
 
+  /// @param entry  its id is not looked at
   /// @return the id, or why it was not kept (FaultOf() or the disk)
   Result<std::int64_t> Append(const LensEntry& entry);
 
-  /// All entries of a camera in one mode, oldest first.
+  /// All entries, oldest first; of a camera in one mode.
+  Result<std::vector<LensEntry>> All() { return Read(std::nullopt, ""); }
   Result<std::vector<LensEntry>> Entries(const std::string& camera_serial, const std::string& mode);
   Result<std::int64_t> Count();
 
@@ -70,6 +76,7 @@ class LensStore {
   /// The newest of each zoom, and entries of other focus left out.
   static std::vector<LensEntry> Nodes(std::vector<LensEntry> entries, const LensKey& key,
                                       const LensTolerance& tolerance);
+  std::optional<Error> Prepare(bool& damaged);
   Result<bool> KeepBackup();
   Error Failed(const std::string& what) const;
 

@@ -6,7 +6,9 @@
 #include <functional>
 
 #include "app/journal/journal.h"
+#include "app/lens/calibration.h"
 #include "app/lens_store/lens_store.h"
+#include "app/lens_store/stored_views.h"
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
@@ -250,6 +252,14 @@ TEST_CASE("a ChArUco board that the configuration names is captured as well") {
   REQUIRE((kept && *kept));
   const LensEntry& entry = (*kept)->entry;
   CHECK(entry.board == WordsOf(board));
+  REQUIRE(entry.uncertainty_px);
+  CHECK(entry.temp_C.has_value() == ((station.plc->Read(11, 1).Word(0) & 0x100) != 0));
+  const auto views = ViewsOfBytes(entry.corners);
+  REQUIRE(views);
+  CHECK(views->views.size() >= 12);
+  const LensCalibration again = CalibrateLens(views->board, views->views, entry.image);
+  CHECK(again.accepted);
+  CHECK(LargestDifference(again.lens, entry.lens, entry.image) < 0.1 * *entry.uncertainty_px);
   CHECK(std::abs(entry.lens.fx - CameraAt(kNever).fx) < 5 * std::sqrt(entry.covariance(0, 0)));
 }
 

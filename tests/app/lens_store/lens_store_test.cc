@@ -1,5 +1,7 @@
 #include "app/lens_store/lens_store.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -26,6 +28,7 @@ LensEntry EntryAt(std::int32_t zoom_counts, double fx) {
   entry.board = "chessboard 18x12, 10 mm";
   entry.pupil_shift_m = 0.0021;
   entry.temp_C = 23.5;
+  entry.uncertainty_px = 0.31;
   entry.utc = "2026-11-21T07:30:00Z";
   entry.corners = {0, 1, 255, 0};
   return entry;
@@ -64,6 +67,8 @@ TEST_CASE("an entry comes back as it was, to the last bit") {
   LensEntry bare = EntryAt(0x2000, 2000);
   bare.key.focus_counts.reset();
   bare.temp_C.reset();
+  bare.pupil_shift_m.reset();
+  bare.uncertainty_px.reset();
   bare.corners.clear();
   {
     LensStore store = Opened(path);
@@ -82,9 +87,13 @@ TEST_CASE("an entry comes back as it was, to the last bit") {
   CHECK(found.corners == kept.corners);
   CHECK(found.board == kept.board);
   CHECK(found.temp_C == 23.5);
+  CHECK(found.pupil_shift_m == 0.0021);
+  CHECK(found.uncertainty_px == 0.31);
   CHECK(found.key.focus_counts == 0x1234);
   CHECK_FALSE((*entries)[1].key.focus_counts);
   CHECK_FALSE((*entries)[1].temp_C);
+  CHECK_FALSE((*entries)[1].pupil_shift_m);
+  CHECK_FALSE((*entries)[1].uncertainty_px);
   CHECK((*entries)[1].id > found.id);
   CHECK(store.Entries("SN-2", "YUYV 1920x1080@30")->empty());
   CHECK(store.Entries("SN-1", "GREY")->empty());
@@ -105,6 +114,7 @@ TEST_CASE("what must not be kept is refused with its reason, and nothing is writ
       {[](LensEntry& e) { e.covariance(0, 1) *= 1.1; }, "not symmetric"},
       {[](LensEntry& e) { e.image.height = 0; }, "image size"},
       {[](LensEntry& e) { e.rms_px = std::nan(""); }, "RMS"},
+      {[](LensEntry& e) { e.uncertainty_px = INFINITY; }, "uncertainty"},
       {[](LensEntry& e) { e.key.camera_serial.clear(); }, "no camera serial"},
       {[](LensEntry& e) { e.key.mode.clear(); }, "no mode"},
       {[](LensEntry& e) { e.utc.clear(); }, "no date"},
@@ -295,12 +305,95 @@ TEST_CASE("damaged without a sound backup, or not a lens store: nothing is touch
   {
     auto database = Database::Open(newer, Database::Mode::kWrite);
     REQUIRE(database);
-    REQUIRE(database.value().Run("PRAGMA user_version=2"));
+    REQUIRE(database.value().Run("PRAGMA user_version=3"));
   }
   const auto future = LensStore::Open(newer);
   REQUIRE_FALSE(future.ok());
   CHECK_THAT(future.error(), Catch::Contains("newer plumbline"));
   CHECK_FALSE(LensStore::Open(folder.path() + "/none/lenses.sqlite").ok());
+}
+
+namespace {
+
+/// A store as schema 1 wrote it, of two lenses: the numbers 1 and 2.
+void WriteSchema1(const std::string& path, bool spoilt = false) {
+  auto database = Database::Open(path, Database::Mode::kWrite);
+  REQUIRE(database);
+  REQUIRE(database.value().Run(R"(
+CREATE TABLE lens (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  utc TEXT NOT NULL,
+  camera_serial TEXT NOT NULL, mode TEXT NOT NULL,
+  zoom_counts INTEGER NOT NULL, focus_counts INTEGER,
+  width INTEGER NOT NULL, height INTEGER NOT NULL,
+  fx REAL NOT NULL, fy REAL NOT NULL, cx REAL NOT NULL, cy REAL NOT NULL,
+  k1 REAL NOT NULL, k2 REAL NOT NULL, p1 REAL NOT NULL, p2 REAL NOT NULL, k3 REAL NOT NULL,
+  covariance TEXT NOT NULL,
+  rms_px REAL NOT NULL, board TEXT NOT NULL, pupil_shift_m REAL NOT NULL, temp_C REAL,
+  corners BLOB NOT NULL, checksum INTEGER NOT NULL
+);
+CREATE INDEX lens_of_camera ON lens (camera_serial, mode);
+CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens
+  BEGIN SELECT RAISE(ABORT, 'lenses are never changed'); END;
+CREATE TRIGGER lens_is_not_removed BEFORE DELETE ON lens
+  BEGIN SELECT RAISE(ABORT, 'lenses are never removed'); END;
+PRAGMA application_id=1347177521; PRAGMA user_version=1)"));
+  std::string identity = "[";
+  for (int k = 0; k < 81; ++k) identity += k == 0 ? "1.0" : k % 10 == 0 ? ",1.0" : ",0.0";
+  // The checksums were counted by another program from what schema 1 says of them.
+  for (const auto& [zoom, checksum] :
+       {std::pair{1000, -1498506462216255076}, {2000, -7066811144736016794}}) {
+    const std::string insert = fmt::format(
+        "INSERT INTO lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx,"
+        " fy, cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, "
+        "corners,"
+        " checksum) VALUES ('2026-01-01T00:00:00Z', 'SN-1', 'GREY 64x48', {}, NULL, 64, 48, {}.5,"
+        " 1000, 31.5, 23.5, -0.1, 0, 0, 0, 0, '{}', 0.04, 'chessboard 17x11, 10 mm', 0, NULL, x'',"
+        " {})",
+        zoom, zoom + (spoilt ? 1 : 0), identity + "]", checksum);
+    REQUIRE(database.value().Run(insert.c_str()));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a store of schema 1 is brought to this one: every lens under its number") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/lenses.sqlite";
+  WriteSchema1(path);
+  const auto early = LensStore::OpenForReading(path);
+  REQUIRE_FALSE(early.ok());
+  CHECK_THAT(early.error(), Catch::Contains("written by an older plumbline"));
+  {
+    LensStore store = Opened(path);
+    CHECK(store.notice().empty());
+    const auto lenses = store.All();
+    REQUIRE(lenses);
+    REQUIRE(lenses->size() == 2);
+    CHECK((*lenses)[0].id == 1);
+    CHECK((*lenses)[1].id == 2);
+    CHECK((*lenses)[1].lens.fx == 2000.5);
+    CHECK_FALSE((*lenses)[1].pupil_shift_m);  // nobody had measured it
+    CHECK_FALSE((*lenses)[1].uncertainty_px);
+    auto direct = Database::Open(path, Database::Mode::kWrite);
+    CHECK(*direct.value().IntegerOf("PRAGMA user_version") == LensStore::kSchemaVersion);
+    CHECK(*direct.value().IntegerOf("SELECT count(*) FROM sqlite_master WHERE name LIKE '%_1'") ==
+          0);
+    CHECK_FALSE(direct.value().Run("DELETE FROM lens"));
+    CHECK(*store.Append(EntryAt(5, 1000)) == 3);
+  }
+  CHECK(*Opened(path).Count() == 3);
+  CHECK(LensStore::OpenForReading(path).ok());
+
+  const std::string spoilt = folder.path() + "/spoilt.sqlite";
+  WriteSchema1(spoilt, true);
+  const auto refused = LensStore::Open(spoilt);
+  REQUIRE_FALSE(refused.ok());
+  CHECK_THAT(refused.error(),
+             Catch::Contains("lens 1 fails its checksum") && Catch::Contains("there is no backup"));
+  std::filesystem::copy_file(path + ".backup", spoilt + ".backup");
+  const LensStore rescued = Opened(spoilt);
+  CHECK_THAT(rescued.notice(), Catch::Contains("backup with 3 lenses"));
 }
 
 TEST_CASE("a lens that was kept while the backup could not be made is kept, and that is told") {

@@ -1,0 +1,163 @@
+#include "app/lens_store/lens_row.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
+
+/// A number that no such value can have becomes one that FaultOf() or the checksum refuses.
+std::int32_t Narrowed(std::int64_t value) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  return static_cast<std::int32_t>(value > kMost || value < -kMost ? -kMost - 1 : value);
+}
+
+/// Schema 1 as the columns of kSelectLens.
+constexpr const char* kSelectSchema1 =
+    "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
+    " k2, p1, p2, k3, covariance, rms_px, board, nullif(pupil_shift_m, 0), temp_C, corners,"
+    " checksum, id, NULL FROM lens_of_schema_1 ORDER BY id";
+
+constexpr const char* kPutSchema1Aside = R"(
+DROP TRIGGER lens_is_not_changed;
+DROP TRIGGER lens_is_not_removed;
+DROP INDEX lens_of_camera;
+ALTER TABLE lens RENAME TO lens_of_schema_1;
+)";
+
+}  // namespace
+
+const char* const kLensSchema = R"(
+CREATE TABLE lens (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  utc TEXT NOT NULL,
+  camera_serial TEXT NOT NULL, mode TEXT NOT NULL,
+  zoom_counts INTEGER NOT NULL, focus_counts INTEGER,
+  width INTEGER NOT NULL, height INTEGER NOT NULL,
+  fx REAL NOT NULL, fy REAL NOT NULL, cx REAL NOT NULL, cy REAL NOT NULL,
+  k1 REAL NOT NULL, k2 REAL NOT NULL, p1 REAL NOT NULL, p2 REAL NOT NULL, k3 REAL NOT NULL,
+  covariance TEXT NOT NULL,  -- 81 numbers, order fx, fy, cx, cy, k1, k2, p1, p2, k3
+  rms_px REAL NOT NULL, board TEXT NOT NULL, pupil_shift_m REAL, temp_C REAL,
+  corners BLOB NOT NULL, checksum INTEGER NOT NULL,
+  uncertainty_px REAL  -- of the projection at its worst place, one standard deviation
+);
+CREATE INDEX lens_of_camera ON lens (camera_serial, mode);
+CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens
+  BEGIN SELECT RAISE(ABORT, 'lenses are never changed'); END;
+CREATE TRIGGER lens_is_not_removed BEFORE DELETE ON lens
+  BEGIN SELECT RAISE(ABORT, 'lenses are never removed'); END;
+)";
+
+const char* const kInsertLens =
+    "INSERT INTO lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy,"
+    " cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
+    " checksum, uncertainty_px, id) VALUES"
+    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+
+const char* const kSelectLens =
+    "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
+    " k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners, checksum, id,"
+    " uncertainty_px FROM lens";
+
+bool InsertLens(Statement& statement, const LensEntry& entry) {
+  statement.Bind(1, entry.utc);
+  statement.Bind(2, entry.key.camera_serial);
+  statement.Bind(3, entry.key.mode);
+  statement.Bind(4, std::int64_t{entry.key.zoom_counts});
+  statement.Bind(5, entry.key.focus_counts ? std::optional<std::int64_t>(*entry.key.focus_counts)
+                                           : std::nullopt);
+  statement.Bind(6, std::int64_t{entry.image.width});
+  statement.Bind(7, std::int64_t{entry.image.height});
+  const LensVector values = VectorOfLens(entry.lens);
+  for (int k = 0; k < kLensParameters; ++k) statement.Bind(8 + k, values[k]);
+  nlohmann::json covariance = nlohmann::json::array();
+  for (const double value : entry.covariance.reshaped<Eigen::RowMajor>()) {
+    covariance.push_back(value);
+  }
+  statement.Bind(17, covariance.dump());
+  statement.Bind(18, entry.rms_px);
+  statement.Bind(19, entry.board);
+  statement.Bind(20, entry.pupil_shift_m);
+  statement.Bind(21, entry.temp_C);
+  statement.BindBlob(22, entry.corners);
+  statement.Bind(23, static_cast<std::int64_t>(ChecksumOf(entry)));
+  statement.Bind(24, entry.uncertainty_px);
+  statement.Bind(25, entry.id > 0 ? std::optional(entry.id) : std::nullopt);
+  return statement.Run();
+}
+
+std::optional<LensEntry> ValuesOfRow(const Statement& row) {
+  LensEntry entry;
+  entry.utc = row.Text(0);
+  entry.key.camera_serial = row.Text(1);
+  entry.key.mode = row.Text(2);
+  entry.key.zoom_counts = Narrowed(row.Integer(3));
+  if (!row.IsNull(4)) entry.key.focus_counts = Narrowed(row.Integer(4));
+  entry.image = {Narrowed(row.Integer(5)), Narrowed(row.Integer(6))};
+  LensVector values;
+  for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
+  entry.lens = LensOfVector(values);
+  const nlohmann::json covariance = nlohmann::json::parse(row.Text(16), nullptr, false);
+  if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
+  for (int i = 0; i < kLensParameters; ++i) {
+    for (int k = 0; k < kLensParameters; ++k) {
+      const auto& number = covariance[static_cast<std::size_t>(i * kLensParameters + k)];
+      if (!number.is_number()) return std::nullopt;
+      entry.covariance(i, k) = number.get<double>();
+    }
+  }
+  entry.rms_px = row.Number(17);
+  entry.board = row.Text(18);
+  entry.pupil_shift_m = row.NumberIfThere(19);
+  entry.temp_C = row.NumberIfThere(20);
+  const std::string corners = row.Text(21);
+  entry.corners.assign(corners.begin(), corners.end());
+  entry.uncertainty_px = row.NumberIfThere(24);
+  entry.id = IdOfRow(row);
+  if (FaultOf(entry)) return std::nullopt;
+  return entry;
+}
+
+std::optional<LensEntry> EntryOfRow(const Statement& row) {
+  std::optional<LensEntry> entry = ValuesOfRow(row);
+  if (!entry || static_cast<std::uint64_t>(row.Integer(22)) != ChecksumOf(*entry)) {
+    return std::nullopt;
+  }
+  return entry;
+}
+
+std::int64_t IdOfRow(const Statement& row) {
+  return row.Integer(23);
+}
+
+std::optional<Error> BringToLensSchema(Database& database, std::int64_t version, bool& damaged) {
+  if (version != 1) return std::nullopt;
+  const auto failed = [&database] {
+    return Error{database.path() + ": cannot be brought to this schema: " + database.Problem()};
+  };
+  if (!database.Run(kPutSchema1Aside) || !database.Run(kLensSchema)) return failed();
+  {
+    Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
+    int code = SQLITE_ROW;
+    while ((code = rows.Step()) == SQLITE_ROW) {
+      const auto entry = ValuesOfRow(rows);
+      if (!entry || static_cast<std::uint64_t>(rows.Integer(22)) != ChecksumOfSchema1(*entry)) {
+        damaged = true;
+        return Error{fmt::format("{}: lens {} fails its checksum", database.path(), IdOfRow(rows))};
+      }
+      if (!InsertLens(insert, *entry)) return failed();
+    }
+    if (code != SQLITE_DONE) return failed();
+  }
+  const std::string mark =
+      fmt::format("DROP TABLE lens_of_schema_1; PRAGMA user_version={}", kLensSchemaVersion);
+  if (!database.Run(mark.c_str())) return failed();
+  return std::nullopt;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,98 @@
+#include "app/lens_store/stored_views.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kMmPerMetre = 1e3, kPerPixel = 1e5;
+constexpr double kLargestPixel = 1e6;
+
+Json Point(const Vec2& p) {
+  return {std::round(kPerPixel * p.x()) / kPerPixel, std::round(kPerPixel * p.y()) / kPerPixel};
+}
+
+/// Throws as the library does; only below ViewsOfBytes().
+Board BoardFrom(const Json& json) {
+  Board board;
+  const auto kind = BoardKindOfName(json.at("kind").get<std::string>());
+  if (!kind) throw std::runtime_error("a kind of board that is not known");
+  board.kind = *kind;
+  board.columns = json.at("columns").get<int>();
+  board.rows = json.at("rows").get<int>();
+  board.square_m = json.at("square_mm").get<double>() / kMmPerMetre;
+  board.mark_m = json.at("mark_mm").get<double>() / kMmPerMetre;
+  board.family = json.at("family").get<std::string>();
+  if (const auto fault = FaultOf(board)) {
+    throw std::runtime_error(fmt::format("{}: {}", fault->key, fault->words));
+  }
+  return board;
+}
+
+BoardView ViewFrom(const Json& json, const Board& board, std::size_t number) {
+  BoardView view;
+  view.name = fmt::format("view {}", number);
+  view.time_s = json.at("t_s").get<double>();
+  view.blur_px = json.at("blur_px").get<double>();
+  for (const Json& point : json.at("points_px")) {
+    view.seen.push_back(!point.is_null());
+    view.corners_px.emplace_back(0, 0);
+    if (point.is_null()) continue;
+    if (point.size() != 2) throw std::runtime_error("a point that is not [u, v]");
+    view.corners_px.back() = {point.at(0).get<double>(), point.at(1).get<double>()};
+    if (!(view.corners_px.back().cwiseAbs().maxCoeff() <= kLargestPixel)) {
+      throw std::runtime_error("a point outside any image");
+    }
+  }
+  if (view.seen.size() != static_cast<std::size_t>(board.corners())) {
+    throw std::runtime_error("another number of points than the board has");
+  }
+  return view;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored) {
+  const Board& board = stored.board;
+  Json views = Json::array();
+  for (const BoardView& view : stored.views) {
+    Json points = Json::array();
+    for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
+      points.push_back(view.seen[k] ? Point(view.corners_px[k]) : Json(nullptr));
+    }
+    views.push_back({{"t_s", view.time_s}, {"blur_px", view.blur_px}, {"points_px", points}});
+  }
+  const Json json = {{"schema", 1},
+                     {"board",
+                      {{"kind", NameOf(board.kind)},
+                       {"columns", board.columns},
+                       {"rows", board.rows},
+                       {"square_mm", board.square_m * kMmPerMetre},
+                       {"mark_mm", board.mark_m * kMmPerMetre},
+                       {"family", board.family}}},
+                     {"views", views}};
+  const std::string text = json.dump();
+  return {text.begin(), text.end()};
+}
+
+Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes) {
+  StoredViews stored;
+  try {
+    const Json json = Json::parse(bytes.begin(), bytes.end());
+    if (json.at("schema") != 1) return Error{"their schema is not 1"};
+    stored.board = BoardFrom(json.at("board"));
+    for (const Json& view : json.at("views")) {
+      stored.views.push_back(ViewFrom(view, stored.board, stored.views.size() + 1));
+    }
+  } catch (const std::exception& error) {
+    return Error{error.what()};
+  }
+  return stored;
+}
+
+}  // namespace plumbline
