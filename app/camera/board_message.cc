@@ -94,7 +94,8 @@ std::optional<Result<BoardView>> AnswerOfBytes(std::span<const std::uint8_t> byt
   }
   BoardView view;
   std::uint32_t count = 0;
-  if (!reader.Take(view.blur_px) || !reader.Take(count) || !std::isfinite(view.blur_px) ||
+  if (!reader.Take(view.blur_px) || !reader.Take(count) ||
+      !(view.blur_px >= 0 && std::isfinite(view.blur_px)) ||
       reader.rest().size() != count * std::size_t{17}) {
     return std::nullopt;
   }

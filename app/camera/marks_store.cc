@@ -13,6 +13,8 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr double kSlack = 1e-6;
+
 template <typename Matrix>
 Json NumbersOf(const Matrix& matrix) {
   Json array = Json::array();
@@ -22,7 +24,7 @@ Json NumbersOf(const Matrix& matrix) {
   return array;
 }
 
-/// Throws as the library does; only below MarksFromJson().
+/// Throws as the library does, what is missing or wrong in words; only below MarksFromJson().
 template <typename Matrix>
 void Read(const Json& array, Matrix& matrix) {
   if (array.size() != static_cast<std::size_t>(matrix.size())) throw std::runtime_error("a length");
@@ -53,6 +55,13 @@ MarksMemory MemoryFrom(const Json& json) {
       read.residual_px[k] = residual.row(static_cast<Eigen::Index>(k)).transpose();
     }
     Read(tag.at("covariance_px2"), read.covariance);
+    if (!read.covariance.isApprox(read.covariance.transpose(), kSlack) ||
+        read.covariance.diagonal().minCoeff() < 0) {
+      throw std::runtime_error("a covariance");
+    }
+  }
+  if (!memory.X_CK.R.isUnitary(kSlack) || memory.X_CK.R.determinant() < 0) {
+    throw std::runtime_error("a rotation");
   }
   return memory;
 }

@@ -29,6 +29,8 @@ TEST_CASE("a request and an answer come back as they were") {
   CHECK((*answer)->seen == view.seen);
   CHECK((*answer)->corners_px[2] == view.corners_px[2]);
   CHECK((*answer)->blur_px == 0.9);
+  view.blur_px = -1;
+  CHECK_FALSE(AnswerOfBytes(BytesOfAnswer(Result<BoardView>(view))));
   const auto none = AnswerOfBytes(BytesOfAnswer(Result<BoardView>(Error{"no chessboard"})));
   REQUIRE(none);
   CHECK(none->error() == "no chessboard");

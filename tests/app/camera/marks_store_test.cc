@@ -34,6 +34,12 @@ TEST_CASE("marks are remembered over a restart, to the last digit") {
   CHECK(read->tags.at(2).residual_px[3] == memory.tags.at(2).residual_px[3]);
   CHECK(read->tags.at(4).covariance == memory.tags.at(4).covariance);
   CHECK(again.Find(8));
+  MarksMemory bent = memory;  // as a file that somebody wrote in may say
+  bent.X_CK.R *= 1.1;
+  CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
+  bent = memory;
+  bent.tags.at(2).covariance(3, 3) = -1;
+  CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
 
   Body other = cell;
   other.tags[1].X_KM.p.x() += 1e-4;  // declared otherwise: what was left then means nothing now

@@ -1,0 +1,71 @@
+// Any pixels, looked at for boards of all kinds and for tags: what is found lies in the image.
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "app/lens/board_detection.h"
+#include "app/tracking/tag_detector.h"
+
+namespace {
+
+using namespace plumbline;  // NOLINT(google-build-using-namespace)
+
+constexpr std::size_t kHeader = 4;
+constexpr int kSide = 384;  // larger images are slow and not different
+
+void Require(bool condition) {
+  if (!condition) std::abort();
+}
+
+bool Inside(const Vec2& p, const LumaView& image) {
+  return p.x() > -1 && p.y() > -1 && p.x() < image.width && p.y() < image.height;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::array<Board, 4> boards = {{
+      {4, 3, 0.010, BoardKind::kChessboard, 0, {}},
+      {4, 3, 0.020, BoardKind::kCharuco, 0.015, "aruco-4x4-50"},
+      {4, 3, 0.020, BoardKind::kCircles, 0.012, {}},
+      {3, 5, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}},
+  }};
+  static const TagFamily family = TagFamilyOfName("aruco-4x4-50").value();
+  if (size <= kHeader) return 0;
+  // The pixels of the input, each enlarged to a square.
+  const int columns = 1 + data[1] % 96, rows = 1 + data[2] % 96, enlarged = 1 + data[3] % 16;
+  const LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
+                            std::min(kSide, rows * enlarged), 0};
+  std::vector<std::uint8_t> pixels;
+  for (int v = 0; v < image_size.height; ++v) {
+    for (int u = 0; u < image_size.width; ++u) {
+      const auto at = static_cast<std::size_t>(v / enlarged * columns + u / enlarged);
+      pixels.push_back(data[kHeader + at % (size - kHeader)]);
+    }
+  }
+  const LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
+  if (data[0] % 5 < 4) {
+    const Board& board = boards[data[0] % 5];
+    const auto view = DetectBoard(image, board);
+    if (!view) {
+      Require(!view.error().empty());
+      return 0;
+    }
+    Require(view->corners_px.size() == static_cast<std::size_t>(board.corners()));
+    Require(view->seen.size() == view->corners_px.size() && view->blur_px >= 0);
+    for (std::size_t k = 0; k < view->seen.size(); ++k) {
+      Require(!view->seen[k] || Inside(view->corners_px[k], image));
+    }
+    return 0;
+  }
+  static TagDetector detector(family, {});
+  SeenTags seen;
+  detector.Detect(image, nullptr, seen);
+  for (const SeenTag& tag : seen.tags) {
+    Require(tag.id >= 0 && static_cast<std::size_t>(tag.id) < family.codes.size());
+    Require(tag.covariance.allFinite());
+    for (const Vec2& corner : tag.corners_px) Require(Inside(corner, image));
+  }
+  return 0;
+}

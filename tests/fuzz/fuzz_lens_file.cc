@@ -1,0 +1,83 @@
+// A lens store's file with bytes changed anywhere (three of input a change: place and value), or
+// cut at an odd place: every lens as it was, from the file or from the copy beside it, or a refusal
+// that says what to do.
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "app/lens_store/lens_store.h"
+#include "tests/file_text.h"
+
+namespace {
+
+using namespace plumbline;  // NOLINT(google-build-using-namespace)
+
+constexpr int kLenses = 3;
+
+void Require(bool condition) {
+  if (!condition) std::abort();
+}
+
+LensEntry EntryOf(int number) {
+  LensEntry entry;
+  entry.key = {"SN", "GREY 64x48@20", 1000 * number, 7};
+  entry.lens = {1000.0 + number, 1001, 31.5, 23.5, -0.1, 0.05, 1e-5, -2e-5, 0};
+  entry.covariance.diagonal().setConstant(1e-4);
+  entry.image = {64, 48};
+  entry.board = "chessboard 17x11, 10 mm";
+  entry.utc = "2026-11-21T07:30:00Z";
+  entry.corners.assign(40, static_cast<std::uint8_t>(number));
+  return entry;
+}
+
+/// A folder of its own, removed at the end.
+struct Place {
+  std::string folder = (std::filesystem::temp_directory_path() / "lensesXXXXXX").string();
+  std::string sound;
+  Place() {
+    Require(mkdtemp(folder.data()) != nullptr);
+    {
+      auto store = LensStore::Open(path());
+      Require(store.ok());
+      for (int k = 0; k < kLenses; ++k) Require(store.value().Append(EntryOf(k)).ok());
+    }
+    sound = test::FileText(path());
+  }
+  ~Place() { std::filesystem::remove_all(folder); }
+  std::string path() const { return folder + "/lenses.sqlite"; }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Place place;
+  const bool backup = size % 3 != 1;
+  std::string content = place.sound;
+  for (std::size_t k = 0; k + 2 < size; k += 3) {
+    content[(data[k] + 256U * data[k + 1]) % content.size()] = static_cast<char>(data[k + 2]);
+  }
+  if (size % 3 == 2) content.resize(content.size() * data[size - 1] / 256);
+  for (const auto& file : std::filesystem::directory_iterator(place.folder)) {
+    std::filesystem::remove(file.path());
+  }
+  std::ofstream(place.path(), std::ios::binary) << content;
+  if (backup) std::ofstream(place.path() + ".backup", std::ios::binary) << place.sound;
+  auto store = LensStore::Open(place.path());
+  if (!store) {
+    Require(!store.error().empty());
+    return 0;
+  }
+  const auto count = store.value().Count();
+  if (content.empty() && count && *count == 0) return 0;  // as if it had never been
+  const auto entries = store.value().Entries("SN", "GREY 64x48@20");
+  Require(entries.ok() && entries->size() == kLenses);
+  for (int k = 0; k < kLenses; ++k) {
+    Require(ChecksumOf((*entries)[static_cast<std::size_t>(k)]) == ChecksumOf(EntryOf(k)));
+  }
+  Require(store.value().Append(EntryOf(kLenses)).ok());
+  return 0;
+}
