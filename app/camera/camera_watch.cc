@@ -23,16 +23,20 @@ constexpr int kWatchNice = 5;         ///< of the images' thread: the cycle goes
 /// The dead band of a lens: what this share of its focal length is worth in counts. It moves the
 /// corner of a 1080p image by 0.3 px.
 constexpr double kBandOfFocal = 3e-4;
+constexpr double kLeastPlaceSd_m = 1e-6;  ///< no place of a mark is known better
 constexpr std::int32_t kMostBands =
     10;  ///< times the configured band: a curve that is flat by chance
 
 WatchSettings SettingsFrom(const CameraConfig& config) {
   WatchSettings settings;
   settings.zoom = config.zoom.supervision;
-  settings.marks.place_sd_m = config.tags.place_sd_m;
   settings.acceptable_px = config.board.acceptable_px;
   for (const Body& body : config.tags.database.bodies) {
-    if (body.name == config.tags.cell) settings.cell = body;
+    if (body.name == config.tags.cell) {
+      settings.cell = body;
+      settings.marks.place_sd_m =
+          std::max(body.place_sd_m.value_or(config.tags.place_sd_m), kLeastPlaceSd_m);
+    }
     settings.bodies.push_back(body.name);
   }
   settings.X_WK = config.tags.X_WK;

@@ -20,7 +20,8 @@ Mat6 NoiseOf(const PoseEstimate& pose, const LensCovariance& lens) {
 }  // namespace
 
 MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
-                           const Vec3& p_TQ, const LensCovariance& lens, double time_s) {
+                           const Vec3& p_TQ, const LensCovariance& lens, double time_s,
+                           const PlaceErrors& places) {
   const Vec3 turned_C = tool.X_CK.R * p_TQ;  // from the tool's origin, along the camera's axes
   const Vec3 p_CQ = turned_C + tool.X_CK.p;
   const Mat3 R_WC = X_WK.R * cell.X_CK.R.transpose();
@@ -34,6 +35,9 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   point.covariance_W = by_tool * NoiseOf(tool, lens) * by_tool.transpose() +
                        by_cell * NoiseOf(cell, lens) * by_cell.transpose() +
                        by_lens * lens * by_lens.transpose();
+  point.places_W =
+      places.tool_sd_m * places.tool_sd_m * by_tool * tool.by_places * by_tool.transpose() +
+      places.cell_sd_m * places.cell_sd_m * by_cell * cell.by_places * by_cell.transpose();
   point.time_s = time_s;
   return point;
 }

@@ -209,6 +209,10 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
   if (!asked.lens || asked.rest != rest_ || state() != ZoomState::kValid || doubts_ > 0) return;
   const LensCovariance& lens = asked.lens->known.covariance;
   const SeenBody* const cell = Find(seen, settings_.cell.name);
+  const auto places = [this](const SeenBody& body) {
+    return PlaceErrors{settings_.marks.place_sd_m,
+                       body.body->place_sd_m.value_or(kPlaceSdOnOnePlate_m)};
+  };
   for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
     const SeenBody* const body = Find(seen, settings_.bodies[k]);
     PlcCamera::Body& told = bodies_[k];
@@ -216,9 +220,9 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
     if (!told.valid) continue;
     told.ambiguous = body->ambiguous || cell->ambiguous;
     told.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    told.radius_m = RadiusHolding95Percent(
-        MeasurePoint(cell->estimate, body->estimate, settings_.X_WK, Vec3::Zero(), lens, image_s)
-            .covariance_W);
+    const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
+                                              Vec3::Zero(), lens, image_s, places(*body));
+    told.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
     told.time_s = image_s;
   }
   const SeenBody* const tool = settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
@@ -226,7 +230,7 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
                     cell->used.size() >= 2;
   if (sure) {
     tip_.Take(MeasurePoint(cell->estimate, tool->estimate, settings_.X_WK, settings_.tip_T, lens,
-                           image_s));
+                           image_s, places(*tool)));
   } else {
     tip_.Forget();
   }
@@ -329,6 +333,7 @@ PlcCamera WatchCore::Told() const {
     told.tip_valid = true;
     told.tip_W = tip->p_W;
     told.tip_covariance_W = tip->covariance_W;
+    told.tip_places_W = tip->places_W;
     told.tip_time_s = tip->time_s;
   }
   return told;

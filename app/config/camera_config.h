@@ -40,7 +40,7 @@ struct TagsConfig {
   TagDatabase database;
   std::string cell = "cell";  ///< the body of fixed marks
   Pose X_WK;                  ///< where that body is in the measurement frame
-  double place_sd_m = 2e-4;   ///< of a mark's declared place, an axis
+  double place_sd_m = 2e-4;   ///< of a fixed mark's declared place, an axis
   std::string tool;           ///< the body that carries the tip; empty: none
   Vec3 tip_T = Vec3::Zero();  ///< on that body
 };

@@ -130,6 +130,10 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   tags.X_WK.R =
       RotationFromRollPitchYaw(table.Vector3("cell_rpy_deg", kTurnRange).value_or(Vec3::Zero()));
   tags.place_sd_m = table.Number("place_sd_mm", kPlaceSd).value_or(tags.place_sd_m);
+  for (Body& body : tags.database.bodies) {
+    if (body.place_sd_m) continue;
+    body.place_sd_m = body.name == tags.cell ? tags.place_sd_m : kPlaceSdOnOnePlate_m;
+  }
   tags.tool = table.String("tool").value_or("");
   if (tags.tool.empty()) {
     table.Ignore({"tip_mm"});

@@ -8,7 +8,7 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kMostStartTags = 3;
-constexpr double kContradicts_px = 0.5, kContradicts_sd = 6;
+constexpr double kContradicts_px = 0.5, kContradicts_sd = 6, kContradictsPlace_sd = 4;
 
 /// A body's tag as it is seen.
 struct Sight {
@@ -46,7 +46,8 @@ std::vector<CornerSet> SetsOf(const std::vector<Sight>& sights) {
 }
 
 /// Whether some tag's corners are too far from where the pose puts them.
-bool SomeContradicts(const KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets) {
+bool SomeContradicts(const KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
+                     double place_sd_m) {
   return std::any_of(sets.begin(), sets.end(), [&](const CornerSet& set) {
     double square = 0;
     for (int k = 0; k < 4; ++k) {
@@ -54,7 +55,9 @@ bool SomeContradicts(const KnownLens& lens, const Pose& X_CK, const std::vector<
           0.25 * (Project<double>(lens.lens, X_CK * set.p_K[k]) - set.pixels[k]).squaredNorm();
     }
     const double sd = std::sqrt(set.covariance.trace() / 4);
-    return std::sqrt(square) > std::max(kContradicts_px, kContradicts_sd * sd);
+    const double place_sd_px = lens.lens.fx / (X_CK * set.p_K[0]).z() * place_sd_m;
+    return std::sqrt(square) >
+           std::max({kContradicts_px, kContradicts_sd * sd, kContradictsPlace_sd * place_sd_px});
   });
 }
 
@@ -120,7 +123,9 @@ std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
     if (previous) starts.push_back(*previous);
     poses = BestPoses(lens, sets, starts);
     if (!poses) return std::nullopt;
-    if (sights.size() <= 2 || !SomeContradicts(lens, poses->best.X_CK, sets)) break;
+    if (sights.size() <= 2 ||
+        !SomeContradicts(lens, poses->best.X_CK, sets, body.place_sd_m.value_or(0)))
+      break;
     const std::size_t odd = OddOne(lens, sets, poses->best.X_CK);
     seen.left_out.push_back(sights[odd].on_body->id);
     sights.erase(sights.begin() + static_cast<long>(odd));

@@ -17,10 +17,14 @@ struct BodyTag {
   Pose X_KM;
 };
 
+/// How well places of tags are known that were printed on one plate, a deviation along an axis.
+inline constexpr double kPlaceSdOnOnePlate_m = 2e-5;
+
 /// The cell, the gripper, a part: whatever carries tags and is rigid.
 struct Body {
   std::string name;
   std::vector<BodyTag> tags;
+  std::optional<double> place_sd_m = {};  ///< of a tag's declared place, an axis; nothing: not told
 };
 
 /// A tag of its own.
@@ -49,10 +53,9 @@ struct SeenBody {
 };
 
 /// One pose for all tags of a body that are seen. It starts from the two poses of its largest tags
-/// and from `previous`, if there is one. While a tag's corners lie more than half a pixel and six
-/// of their deviations off, the one without which the others agree best is left out, as long as
-/// two remain.
-/// A tag that is seen twice in the image is not used.
+/// and from `previous`, if there is one. While a tag's corners lie more than half a pixel, six of
+/// their deviations and four of the body's place_sd_m off, the one without which the others agree
+/// best is left out, as long as two remain. A tag that is seen twice in the image is not used.
 /// @return  nothing where none of its tags is seen, or no pose fits
 std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
                                    const std::vector<SeenTag>& tags,

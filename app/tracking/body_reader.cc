@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kLargestId = 100000;
 constexpr NumberRange kSize{1, 2000, kMetrePerMm};
+constexpr NumberRange kPlaceSd{0, 100, kMetrePerMm};
 
 class Reader {
  public:
@@ -43,6 +44,7 @@ class Reader {
       table.AddFault("name", "is the name of another body");
     }
     const auto size = table.Number("size_mm", kSize);
+    body.place_sd_m = table.Number("place_sd_mm", kPlaceSd);
     const std::vector<TomlTable> tags = table.Tables("tag");
     if (tags.empty()) table.AddMissing("tag", "at least one [[body.tag]]");
     for (const TomlTable& tag : tags) {

@@ -19,6 +19,7 @@ namespace plumbline {
 ///   [[body]]
 ///   name = "gripper"
 ///   size_mm = 80.0               # of its tags that do not say
+///   place_sd_mm = 0.02           # if wanted: how well its tags' places are known, one axis
 ///   [[body.tag]]
 ///   id = 3
 ///   xyz_mm = [0.0, 100.0, 0.0]   # the tag's centre in the body's frame

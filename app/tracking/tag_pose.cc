@@ -30,36 +30,66 @@ struct Linearised {
 /// One factor a set: covariance + floor = L L^T.
 using Whitening = std::vector<Eigen::LLT<CornersCovariance>>;
 
+/// A set's pixels and their derivatives, in their own deviations.
+struct SetDerivatives {
+  Residual residual;
+  Columns by_pose;
+  Eigen::Matrix<double, 8, 9> by_lens;
+  Eigen::Matrix<double, 8, 3> by_place;  ///< of the set in K
+};
+
+std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& set,
+                                            const Eigen::LLT<CornersCovariance>& whitening,
+                                            const Pose& X) {
+  SetDerivatives d;
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const Vec3 turned = X.R * set.p_K[k];
+    const Vec3 p = turned + X.p;
+    if (!(p.z() > 1e-6)) return std::nullopt;
+    const Vec2 n = p.head<2>() / p.z();
+    Eigen::Matrix<double, 2, 3> by_point;
+    by_point << 1 / p.z(), 0, -n.x() / p.z(), 0, 1 / p.z(), -n.y() / p.z();
+    by_point = (PixelJacobian(lens, n) * by_point).eval();
+    d.by_pose.block<2, 3>(2 * k, 0) = by_point;
+    d.by_pose.block<2, 3>(2 * k, 3) = -by_point * CrossMatrix(turned);
+    d.by_lens.block<2, 9>(2 * k, 0) = PixelByLens(lens, n);
+    d.by_place.block<2, 3>(2 * k, 0) = by_point * X.R;
+    d.residual.segment<2>(2 * k) = set.pixels[k] - PixelOfNormalised<double>(lens, n);
+  }
+  const auto L = whitening.matrixL();
+  L.solveInPlace(d.by_pose);
+  L.solveInPlace(d.residual);
+  L.solveInPlace(d.by_lens);
+  L.solveInPlace(d.by_place);
+  return d;
+}
+
 std::optional<Linearised> Linearise(const Lens& lens, const std::vector<CornerSet>& sets,
                                     const Whitening& whitening, const Pose& X) {
   Linearised sum;
   for (std::size_t i = 0; i < sets.size(); ++i) {
-    Columns J;
-    Residual r;
-    Eigen::Matrix<double, 8, 9> by_lens;
-    for (Eigen::Index k = 0; k < 4; ++k) {
-      const Vec3 turned = X.R * sets[i].p_K[k];
-      const Vec3 p = turned + X.p;
-      if (!(p.z() > 1e-6)) return std::nullopt;
-      const Vec2 n = p.head<2>() / p.z();
-      Eigen::Matrix<double, 2, 3> by_point;
-      by_point << 1 / p.z(), 0, -n.x() / p.z(), 0, 1 / p.z(), -n.y() / p.z();
-      by_point = (PixelJacobian(lens, n) * by_point).eval();
-      J.block<2, 3>(2 * k, 0) = by_point;
-      J.block<2, 3>(2 * k, 3) = -by_point * CrossMatrix(turned);
-      by_lens.block<2, 9>(2 * k, 0) = PixelByLens(lens, n);
-      r.segment<2>(2 * k) = sets[i].pixels[k] - PixelOfNormalised<double>(lens, n);
-    }
-    const auto L = whitening[i].matrixL();
-    L.solveInPlace(J);
-    L.solveInPlace(r);
-    L.solveInPlace(by_lens);
+    const auto d = DerivativesOf(lens, sets[i], whitening[i], X);
+    if (!d) return std::nullopt;
+    const Columns& J = d->by_pose;
     sum.JtJ += J.transpose() * J;
-    sum.Jtr += J.transpose() * r;
-    sum.JtL += J.transpose() * by_lens;
-    sum.chi2 += r.squaredNorm();
+    sum.Jtr += J.transpose() * d->residual;
+    sum.JtL += J.transpose() * d->by_lens;
+    sum.chi2 += d->residual.squaredNorm();
   }
   if (!std::isfinite(sum.chi2)) return std::nullopt;
+  return sum;
+}
+
+/// See PoseEstimate::by_places.
+Mat6 ByPlaces(const Lens& lens, const std::vector<CornerSet>& sets, const Whitening& whitening,
+              const Pose& X, const Eigen::LDLT<Mat6>& normal) {
+  Mat6 sum = Mat6::Zero();
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    const auto d = DerivativesOf(lens, sets[i], whitening[i], X);
+    if (!d) continue;
+    const Eigen::Matrix<double, 6, 3> A = normal.solve(d->by_pose.transpose() * d->by_place);
+    sum += A * A.transpose();
+  }
   return sum;
 }
 
@@ -127,8 +157,9 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
   }
   const Eigen::LDLT<Mat6> solved(here->JtJ);
   const Eigen::Matrix<double, 6, 9> by_lens = -solved.solve(here->JtL);
-  PoseEstimate estimate{X, solved.solve(Mat6::Identity()), by_lens, here->chi2,
-                        8 * static_cast<int>(sets.size()) - 6};
+  PoseEstimate estimate{X,          solved.solve(Mat6::Identity()),
+                        by_lens,    ByPlaces(known.lens, sets, whitening, X, solved),
+                        here->chi2, 8 * static_cast<int>(sets.size()) - 6};
   estimate.covariance += by_lens * known.covariance * by_lens.transpose();
   if (!estimate.covariance.allFinite()) return std::nullopt;
   return estimate;

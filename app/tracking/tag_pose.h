@@ -41,6 +41,10 @@ struct PoseEstimate {
   Mat6 covariance = Mat6::Zero();
   /// Derivative of (delta, phi) by the lens, at fixed corners: what two poses of one image share.
   Eigen::Matrix<double, 6, 9> by_lens = Eigen::Matrix<double, 6, 9>::Zero();
+  /// Of (delta, phi), for each square metre of variance that each set's place in K has along each
+  /// axis, the sets independent and their four corners alike: sum A A^T, A the derivative by one
+  /// set's place. Not in `covariance`.
+  Mat6 by_places = Mat6::Zero();
   double chi2 = 0;  ///< squared reprojection error, each corner in its own deviation
   int freedom = 0;  ///< coordinates less six
 };

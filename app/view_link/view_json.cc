@@ -183,7 +183,8 @@ Json WatchJson(const PlcCamera& watch) {
           {"frame_time_s", NumberJson(watch.frame_time_s)},
           {"tip_valid", watch.tip_valid},
           {"tip_W_m", VectorJson(watch.tip_W)},
-          {"tip_covariance_W_m2", VectorJson(watch.tip_covariance_W.reshaped())},
+          {"tip_covariance_W_m2",
+           VectorJson((watch.tip_covariance_W + watch.tip_places_W).eval().reshaped())},
           {"tip_time_s", NumberJson(watch.tip_time_s)}};
 }
 

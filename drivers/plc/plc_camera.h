@@ -45,7 +45,8 @@ struct PlcCamera {
   double zoom_time_s = kNever, frame_time_s = kNever;
   bool tip_valid = false;  ///< the lens is valid and the tool stood still
   Vec3 tip_W = Vec3::Zero();
-  Mat3 tip_covariance_W = Mat3::Zero();
+  Mat3 tip_covariance_W = Mat3::Zero();  ///< by the image's noise and the lens [m^2]
+  Mat3 tip_places_W = Mat3::Zero();      ///< by errors of the tags' declared places [m^2]
   double tip_time_s = kNever;
   std::size_t bodies_configured = 0;
   std::array<Body, kMostBodies> bodies;  ///< in the order of the tags' file

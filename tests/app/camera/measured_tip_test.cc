@@ -63,6 +63,58 @@ TEST_CASE("the tip by camera: its error is what is stated, the lens' error inclu
   CHECK(std::sqrt(squares / kSeeds) < 1e-3);
 }
 
+TEST_CASE("errors of the tags' declared places are in what is stated, and no mean hides them") {
+  // What is told are the declared places; the tags really are elsewhere, in each run otherwise.
+  constexpr double kCellSd_m = 3e-4, kToolSd_m = 1e-4;
+  Body cell = CellMarks(4), gripper = Gripper();
+  cell.place_sd_m = kCellSd_m;
+  gripper.place_sd_m = kToolSd_m;
+  const Pose X_CK = CellInCamera();
+  const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
+  const Vec3 truth = kCellInW * (X_CK.Inverse() * (X_CT * kTip));
+  constexpr int kRuns = 400;
+  double chi2 = 0, by_noise = 0;
+  for (int run = 1; run <= kRuns; ++run) {
+    std::mt19937_64 random(run);
+    std::normal_distribution<double> normal(0, 1);
+    const auto moved = [&](Body body, double sd_m) {
+      for (BodyTag& tag : body.tags) {
+        tag.X_KM.p += sd_m * Vec3(normal(random), normal(random), normal(random));
+      }
+      return body;
+    };
+    const KnownLens known{MarksLens(), LensCovariance::Zero()};
+    auto seen = SeenMarks(known.lens, moved(cell, kCellSd_m), X_CK, 0.05, 10 * run);
+    for (const SeenTag& tag :
+         SeenMarks(known.lens, moved(gripper, kToolSd_m), X_CT, 0.05, 10 * run + 1)) {
+      seen.push_back(tag);
+    }
+    const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
+    const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
+    REQUIRE((cell_seen && tool_seen));
+    REQUIRE((cell_seen->left_out.empty() && tool_seen->left_out.empty()));
+    const MeasuredPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
+                                           known.covariance, 0, {kCellSd_m, kToolSd_m});
+    const Vec3 error = tip.p_W - truth;
+    chi2 += error.dot((tip.covariance_W + tip.places_W).ldlt().solve(error));
+    by_noise += error.dot(tip.covariance_W.ldlt().solve(error));
+  }
+  CHECK(std::sqrt(chi2 / (3 * kRuns)) == Approx(1).epsilon(0.1));
+  CHECK(std::sqrt(by_noise / (3 * kRuns)) > 2);  // without them it would be a lie
+}
+
+TEST_CASE("a single tag's place is the body's") {
+  const KnownLens known{MarksLens(), LensCovariance::Zero()};
+  const Body one{"one", {{7, 0.08, {Mat3::Identity(), Vec3::Zero()}}}};
+  const Pose X{RotationFromRollPitchYaw(Vec3(0.4, 0.3, 0.1)), Vec3(0, 0, 1)};
+  const auto located =
+      LocateBody(known, one, SeenMarks(known.lens, one, X, 0, 1), std::optional(X));
+  REQUIRE(located);
+  Mat6 expected = Mat6::Zero();
+  expected.topLeftCorner<3, 3>().setIdentity();
+  CHECK((located->estimate.by_places - expected).cwiseAbs().maxCoeff() < 1e-6);
+}
+
 TEST_CASE("a tip stands where three looks agree, and only then") {
   Standing standing;
   MeasuredPoint look;

@@ -2,6 +2,7 @@
 
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
+#include "app/tracking/body_reader.h"
 
 using namespace plumbline;
 
@@ -20,6 +21,7 @@ xyz_mm = [500.0, 0.0, 0.0]
 [[body]]
 name = "gripper"
 size_mm = 40.0
+place_sd_mm = 0.05
 [[body.tag]]
 id = 3
 xyz_mm = [0.0, 0.0, 0.0]
@@ -104,6 +106,12 @@ TEST_CASE("everything, in SI") {
   CHECK(camera.tags.X_WK.p.x() == Approx(1));
   CHECK(camera.tags.X_WK.R(1, 0) == Approx(1));
   CHECK(camera.tags.place_sd_m == Approx(1e-4));
+  CHECK(*camera.tags.database.bodies[0].place_sd_m == Approx(1e-4));  // it does not say
+  CHECK(*camera.tags.database.bodies[1].place_sd_m == Approx(5e-5));
+  std::string silent(kTags);
+  silent.erase(silent.find("place_sd_mm = 0.05\n"), 19);
+  FaultList faults;
+  CHECK_FALSE(TagDatabaseFromText(silent, "bodies.toml", faults)->bodies[1].place_sd_m);
   CHECK(camera.tags.tip_T.z() == Approx(0.12));
 }
 

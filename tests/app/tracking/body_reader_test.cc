@@ -32,6 +32,7 @@ xyz_mm = [0.0, 0.0, 0.0]
   CHECK(database->BodyOf(17) == nullptr);
   REQUIRE(database->BodyOf(3) != nullptr);
   CHECK(database->BodyOf(3)->name == "gripper");
+  CHECK_FALSE(database->BodyOf(3)->place_sd_m);
   const Pose X = database->BodyOf(3)->tags[0].X_KM;
   CHECK((X * Vec3(1, 0, 0) - Vec3(0.001, 1.002, 0.003)).norm() < 1e-12);
 }

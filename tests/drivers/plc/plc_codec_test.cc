@@ -171,7 +171,8 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.frame_time_s = 99.95;
   camera.tip_valid = true;
   camera.tip_W = Vec3(1.5, -0.25, 0.125);
-  camera.tip_covariance_W.diagonal() << 1e-8, 4e-8, 1e-8;
+  camera.tip_covariance_W.diagonal() << 1e-8, 1e-8, 1e-8;
+  camera.tip_places_W.diagonal() << 0, 3e-8, 0;  // the radius holds both
   camera.tip_time_s = 0;
   camera.bodies_configured = 2;
   camera.bodies[1] = {
