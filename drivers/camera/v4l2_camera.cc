@@ -121,6 +121,10 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
                                  ? capability.device_caps
                                  : capability.capabilities;
   constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if ((caps & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) ==
+      V4L2_CAP_VIDEO_CAPTURE_MPLANE) {
+    return Error{kMultiPlanar};
+  }
   if ((caps & kNeeded) != kNeeded) {
     return Error{"does not stream images through shared memory; see plumbline cameras"};
   }

@@ -69,6 +69,11 @@ std::optional<bool> AskDevice(V4l2Device& device) {
   const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                                  ? capability.device_caps
                                  : capability.capabilities;
+  if ((caps & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) ==
+      V4L2_CAP_VIDEO_CAPTURE_MPLANE) {
+    device.problem = kMultiPlanar;
+    return true;
+  }
   return (caps & V4L2_CAP_VIDEO_CAPTURE) != 0;
 }
 
@@ -141,9 +146,13 @@ Result<V4l2Device> SelectV4l2Device(std::string_view selector,
   for (const V4l2Device& device : devices) {
     const bool fits = (selector == device.serial && !device.serial.empty()) ||
                       selector == NameWithPort(device) || selector == "@" + device.port;
-    if (fits && std::none_of(meant.begin(), meant.end(),
-                             [&](const auto& one) { return IsSameCamera(one, device); })) {
+    if (!fits) continue;
+    const auto same = std::find_if(meant.begin(), meant.end(),
+                                   [&](const auto& one) { return IsSameCamera(one, device); });
+    if (same == meant.end()) {
       meant.push_back(device);
+    } else if (!same->problem.empty() && device.problem.empty()) {
+      *same = device;
     }
   }
   if (meant.empty()) {

@@ -92,6 +92,41 @@ std::string Offer(const std::vector<V4l2Mode>& modes) {
   return text.empty() ? "nothing" : text;
 }
 
+/// What can be done about formats that are not read: by the first that is known.
+std::string Remedy(const std::vector<V4l2Mode>& modes) {
+  struct Kind {
+    std::string_view why;
+    std::vector<std::uint32_t> fourccs;
+  };
+  static const std::vector<Kind> kinds = {
+      {"DV is interlaced, and nothing that moves can be measured in it: use the camera's "
+       "progressive "
+       "output (HDMI, SDI) with a capture device",
+       {V4L2_PIX_FMT_DV}},
+      {"compressed video is not read: set the camera to Motion JPEG or raw images",
+       {V4L2_PIX_FMT_H264, V4L2_PIX_FMT_H264_NO_SC, V4L2_PIX_FMT_HEVC, V4L2_PIX_FMT_MPEG,
+        V4L2_PIX_FMT_MPEG4, V4L2_PIX_FMT_VP8, V4L2_PIX_FMT_VP9}},
+      {"raw Bayer images are not read: set the camera to monochrome (GREY) or YUYV",
+       {V4L2_PIX_FMT_SBGGR8, V4L2_PIX_FMT_SGBRG8, V4L2_PIX_FMT_SGRBG8, V4L2_PIX_FMT_SRGGB8,
+        V4L2_PIX_FMT_SBGGR10, V4L2_PIX_FMT_SGBRG10, V4L2_PIX_FMT_SGRBG10, V4L2_PIX_FMT_SRGGB10}},
+      {"more than 8 bits a pixel are not read: set the camera to 8 bits (GREY)",
+       {V4L2_PIX_FMT_Y10, V4L2_PIX_FMT_Y12, V4L2_PIX_FMT_Y16}},
+  };
+  for (const Kind& kind : kinds) {
+    for (const V4l2Mode& mode : modes) {
+      if (std::find(kind.fourccs.begin(), kind.fourccs.end(), mode.fourcc) != kind.fourccs.end()) {
+        return fmt::format("; {}", kind.why);
+      }
+    }
+  }
+  return "";
+}
+
+/// A format that is read, whatever its size.
+bool IsRead(const V4l2Mode& mode) {
+  return PixelFormatOfFourcc(mode.fourcc).has_value();
+}
+
 }  // namespace
 
 std::vector<V4l2Mode> ModesOf(int fd) {
@@ -136,9 +171,14 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
     best = {*format, size, RateToAsk(mode.rates_hz, request.rate_hz)};
   }
   if (found) return best;
-  if (any_size) return Error{fmt::format("no format that can be read; it has {}", Offer(modes))};
-  return Error{fmt::format("no {} x {} px in a format that can be read; it has {}",
-                           request.size.width, request.size.height, Offer(modes))};
+  const std::string remedy = std::any_of(modes.begin(), modes.end(), IsRead)
+                                 ? ""
+                                 : " (read are GREY, NV12, YUYV, UYVY, MJPG)" + Remedy(modes);
+  if (any_size) {
+    return Error{fmt::format("no format that can be read; it has {}{}", Offer(modes), remedy)};
+  }
+  return Error{fmt::format("no {} x {} px in a format that can be read; it has {}{}",
+                           request.size.width, request.size.height, Offer(modes), remedy)};
 }
 
 std::string ModeText(PixelFormat format, ImageSize size, double rate_hz) {

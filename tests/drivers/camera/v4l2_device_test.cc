@@ -45,6 +45,21 @@ TEST_CASE("v4l2 devices: one that does not answer is listed with the reason") {
   CHECK(devices[0].serial == "A");
 }
 
+TEST_CASE("v4l2 devices: one of several planes is listed with the reason, another node preferred") {
+  test::FakeMachine machine;
+  machine.Plug(0, "1-2", "A").caps = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
+  auto devices = ListV4l2Devices(machine.tree());
+  REQUIRE(devices.size() == 1);
+  CHECK_THAT(devices[0].problem, Catch::Contains("multi-planar") && Catch::Contains("USB camera"));
+  CHECK(PathOf("A", devices) == machine.Path(0));
+  machine.Plug(1, "1-2", "A");
+  devices = ListV4l2Devices(machine.tree());
+  CHECK(PathOf("A", devices) == machine.Path(1));
+  // A codec in memory, which takes images and gives others, is no camera.
+  machine.Plug(2, "1-3", "B").caps = V4L2_CAP_VIDEO_M2M_MPLANE | V4L2_CAP_STREAMING;
+  CHECK(ListV4l2Devices(machine.tree()).size() == 2);
+}
+
 TEST_CASE("v4l2 devices: selected by path, link, serial, port; two of one serial by their port") {
   test::FakeMachine machine;
   machine.Plug(0, "1-1", "SN0001");
