@@ -154,11 +154,30 @@ void CameraWatch::ReadImages() {
     if (result == CameraResult::kFrame) {
       TakeFrame(frame);
     } else {
-      if (session_) session_->TakeMiss("no frame of the camera", now_s);
+      WaitForFrames(now_s);
       Pause(result == CameraResult::kNoFrame ? 0 : kFrameTimeout_s);
     }
   }
   worker_.reset();
+}
+
+/// A capture whose camera went away ends when its patience does: nobody waits for ever.
+void CameraWatch::WaitForFrames(double now_s) {
+  if (Orders().state != ZoomState::kCalibrating) {
+    blind_s_.reset();
+    return;
+  }
+  if (session_) {
+    session_->TakeMiss("no frame of the camera", now_s);
+    if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
+    return;
+  }
+  if (!blind_s_) blind_s_ = now_s;
+  if (now_s - *blind_s_ < config_.board.patience_s) return;
+  blind_s_.reset();
+  const std::string why =
+      fmt::format("no frame of the camera within {:.0f} s", config_.board.patience_s);
+  WithCore([&](WatchCore& core) { core.TakeRefused({why}, now_s); });
 }
 
 void CameraWatch::Obey() {
@@ -174,6 +193,7 @@ void CameraWatch::Obey() {
 }
 
 void CameraWatch::TakeFrame(const CameraFrame& frame) {
+  blind_s_.reset();
   const WatchOrders asked = Orders();
   if (asked.rest != rest_) devices_.tracker->Forget();
   rest_ = asked.rest;
@@ -190,13 +210,24 @@ void CameraWatch::TakeFrame(const CameraFrame& frame) {
 
 void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
   const LensInUse* const lens = asked.lens.get();
+  const bool fits = lens != nullptr && lens->size == frame.luma.size();
+  if (lens != nullptr && !fits && !odd_size_) {
+    sink_(
+        LogLevel::kWarning,
+        fmt::format("camera: its images have {} x {} px, the lens is of {} x {}; not measured in: "
+                    "set the camera to that size, or calibrate in this one",
+                    frame.luma.width, frame.luma.height, lens->size.width, lens->size.height));
+  }
+  odd_size_ = lens != nullptr && !fits;
   const TrackedFrame& tracked =
-      devices_.tracker->Update(frame.luma, frame.time_s, lens != nullptr ? &lens->known : nullptr);
-  if (show_) show_(*devices_.camera, frame, tracked, lens != nullptr ? &lens->known.lens : nullptr);
+      devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
+  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known.lens : nullptr);
   if (lens == nullptr) return;
-  std::vector<SeenTag> tags;
-  tags.reserve(tracked.tags.size());
-  for (const TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+  std::vector<SeenTag> tags;  // none where the lens tells nothing of this image
+  if (fits) {
+    tags.reserve(tracked.tags.size());
+    for (const TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+  }
   const WatchSettings& settings = core_.settings();
   const MarksLook look = LookAtMarks(*lens, asked.memory.get(), settings.cell, tags,
                                      settings.acceptable_px, settings.marks);
@@ -305,10 +336,10 @@ void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   WithCore([&](WatchCore& core) {
     core.TakeProgress(session_->prompt(), session_->kept(), MonotonicSeconds());
   });
-  if (session_->state() != BoardSession::State::kCapturing) FinishBoard(frame.luma.size());
+  if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
 }
 
-void CameraWatch::FinishBoard(ImageSize size) {
+void CameraWatch::FinishBoard() {
   const BoardSession session = std::move(*session_);
   session_.reset();
   if (session.state() == BoardSession::State::kRefused) {
@@ -318,7 +349,7 @@ void CameraWatch::FinishBoard(ImageSize size) {
   const LensCalibration& solved = *session.calibration();
   LensInUse lens;
   lens.known = {solved.lens, solved.covariance};
-  lens.size = size;
+  lens.size = solved.size;
   lens.calibrated = true;
   const WatchOrders asked = Orders();
   const bool taken = WithCore([&](WatchCore& core) {

@@ -57,7 +57,8 @@ class CameraWatch {
   Result<std::optional<LensFound>> FindLens(const WatchOrders& asked);
   void WatchForBoard(const CameraFrame& frame);
   void CaptureBoard(const CameraFrame& frame);
-  void FinishBoard(ImageSize size);
+  void WaitForFrames(double now_s);
+  void FinishBoard();
   void KeepLens(const BoardSession& session, const WatchOrders& asked);
   void KeepMarks(const WatchOrders& asked, const MarksMemory& memory);
   bool OpenStore();
@@ -97,8 +98,10 @@ class CameraWatch {
   std::optional<MarksStore> marks_;
   std::optional<BoardWorker> worker_;
   std::optional<BoardSession> session_;
-  double asked_image_s_ = 0;  ///< when the frame was taken that the worker has
-  double looked_s_ = -1e9;    ///< for a board that comes into view
+  std::optional<double> blind_s_;  ///< since when a capture waits for its first frame
+  bool odd_size_ = false;          ///< told: the images have another size than the lens
+  double asked_image_s_ = 0;       ///< when the frame was taken that the worker has
+  double looked_s_ = -1e9;         ///< for a board that comes into view
   /// The rest of the lens in which the worker was given a frame of such a look; nothing: what it
   /// has is of a capture.
   std::optional<std::uint64_t> look_rest_;

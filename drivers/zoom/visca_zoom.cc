@@ -210,7 +210,7 @@ ZoomResult ViscaZoom::Ask(const visca::Request& request, std::size_t length, dou
 }
 
 ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer) {
-  int malformed = 0;
+  int malformed = 0, other = 0;  // other: the address that an answer came from instead
   for (;;) {
     const double left_s = deadline_s - clock_();
     const int ready = left_s > 0 ? WaitFor(fd_, POLLIN, left_s) : 0;
@@ -231,6 +231,7 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
       answer = *reply;
       return ZoomResult::kOk;
     }
+    if (!mine && reply->kind == Reply::Kind::kAnswer) other = reply->address;
     if (length == 0 || !mine) continue;
     if (reply->kind == Reply::Kind::kAnswer && reply->size == length) {
       answer = *reply;
@@ -246,6 +247,10 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
     return Fail(
         ZoomResult::kProtocol,
         fmt::format("{} packets that are none; is {} baud its speed?", malformed, options_.baud));
+  }
+  if (other > 0) {
+    return Fail(ZoomResult::kTimeout,
+                fmt::format("no answer, but camera {} speaks; is the address right?", other));
   }
   return Fail(ZoomResult::kTimeout,
               fmt::format("no answer in {:.0f} ms; is it on, and set to {} baud?",

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <mutex>
 
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/temporary_folder.h"
@@ -31,6 +32,137 @@ class TurnedByHand : public ZoomSensor {
 };
 
 }  // namespace
+
+namespace {
+
+/// A watch over a shown image, a lens of the zoom 100 in its store.
+struct Bench {
+  TemporaryFolder folder;
+  ShownImage image{folder.path()};
+  std::atomic<int> zoom{100};
+  CameraLink link;
+  std::mutex mutex;
+  std::vector<std::string> log;
+  std::optional<CameraWatch> watch;
+
+  explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
+    ShowCell();
+    {
+      auto store = LensStore::Open(folder.path() + "/lenses.sqlite");
+      LensEntry entry;
+      entry.key = {"test camera", "mode", 100, std::nullopt};
+      entry.lens = TrueLens(renderer::ZoomLens(2600));
+      entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+      entry.image = lens_size;
+      entry.utc = "2026-01-01T00:00:00Z";
+      REQUIRE(store.value().Append(entry));
+    }
+    CameraConfig config;
+    config.kind = "recorded";
+    config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
+    config.zoom.period_s = 0.02;
+    config.zoom.supervision.lost_after_s = 30;
+    config.tags.database.bodies = {CellMarks(), GripperBody()};
+    config.board.by_itself = false;
+    config.board.patience_s = patience_s;
+    auto devices = CameraDevicesFrom(config);
+    REQUIRE(devices);
+    devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
+    watch.emplace(config, std::move(devices).value(),
+                  CameraWatch::Places{folder.path(), "/bin/false"}, link,
+                  [this](LogLevel, const std::string& text) {
+                    const std::lock_guard lock(mutex);
+                    log.push_back(text);
+                  });
+    watch->Start();
+  }
+  void ShowCell() const {
+    image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
+  }
+  bool Becomes(ZoomState state) {
+    for (int wait = 0; wait < 6000; ++wait) {
+      if (link.told.Read()->state == state) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+  bool Says(const std::string& text) {
+    for (int wait = 0; wait < 1000; ++wait) {
+      {
+        const std::lock_guard lock(mutex);
+        for (const std::string& line : log) {
+          if (line.find(text) != std::string::npos) return true;
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, the lens is kept") {
+  Bench bench(1.5);
+  REQUIRE(bench.Becomes(ZoomState::kValid));
+  bench.zoom = 5000;
+  REQUIRE(bench.Becomes(ZoomState::kStale));
+  SECTION("after its first frames") {
+    ++bench.link.start_board;
+    REQUIRE(bench.Becomes(ZoomState::kCalibrating));
+    bench.image.Hide();
+    REQUIRE(bench.Becomes(ZoomState::kRefused));
+    CHECK(bench.Says("camera: calibration refused: n"));
+    CHECK(bench.Says("no frame of the camera"));
+  }
+  SECTION("before any of them") {
+    bench.image.Hide();
+    REQUIRE(bench.Says("frame.pgm"));
+    ++bench.link.start_board;
+    REQUIRE(bench.Becomes(ZoomState::kRefused));
+    CHECK(bench.Says("camera: calibration refused: no frame of the camera within 2 s"));
+  }
+  const auto told = bench.link.told.Read();
+  CHECK((told->bits & camera_bits::kCameraLost) != 0);
+  CHECK((told->bits & camera_bits::kLensStale) != 0);
+  // Back, and where it was calibrated: the last good lens, as it was.
+  bench.ShowCell();
+  bench.zoom = 100;
+  REQUIRE(bench.Becomes(ZoomState::kValid));
+  CHECK(bench.link.told.Read()->lens_id == 1);
+  CHECK(bench.Says("camera back after"));
+  auto store = LensStore::Open(bench.folder.path() + "/lenses.sqlite");
+  CHECK(*store.value().Count() == 1);
+}
+
+TEST_CASE("images of another size than the lens's, or than the first, are not measured in") {
+  const auto told = [](Bench& bench, bool valid) {
+    for (int wait = 0; wait < 1000; ++wait) {
+      if (bench.link.told.Read()->bodies[1].valid == valid) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  };
+  SECTION("a lens of another size, under the same mode") {
+    Bench bench(60, {1280, 720});
+    REQUIRE(bench.Says("its images have 1920 x 1080 px, the lens is of 1280 x 720"));
+    REQUIRE(bench.Becomes(ZoomState::kStale));
+    CHECK_FALSE(bench.link.told.Read()->bodies[1].valid);
+  }
+  SECTION("an image that changes its size") {
+    Bench bench(60);
+    REQUIRE(bench.Becomes(ZoomState::kValid));
+    CHECK(told(bench, true));
+    renderer::Camera small = renderer::ZoomLens(2600);
+    small.width = 640;
+    small.height = 480;
+    bench.image.Show(DrawCell(small, CellInCamera(), GripperInCamera()));
+    REQUIRE(bench.Says("640 x 480"));
+    CHECK(told(bench, false));
+    bench.ShowCell();
+    CHECK(told(bench, true));
+  }
+}
 
 TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any moment") {
   const TemporaryFolder folder;

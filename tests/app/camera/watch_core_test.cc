@@ -271,6 +271,49 @@ TEST_CASE("marks: a hand in the picture is nothing, a drift is refined, a bad le
   }
 }
 
+TEST_CASE(
+    "digital zoom: refused with the reason, no capture begins, the lens comes back after it") {
+  Watch watch;
+  watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);
+  watch.Valid();
+  const auto read = [&](bool digital) {
+    ZoomReading reading;
+    reading.zoom_counts = watch.zoom;
+    reading.digital_zoom = digital;
+    watch.now_s += 0.1;
+    reading.time_s = watch.now_s;
+    watch.core.TakeReading(reading, watch.now_s);
+  };
+  read(true);
+  CHECK(watch.core.state() == ZoomState::kRefused);
+  CHECK(watch.Bit(camera_bits::kLensStale));
+  CHECK_FALSE(watch.core.Told().tip_valid);
+  CHECK(watch.Says("camera refused: " + std::string(ZoomReasonText(ZoomReason::kDigitalZoom))));
+  CHECK_FALSE(watch.core.StartBoard(watch.now_s));
+  CHECK(watch.Says("no calibration now"));
+  const std::size_t lines = watch.log.size();
+  for (int k = 0; k < 10; ++k) read(true);
+  CHECK(watch.log.size() == lines);  // told once
+  for (int k = 0; k < 8; ++k) read(false);
+  CHECK(watch.core.orders().look_up);
+}
+
+TEST_CASE("reports too short, answers from elsewhere: unknown, with the driver's words") {
+  for (const auto& [result, words] :
+       {std::pair{ZoomResult::kProtocol, "an answer of 2 bytes is too short"},
+        {ZoomResult::kTimeout, "no answer, but camera 3 speaks; is the address right?"},
+        {ZoomResult::kRefused, "answers: not executable (41)"}}) {
+    Watch watch;
+    watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);
+    watch.Valid();
+    for (int k = 0; k < 30; ++k) watch.core.TakeSensorFault(result, words, watch.now_s += 0.1);
+    CHECK(watch.core.state() == ZoomState::kUnknown);
+    CHECK(watch.Bit(camera_bits::kSensorLost));
+    CHECK_FALSE(watch.core.Told().tip_valid);
+    CHECK(watch.Says(words));
+  }
+}
+
 TEST_CASE("sensor and camera lost, and back: told once each") {
   Watch watch;
   watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);

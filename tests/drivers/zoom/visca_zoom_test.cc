@@ -103,6 +103,21 @@ TEST_CASE("what may come before the answer is passed over") {
   }
 }
 
+TEST_CASE("answers of another address alone are no reading, and its address is told") {
+  FakeViscaCamera camera([](const Bytes& request) -> Bytes {
+    if (request[1] == 0x30) return {0x88, 0x30, 0x04, 0xFF};
+    Bytes block = BlockOf(0x2222, 5, false, false);
+    block[0] = 0xB0;  // whatever is asked, camera 3 answers
+    return block;
+  });
+  const auto sensor = Sensor(camera.device(), kHurry_s);
+  ZoomReading reading;
+  CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
+  CHECK_THAT(std::string(sensor->problem()),
+             Catch::Contains("camera 1: no answer, but camera 3 speaks"));
+  CHECK_FALSE(reading.zoom_counts);
+}
+
 TEST_CASE("an answer in pieces, and one with another packet behind it") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
   camera.Become([&camera](const Bytes& request) -> Bytes {
