@@ -21,7 +21,7 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct LensListOptions {
   std::string state = "/var/lib/plumbline", out;
   std::int64_t id = 0;
   double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
@@ -34,7 +34,7 @@ int Fail(const std::string& why, int code) {
   return code;
 }
 
-Result<std::vector<LensEntry>> KeptLenses(const Options& options) {
+Result<std::vector<LensEntry>> KeptLenses(const LensListOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.StoreFile(), unknown)) {
     return Error{
@@ -61,7 +61,7 @@ std::string Line(const LensEntry& entry) {
       entry.key.camera_serial, entry.key.mode, entry.board);
 }
 
-int List(const Options& options) {
+int List(const LensListOptions& options) {
   const auto lenses = KeptLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
   std::cout << fmt::format("{:>5}  {:<20}  {:>7} {:>7}  {:>9} {:>8} {:>10} {:>6} {:>8}  {}\n",
@@ -86,7 +86,7 @@ std::string Words(const LensEntry& kept, const LensCalibration& again) {
   return text;
 }
 
-int Solve(const Options& options) {
+int Solve(const LensListOptions& options) {
   const auto lenses = KeptLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
   const auto kept = std::find_if(lenses->begin(), lenses->end(),
@@ -126,13 +126,13 @@ int Solve(const Options& options) {
 }  // namespace
 
 void AddLensCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LensListOptions>();
   CLI::App* lens =
       app.add_subcommand("lens", "Lenses that the daemon calibrated: list, solve again");
   lens->require_subcommand(1);
   lens->footer(
       "The store is the file lenses.sqlite in the daemon's state_directory; it is not changed.");
-  const auto add = [&](const char* name, const char* what, int (*run)(const Options&),
+  const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
     CLI::App* command = lens->add_subcommand(name, what);
     command->add_option("--state", options->state, "The daemon's state_directory")

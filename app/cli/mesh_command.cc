@@ -16,13 +16,13 @@
 namespace plumbline {
 namespace {
 
-struct Options {
+struct MeshOptions {
   std::string file, unit;
   bool json = false;
   MeshLimits limits;
 };
 
-int RunMeshCheck(const Options& options) {
+int RunMeshCheck(const MeshOptions& options) {
   std::optional<std::string> unit;
   double unit_m = 1;
   if (!options.unit.empty()) {
@@ -51,7 +51,7 @@ int RunMeshCheck(const Options& options) {
 }  // namespace
 
 void AddMeshCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeshOptions>();
   CLI::App* mesh = app.add_subcommand("mesh", "Mesh files of the overlay's objects");
   mesh->require_subcommand(1);
   CLI::App* command =

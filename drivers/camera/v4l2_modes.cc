@@ -94,11 +94,11 @@ std::string Offer(const std::vector<V4l2Mode>& modes) {
 
 /// What can be done about formats that are not read: by the first that is known.
 std::string Remedy(const std::vector<V4l2Mode>& modes) {
-  struct Kind {
+  struct Unread {
     std::string_view why;
     std::vector<std::uint32_t> fourccs;
   };
-  static const std::vector<Kind> kinds = {
+  static const std::vector<Unread> kinds = {
       {"DV is interlaced, and nothing that moves can be measured in it: use the camera's "
        "progressive "
        "output (HDMI, SDI) with a capture device",
@@ -112,7 +112,7 @@ std::string Remedy(const std::vector<V4l2Mode>& modes) {
       {"more than 8 bits a pixel are not read: set the camera to 8 bits (GREY)",
        {V4L2_PIX_FMT_Y10, V4L2_PIX_FMT_Y12, V4L2_PIX_FMT_Y16}},
   };
-  for (const Kind& kind : kinds) {
+  for (const Unread& kind : kinds) {
     for (const V4l2Mode& mode : modes) {
       if (std::find(kind.fourccs.begin(), kind.fourccs.end(), mode.fourcc) != kind.fourccs.end()) {
         return fmt::format("; {}", kind.why);
