@@ -121,7 +121,7 @@ bool ViewClient::CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pi
   };
   if (stamp() != image.stamp) return false;
   pixels.assign(slot + kViewPixels, slot + kViewPixels + size);
-  std::atomic_thread_fence(std::memory_order_seq_cst);
+  OrderStampAndPixels();
   return stamp() == image.stamp;
 }
 

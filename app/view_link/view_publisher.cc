@@ -144,7 +144,7 @@ std::optional<ViewImage> ViewPublisher::Share(const LumaView& luma, const std::u
   image.colour = bgr != nullptr;
   std::uint8_t* const slot = at_ + static_cast<std::size_t>(next_slot_) * slot_bytes_;
   StampIn(slot).store(0);
-  std::atomic_thread_fence(std::memory_order_seq_cst);
+  OrderStampAndPixels();
   if (bgr != nullptr) {
     std::memcpy(slot + kViewPixels, bgr, row * height);
   } else {
