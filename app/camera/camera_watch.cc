@@ -67,7 +67,7 @@ std::string UtcNow() {
 }  // namespace
 
 CameraWatch::CameraWatch(const CameraConfig& config, CameraDevices devices, Places places,
-                         CameraLink& link, WatchCore::Sink sink, Show show)
+                         CameraLink& link, LogSink sink, Show show)
     : config_(config),
       devices_(std::move(devices)),
       places_(std::move(places)),
@@ -136,7 +136,7 @@ void CameraWatch::ReadImages() {
   worker_.emplace(places_.plumbline, MonotonicSeconds);  // ends with this thread
   std::string problem;
   marks_.emplace(places_.state_directory + "/fixed_marks.json", core_.settings().cell, problem);
-  if (!problem.empty()) sink_(LogLevel::kWarning, "fixed marks: " + problem);
+  if (!problem.empty()) sink_({Event::kMarksFile, "fixed marks: " + problem});
   for (;;) {
     image_pulse_.Beat();
     Obey();
@@ -149,7 +149,7 @@ void CameraWatch::ReadImages() {
     });
     if (stop) break;
     for (const std::string& remark : devices_.camera->TakeRemarks()) {
-      sink_(LogLevel::kWarning, "camera: " + remark);
+      sink_({Event::kCameraRemark, "camera: " + remark});
     }
     if (result == CameraResult::kFrame) {
       TakeFrame(frame);
@@ -213,10 +213,10 @@ void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
   const bool fits = lens != nullptr && lens->size == frame.luma.size();
   if (lens != nullptr && !fits && !odd_size_) {
     sink_(
-        LogLevel::kWarning,
-        fmt::format("camera: its images have {} x {} px, the lens is of {} x {}; not measured in: "
-                    "set the camera to that size, or calibrate in this one",
-                    frame.luma.width, frame.luma.height, lens->size.width, lens->size.height));
+        {Event::kCameraSize,
+         fmt::format("camera: its images have {} x {} px, the lens is of {} x {}; not measured in: "
+                     "set the camera to that size, or calibrate in this one",
+                     frame.luma.width, frame.luma.height, lens->size.width, lens->size.height)});
   }
   odd_size_ = lens != nullptr && !fits;
   const TrackedFrame& tracked =
@@ -242,7 +242,7 @@ void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
 void CameraWatch::KeepMarks(const WatchOrders& asked, const MarksMemory& memory) {
   if (!asked.lens->calibrated || asked.lens->id == 0) return;
   if (const auto why = marks_->Keep(asked.lens->id, memory)) {
-    sink_(LogLevel::kWarning, "fixed marks: not kept: " + why->message);
+    sink_({Event::kMarksFile, "fixed marks: not kept: " + why->message});
   }
 }
 
@@ -255,7 +255,8 @@ bool CameraWatch::OpenStore() {
   WithCore([&](WatchCore& core) { core.NoteStoreFault(opened ? "" : opened.error()); });
   if (!opened) return false;
   lenses_.emplace(std::move(opened).value());
-  if (!lenses_->notice().empty()) sink_(LogLevel::kWarning, "lens store: " + lenses_->notice());
+  if (!lenses_->notice().empty())
+    sink_({Event::kLensStoreMended, "lens store: " + lenses_->notice()});
   return true;
 }
 
@@ -301,14 +302,14 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
   if (const auto answer = worker_->Poll(); answer && *answer && look_rest_ == rest_) {
     const bool started =
         WithCore([&](WatchCore& core) { return core.StartBoard(MonotonicSeconds()); });
-    if (started) sink_(LogLevel::kNotice, "camera: the board is in view; its capture begins");
+    if (started) sink_({Event::kBoardSeen, "camera: the board is in view; its capture begins"});
     return;
   }
   if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
   looked_s_ = frame.time_s;
   look_rest_ = rest_;
   if (const auto why = worker_->Ask(frame.luma, config_.board.board)) {
-    sink_(LogLevel::kError, "camera: " + why->message);
+    sink_({Event::kBoardWorker, "camera: " + why->message});
   }
 }
 
@@ -372,10 +373,10 @@ void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked
   entry.corners = BytesOfViews({solved.board, session.views()});
   if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = UtcNow();
-  sink_(LogLevel::kNotice,
-        fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",
-                    solved.lens.fx, std::sqrt(solved.covariance(kFx, kFx)),
-                    solved.uncertainty.max_px, solved.frames_used.size()));
+  sink_({Event::kCalibrated,
+         fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",
+                     solved.lens.fx, std::sqrt(solved.covariance(kFx, kFx)),
+                     solved.uncertainty.max_px, solved.frames_used.size())});
   store_tried_s_ = -1e9;
   if (!OpenStore()) return;  // told; the lens is used until the zoom changes
   const auto kept = lenses_->Append(entry);

@@ -37,7 +37,7 @@ class CameraWatch {
                                   const TrackedFrame& seen, const Lens* lens)>;
 
   CameraWatch(const CameraConfig& config, CameraDevices devices, Places places, CameraLink& link,
-              WatchCore::Sink sink, Show show = nullptr);
+              LogSink sink, Show show = nullptr);
   ~CameraWatch();
   CameraWatch(const CameraWatch&) = delete;
   CameraWatch& operator=(const CameraWatch&) = delete;
@@ -82,7 +82,7 @@ class CameraWatch {
   const CameraDevices devices_;
   const Places places_;
   CameraLink& link_;
-  const WatchCore::Sink sink_;
+  const LogSink sink_;
   const Show show_;
 
   std::mutex mutex_;  ///< of core_, stop_ and the writer's side of link_.told

@@ -8,17 +8,18 @@
 namespace plumbline {
 namespace {
 
-LogLevel LevelOf(const ZoomTransition& transition) {
+Event LogEventOf(const ZoomTransition& transition) {
   switch (transition.to) {
     case ZoomState::kValid:
-      return LogLevel::kNotice;
+      return Event::kLensValid;
     case ZoomState::kStale:
+      return Event::kLensStale;
     case ZoomState::kRefused:
-      return LogLevel::kWarning;
+      return Event::kLensRefused;
     case ZoomState::kUnknown:
-      return transition.why == ZoomReason::kSensorLost ? LogLevel::kError : LogLevel::kInfo;
+      return transition.why == ZoomReason::kSensorLost ? Event::kLensUnknown : Event::kLensState;
     default:
-      return transition.from == ZoomState::kValid ? LogLevel::kNotice : LogLevel::kInfo;
+      return transition.from == ZoomState::kValid ? Event::kLensLeft : Event::kLensState;
   }
 }
 
@@ -38,7 +39,7 @@ const SeenBody* Find(const std::vector<SeenBody>& bodies, const std::string& nam
 
 }  // namespace
 
-WatchCore::WatchCore(WatchSettings settings, Sink sink)
+WatchCore::WatchCore(WatchSettings settings, LogSink sink)
     : settings_(std::move(settings)), sink_(std::move(sink)), supervision_(settings_.zoom) {}
 
 void WatchCore::Take(ZoomEvent event) {
@@ -65,9 +66,14 @@ void WatchCore::Tell(const ZoomTransition& transition) {
   const std::string at =
       transition.zoom_counts ? fmt::format(" (zoom {})", *transition.zoom_counts) : "";
   const bool said = !look_words_.empty() && (transition.why == ZoomReason::kMarksBad);
-  sink_(LevelOf(transition),
-        fmt::format("camera {}: {}{}{}", ZoomStateText(to), ZoomReasonText(transition.why), at,
-                    said ? "; " + look_words_ : ""));
+  std::vector<LogField> fields = {{"CAMERA_STATE", std::string(ZoomStateText(to))}};
+  if (transition.zoom_counts) {
+    fields.push_back({"ZOOM_COUNTS", fmt::format("{}", *transition.zoom_counts)});
+  }
+  sink_({LogEventOf(transition),
+         fmt::format("camera {}: {}{}{}", ZoomStateText(to), ZoomReasonText(transition.why), at,
+                     said ? "; " + look_words_ : ""),
+         fields});
 }
 
 void WatchCore::ForgetLens() {
@@ -89,7 +95,8 @@ bool WatchCore::IsOf(const WatchOrders& asked) const {
 }
 
 void WatchCore::TakeReading(const ZoomReading& reading, double now_s) {
-  if (sensor_ && *sensor_ != ZoomResult::kOk) sink_(LogLevel::kNotice, "zoom sensor answers again");
+  if (sensor_ && *sensor_ != ZoomResult::kOk)
+    sink_({Event::kSensorBack, "zoom sensor answers again"});
   sensor_ = ZoomResult::kOk;
   if (reading.zoom_counts) zoom_counts_ = reading.zoom_counts;
   if (reading.focus_counts) focus_counts_ = reading.focus_counts;
@@ -102,7 +109,8 @@ void WatchCore::TakeReading(const ZoomReading& reading, double now_s) {
 void WatchCore::TakeSensorFault(ZoomResult result, std::string_view problem, double now_s) {
   if (result != ZoomResult::kWaiting && sensor_ != result) {
     sensor_ = result;
-    sink_(LogLevel::kWarning, fmt::format("zoom sensor: {}: {}", ZoomResultText(result), problem));
+    sink_(
+        {Event::kSensorFault, fmt::format("zoom sensor: {}: {}", ZoomResultText(result), problem)});
   }
   Take(EventOf(ZoomEvent::Kind::kLost, now_s));
 }
@@ -118,12 +126,12 @@ void WatchCore::TakeCameraResult(CameraResult result, std::string_view problem, 
     return;
   }
   if (well && camera_) {
-    sink_(LogLevel::kNotice, fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_));
+    sink_({Event::kCameraBack, fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
   } else if (!well) {
     if (!camera_ || *camera_ == CameraResult::kFrame) camera_lost_s_ = now_s;
     ForgetBodies();
-    sink_(result == CameraResult::kEnded ? LogLevel::kNotice : LogLevel::kError,
-          fmt::format("camera: {}: {}", CameraResultText(result), problem));
+    sink_({result == CameraResult::kEnded ? Event::kCameraEnded : Event::kCameraLost,
+           fmt::format("camera: {}: {}", CameraResultText(result), problem)});
   }
   camera_ = result;
 }
@@ -152,12 +160,12 @@ void WatchCore::TakeLens(std::shared_ptr<const LensInUse> lens,
   if (lens) {
     event.kind = ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
-    sink_(LogLevel::kInfo,
-          lens->calibrated
-              ? fmt::format("camera: lens {} of the store, f {:.1f} px", lens->id,
-                            lens->known.lens.fx)
-              : fmt::format("camera: a lens between calibrated zooms, f {:.1f} px +- {:.2f} %",
-                            lens->known.lens.fx, 100 * lens->log_focal_sd));
+    sink_({Event::kLensFound,
+           lens->calibrated
+               ? fmt::format("camera: lens {} of the store, f {:.1f} px", lens->id,
+                             lens->known.lens.fx)
+               : fmt::format("camera: a lens between calibrated zooms, f {:.1f} px +- {:.2f} %",
+                             lens->known.lens.fx, 100 * lens->log_focal_sd)});
   }
   lens_ = std::move(lens);
   memory_ = lens_ ? std::move(memory) : nullptr;
@@ -188,7 +196,8 @@ bool WatchCore::TakeLook(const MarksLook& look, const WatchOrders& asked, double
     look_words_ = look.words;
     // What is bad is told with the change of state.
     if (!look.words.empty() && look.verdict != MarksVerdict::kBad) {
-      sink_(good && !mark_moved_ ? LogLevel::kNotice : LogLevel::kWarning, "camera: " + look.words);
+      sink_({good && !mark_moved_ ? Event::kMarksExplained : Event::kMarksDoubted,
+             "camera: " + look.words});
     }
   }
   if (look.lens) {
@@ -242,8 +251,8 @@ bool WatchCore::StartBoard(double now_s) {
   if (started) {
     prompt_ = BoardPrompt::kShowBoard;
   } else {
-    sink_(LogLevel::kWarning,
-          fmt::format("camera: no calibration now: {}", ZoomReasonText(supervision_.reason())));
+    sink_({Event::kBoardRefusedNow,
+           fmt::format("camera: no calibration now: {}", ZoomReasonText(supervision_.reason()))});
   }
   return started;
 }
@@ -251,8 +260,8 @@ bool WatchCore::StartBoard(double now_s) {
 void WatchCore::TakeProgress(BoardPrompt prompt, std::size_t kept, double now_s) {
   if (state() != ZoomState::kCalibrating) return;
   if (kept != board_views_ && prompt != BoardPrompt::kHoldStill) {
-    sink_(LogLevel::kInfo,
-          fmt::format("camera: {} views of the board; {}", kept, BoardPromptText(prompt)));
+    sink_({Event::kBoardProgress,
+           fmt::format("camera: {} views of the board; {}", kept, BoardPromptText(prompt))});
   }
   prompt_ = prompt;
   board_views_ = kept;
@@ -275,7 +284,7 @@ bool WatchCore::TakeAccepted(const LensInUse& lens, double oldest_s, double now_
 void WatchCore::TakeRefused(const std::vector<std::string>& reasons, double now_s) {
   if (state() != ZoomState::kCalibrating) return;
   for (const std::string& reason : reasons) {
-    sink_(LogLevel::kWarning, "camera: calibration refused: " + reason);
+    sink_({Event::kBoardRefused, "camera: calibration refused: " + reason});
   }
   Take(EventOf(ZoomEvent::Kind::kBoardRefused, now_s));
 }
@@ -295,9 +304,9 @@ void WatchCore::NoteKept(std::int64_t id) {
 void WatchCore::NoteStoreFault(const std::string& fault) {
   if (fault == store_fault_) return;
   if (fault.empty()) {
-    sink_(LogLevel::kNotice, "lens store works again");
+    sink_({Event::kLensStoreWorks, "lens store works again"});
   } else {
-    sink_(LogLevel::kError, "lens store: " + fault);
+    sink_({Event::kLensStoreFault, "lens store: " + fault});
   }
   store_fault_ = fault;
 }

@@ -10,7 +10,7 @@
 
 #include "app/camera/marks_look.h"
 #include "app/camera/measured_tip.h"
-#include "app/daemon/log.h"
+#include "app/log/log_entry.h"
 #include "app/lens_store/lens_entry.h"
 #include "app/tracking/tracker.h"
 #include "drivers/camera/camera.h"
@@ -46,8 +46,7 @@ struct WatchOrders {
 /// Not for several threads: the watch holds a lock around it.
 class WatchCore {
  public:
-  using Sink = std::function<void(LogLevel, const std::string&)>;
-  WatchCore(WatchSettings settings, Sink sink);
+  WatchCore(WatchSettings settings, LogSink sink);
 
   void TakeReading(const ZoomReading& reading, double now_s);
   void TakeSensorFault(ZoomResult result, std::string_view problem, double now_s);
@@ -86,7 +85,7 @@ class WatchCore {
   bool IsOf(const WatchOrders& asked) const;
 
   const WatchSettings settings_;
-  Sink sink_;
+  LogSink sink_;
   ZoomSupervision supervision_;
   std::optional<std::int32_t> zoom_counts_, focus_counts_;  ///< of the last reading
   double zoom_time_s_ = PlcCamera::kNever, frame_time_s_ = PlcCamera::kNever;

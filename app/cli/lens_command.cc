@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
 #include "app/config/text_file.h"
@@ -28,11 +29,6 @@ struct LensListOptions {
 
   std::string StoreFile() const { return state + "/lenses.sqlite"; }
 };
-
-int Fail(const std::string& why, int code) {
-  std::cerr << why << '\n';
-  return code;
-}
 
 Result<std::vector<LensEntry>> KeptLenses(const LensListOptions& options) {
   std::error_code unknown;

@@ -12,6 +12,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/journal_command.h"
 #include "app/cli/lens_command.h"
+#include "app/cli/log_command.h"
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
   AddDiagnoseCommand(app, exit_code);
   AddBeamCommand(app, exit_code);
   AddJournalCommand(app, exit_code);
+  AddLogCommand(app, exit_code);
   AddMeshCommand(app, exit_code);
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);

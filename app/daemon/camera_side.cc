@@ -1,7 +1,7 @@
 #include "app/daemon/camera_side.h"
 
 #include "app/daemon/diagnosis_process.h"
-#include "app/daemon/log.h"
+#include "app/log/log.h"
 
 namespace plumbline {
 
@@ -12,8 +12,7 @@ Result<std::unique_ptr<CameraWatch>> CameraWatchFor(const DaemonConfig& config, 
   if (!devices) return Error{devices.error()};
   return std::make_unique<CameraWatch>(
       *config.camera, std::move(devices).value(),
-      CameraWatch::Places{config.state_directory, PlumblineProgram()}, link,
-      [](LogLevel level, const std::string& text) { Log(level, text); },
+      CameraWatch::Places{config.state_directory, PlumblineProgram()}, link, Log,
       [&view](Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
               const Lens* lens) { view.TakeImage(camera, frame, seen, lens); });
 }

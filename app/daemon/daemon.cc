@@ -20,6 +20,8 @@
 #include "app/daemon/reporter.h"
 #include "app/daemon/service_manager.h"
 #include "app/daemon/view_side.h"
+#include "app/log/fault_log.h"
+#include "app/log/log.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "app/version.h"
@@ -43,38 +45,32 @@ int OpenSignals() {
   return signalfd(-1, &signals, SFD_CLOEXEC);
 }
 
-void LogFaults(const FaultList& faults) {
-  for (const Fault& fault : faults.All()) {
-    Log(fault.severity == Fault::Severity::kFault ? LogLevel::kError : LogLevel::kWarning,
-        FaultText(fault));
-  }
-}
-
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force) {
   const DaemonConfig& config = in_force.config;
   if (const auto why_not = WhyNotUsable(config.machine.cell)) {
-    Log(LogLevel::kError, fmt::format("{}: {}", config.cell_file, *why_not));
+    Log({Event::kFileFault, fmt::format("{}: {}", config.cell_file, *why_not)});
     return nullptr;
   }
   Result<std::unique_ptr<RobotDevice>> robot = RobotFrom(config);
   if (!robot) {
-    Log(LogLevel::kError, fmt::format("robot: {}", robot.error()));
+    Log({Event::kRobotSetUp, fmt::format("robot: {}", robot.error())});
     return nullptr;
   }
   return std::make_unique<CycleParts>(config, std::move(robot).value(), in_force.models.applied);
 }
 
-void TellModel(const ModelState& models) {
+void TellModel(const ConfigInForce& in_force) {
+  const ModelState& models = in_force.models;
+  SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
   if (models.applied == models.declared) return;
-  Log(LogLevel::kNotice,
-      fmt::format("model version {} in force in place of the cell file", models.applied));
+  Log({Event::kModelInForce,
+       fmt::format("model version {} in force in place of the cell file", models.applied)});
 }
 
 Reporter ReporterFor(const DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
   for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
-  return {std::move(names), config.machine.cell.domain.has_value(),
-          [](LogLevel level, const std::string& text) { Log(level, text); }};
+  return {std::move(names), config.machine.cell.domain.has_value(), Log};
 }
 
 /// What runs until a signal ends it.
@@ -96,31 +92,31 @@ void Reload(const Running& running, Reporter& reporter) {
   LogFaults(faults);
   std::unique_ptr<CycleParts> parts = in_force ? PartsFrom(*in_force) : nullptr;
   if (!parts) {
-    Log(LogLevel::kError, "configuration not reloaded; the former one stays in force");
+    Log({Event::kNotReloaded, "configuration not reloaded; the former one stays in force"});
     return;
   }
   const DaemonConfig& fresh = in_force->config;
   if (PlcSideDiffers(fresh.plc, started.plc)) {
-    Log(LogLevel::kWarning,
-        "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
-        "what the daemon started with");
+    Log({Event::kNeedsRestart,
+         "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
+         "what the daemon started with"});
   }
   if (CameraDiffers(fresh, started)) {
-    Log(LogLevel::kWarning,
-        "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
-        "the daemon started with");
+    Log({Event::kNeedsRestart,
+         "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
+         "the daemon started with"});
   }
   if (in_force->asked_state_directory != started.state_directory) {
-    Log(LogLevel::kWarning,
-        fmt::format("needs a restart: state_directory, in force is {}", started.state_directory));
+    Log({Event::kNeedsRestart,
+         fmt::format("needs a restart: state_directory, in force is {}", started.state_directory)});
   }
   running.worker.Configure(fresh,
                            in_force->models);  // first: it judges the new machine's first probe too
   running.loop.Replace(std::move(parts));
   running.view.Configure(fresh);
   reporter = ReporterFor(fresh);
-  Log(LogLevel::kNotice, fmt::format("configuration {} reloaded", file));
-  TellModel(in_force->models);
+  Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
+  TellModel(*in_force);
 }
 
 /// One line for `systemctl status`, with what anybody would ask first.
@@ -140,10 +136,11 @@ class Watchdog {
     if (standing.thread != told_) {
       told_ = standing.thread;
       if (!told_.empty()) {
-        Log(LogLevel::kError,
-            fmt::format("{} stands still since {:.1f} s{}", told_, standing.for_s,
-                        running.manager.feed_period_s() ? ": the service manager will restart"
-                                                        : ": restart the daemon"));
+        Log({Event::kStandsStill,
+             fmt::format("{} stands still since {:.1f} s{}", told_, standing.for_s,
+                         running.manager.feed_period_s() ? ": the service manager will restart"
+                                                         : ": restart the daemon"),
+             {{"THREAD", told_}}});
       }
     }
     const auto period_s = running.manager.feed_period_s();
@@ -188,8 +185,8 @@ void Watch(int signals, Running& running) {
       signalfd_siginfo info{};
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
-        Log(LogLevel::kNotice,
-            fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT"));
+        Log({Event::kEnding,
+             fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT")});
         running.manager.Stopping();
         return;
       }
@@ -199,11 +196,10 @@ void Watch(int signals, Running& running) {
     }
     const double now_s = MonotonicSeconds();
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
-      Log(LogLevel::kWarning,
-          fmt::format(
-              "the computer's clock was set by {:+.0f} s: times of probes and of effects go "
-              "on as before; a restart takes it up",
-              *step_s));
+      Log({Event::kClockSet,
+           fmt::format("the computer's clock was set by {:+.0f} s: times of probes and of effects "
+                       "go on as before; a restart takes it up",
+                       *step_s)});
     }
     const std::uint16_t raised = running.loop.TakeAlarms();
     {
@@ -212,13 +208,15 @@ void Watch(int signals, Running& running) {
       watchdog.Look(running, *snapshot, now_s);
     }
     running.view.TakeTime();
+    LogRepeats();
   }
 }
 
 std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
   auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
   if (opened) return std::move(opened).value();
-  Log(LogLevel::kWarning, fmt::format("nothing can be shown on a monitor: {}", opened.error()));
+  Log({Event::kViewUnavailable,
+       fmt::format("nothing can be shown on a monitor: {}", opened.error())});
   return nullptr;
 }
 
@@ -234,17 +232,17 @@ int RunDaemon(const std::string& config_file) {
   std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
   LogFaults(faults);
   if (!in_force) {
-    Log(LogLevel::kError,
-        fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
+    Log({Event::kNotStarted,
+         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file)});
     return 1;
   }
   const DaemonConfig* const config = &in_force->config;
   const Result<DaemonMark> announced = AnnounceDaemon(config->state_directory);
   if (!announced) {
-    Log(config->loop.enabled ? LogLevel::kError : LogLevel::kWarning,
-        fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
-                    config->loop.enabled ? "not started: " : "", announced.error(),
-                    config->loop.enabled ? "" : ", else `plumbline model` cannot tell it"));
+    Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
+         fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
+                     config->loop.enabled ? "not started: " : "", announced.error(),
+                     config->loop.enabled ? "" : ", else `plumbline model` cannot tell it")});
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 
@@ -254,7 +252,7 @@ int RunDaemon(const std::string& config_file) {
   ViewSide view(OpenView(config->state_directory), link);
   const auto camera = CameraWatchFor(*config, link.camera, view);
   if (!camera) {
-    Log(LogLevel::kError, camera.error());
+    Log({Event::kNotStarted, camera.error()});
     return 1;
   }
   // Whoever asks before the first cycle finds the map's form: numbers of points, none of them
@@ -268,7 +266,7 @@ int RunDaemon(const std::string& config_file) {
 
   const auto plc = PlcSide::Open(config->plc, manager.TakeSocket("modbus"), handler);
   if (!plc) {
-    Log(LogLevel::kError, fmt::format("PLC side: {}", plc.error()));
+    Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
     return 2;
   }
 
@@ -276,16 +274,14 @@ int RunDaemon(const std::string& config_file) {
   if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
     boot_count = *raised;
   } else {
-    Log(LogLevel::kWarning, fmt::format("boot counter not kept: {}", raised.error()));
+    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", raised.error())});
   }
   PlcEnvironment started;
   started.boot_count = boot_count;
   first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), started);
   images.Begin() = first_image;
   images.Publish();
-  LoopWorker worker(
-      link, [](LogLevel level, const std::string& text) { Log(level, text); },
-      [] { kill(getpid(), SIGHUP); });
+  LoopWorker worker(link, Log, [] { kill(getpid(), SIGHUP); });
   worker.Configure(*config, in_force->models);
   worker.Start();
   CyclicLoop loop(std::move(parts), handler, images, link, boot_count, &(*plc)->server());
@@ -293,11 +289,11 @@ int RunDaemon(const std::string& config_file) {
   view.Configure(*config);
   view.Start(loop);
   if (*camera) (*camera)->Start();
-  Log(LogLevel::kNotice,
-      fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
-                  config->machine.cell.robot.name, config->machine.points.size(),
-                  config->plc.tcp.address, (*plc)->server().port()));
-  TellModel(in_force->models);
+  Log({Event::kStarted,
+       fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
+                   config->machine.cell.robot.name, config->machine.points.size(),
+                   config->plc.tcp.address, (*plc)->server().port())});
+  TellModel(*in_force);
   malloc_trim(0);
   Running running{config_file, *config, loop, worker, view, manager, {}};
   AddThreads(loop, worker, camera->get(), running.lifeline);
@@ -309,9 +305,10 @@ int RunDaemon(const std::string& config_file) {
   worker.Stop();
   if (const RobotLinkStatus robot = loop.parts().link->Status();
       robot.push_result != LinkResult::kOk) {
-    Log(LogLevel::kWarning, fmt::format("pushed points may still stand in the controller: {}",
-                                        LinkResultText(robot.push_result)));
+    Log({Event::kPushLeft, fmt::format("pushed points may still stand in the controller: {}",
+                                       LinkResultText(robot.push_result))});
   }
+  LogRepeats(true);
   return 0;
 }
 

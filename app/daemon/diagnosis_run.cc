@@ -29,7 +29,7 @@ std::string Folder(const DaemonConfig& config) {
 
 /// Says how much of what is diagnosed the steps of the joint registers hide.
 void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
-                      const DiagnosisRun::Sink& sink) {
+                      const LogSink& sink) {
   const CellModel& cell = config.machine.cell;
   const LoadedArm arm(cell);
   double largest_rad = 0;
@@ -44,18 +44,18 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
   if (radii_m.empty()) return;
   const double middle_m = MedianOf(radii_m);
   if (middle_m < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
-  sink(LogLevel::kWarning,
-       fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
-                   "counts as noise of the diagnosis, and effects below it cannot be seen; use "
-                   "finer registers (universal-robots-fine)",
-                   radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m));
+  sink({Event::kDiagnosisCoarse,
+        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
+                    "counts as noise of the diagnosis, and effects below it cannot be seen; use "
+                    "finer registers (universal-robots-fine)",
+                    radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m)});
 }
 
 }  // namespace
 
 Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied_model,
                                          Journal& journal, std::int64_t alarm_row,
-                                         const Sink& sink) {
+                                         const LogSink& sink) {
   JournalFilter filter;
   filter.last = kMostDiagnosedRows;
   const auto since = journal.LastModel();
@@ -67,13 +67,14 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   const std::size_t coarse =
       std::erase_if(rows.value(), [&](const JournalRow& row) { return IsCoarse(row, sigma_m); });
   if (coarse > 0) {
-    sink(LogLevel::kNotice,
-         fmt::format(
-             "diagnosis: {} probes by camera left out, less certain than loop.probe_sigma_mm",
-             coarse));
+    sink({Event::kDiagnosisNote,
+          fmt::format("diagnosis: {} probes by camera left out, less certain than "
+                      "loop.probe_sigma_mm",
+                      coarse)});
   }
   const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
-  for (const std::string& note : exported.notes) sink(LogLevel::kNotice, "diagnosis: " + note);
+  for (const std::string& note : exported.notes)
+    sink({Event::kDiagnosisNote, "diagnosis: " + note});
   std::erase_if(rows.value(), [&exported](const JournalRow& row) {
     return !std::binary_search(exported.ids.begin(), exported.ids.end(), row.id);
   });
@@ -93,8 +94,8 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
        "--order-unknown"},
       folder + "/output.txt");
   if (!started) return Error{started.error()};
-  sink(LogLevel::kNotice,
-       fmt::format("diagnosis started over {} measured points", exported.ids.size()));
+  sink({Event::kDiagnosisStarted,
+        fmt::format("diagnosis started over {} measured points", exported.ids.size())});
   TellReadingError(config, *rows, sink);
   return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
                       std::move(rows).value());

@@ -10,8 +10,8 @@
 
 #include "app/config/daemon_config.h"
 #include "app/daemon/diagnosis_process.h"
-#include "app/daemon/log.h"
 #include "app/journal/journal.h"
+#include "app/log/log_entry.h"
 #include "app/model_store/model_store.h"
 
 namespace plumbline {
@@ -21,12 +21,10 @@ namespace plumbline {
 /// in STATE/diagnosis until the next one.
 class DiagnosisRun {
  public:
-  using Sink = std::function<void(LogLevel, const std::string&)>;
-
   /// Exports the rows and starts the process; says what was left out, and what coarse joint
   /// registers hide. @param alarm_row  the reason: a row of the journal
   static Result<DiagnosisRun> Start(const DaemonConfig& config, int applied_model, Journal& journal,
-                                    std::int64_t alarm_row, const Sink& sink);
+                                    std::int64_t alarm_row, const LogSink& sink);
 
   struct Outcome {
     std::string told;     ///< the line to log

@@ -32,7 +32,7 @@ MonitorDesign DesignFrom(const LoopConfig& loop) {
 
 }  // namespace
 
-LoopWorker::LoopWorker(LoopLink& link, Sink sink, std::function<void()> reload)
+LoopWorker::LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload)
     : link_(link), sink_(std::move(sink)), reload_(std::move(reload)) {}
 
 LoopWorker::~LoopWorker() {
@@ -89,7 +89,7 @@ void LoopWorker::Run() {
 
 void LoopWorker::TakeOver(Task task) {
   if (diagnosis_ && task.models.applied != models_.applied) {
-    sink_(LogLevel::kNotice, "diagnosis ended: another model is in force");
+    sink_({Event::kDiagnosisOutOfDate, "diagnosis ended: another model is in force"});
     diagnosis_.reset();
   }
   if (task.models.applied != models_.applied) alarm_handled_ = false;
@@ -127,16 +127,16 @@ void LoopWorker::OpenJournal() {
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
-      sink_(LogLevel::kWarning,
-            fmt::format("the computer's clock is {:.0f} s behind the journal's last probe: one of "
-                        "the two is wrong, and so are effects of time",
-                        behind_s));
+      sink_({Event::kClockBehind,
+             fmt::format("the computer's clock is {:.0f} s behind the journal's last probe: one of "
+                         "the two is wrong, and so are effects of time",
+                         behind_s)});
     }
   }
   journal_.emplace(std::move(journal));
   if (monitor_->alarm()) {
-    sink_(LogLevel::kWarning,
-          fmt::format("drift alarm of row {} of the journal still stands", alarm_row_));
+    sink_({Event::kDriftStands,
+           fmt::format("drift alarm of row {} of the journal still stands", alarm_row_)});
     alarm_handled_ = alarm_handled_ || models_.proposed != 0;
   } else {
     alarm_handled_ = false;
@@ -157,7 +157,7 @@ bool LoopWorker::RestartMonitor(const char* reason) {
   }
   monitor_->Restart();
   alarm_handled_ = false;
-  sink_(LogLevel::kNotice, "drift monitor restarted by the PLC");
+  sink_({Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
   return true;
 }
 
@@ -190,20 +190,20 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   }
   if (was_learning && !monitor_->learning()) {
     const Vec3 reference_mm = 1e3 * monitor_->reference_m();
-    sink_(LogLevel::kNotice,
-          fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
-                      "scatter {:.3f} mm",
-                      reference_mm.x(), reference_mm.y(), reference_mm.z(),
-                      1e3 * monitor_->sigma_m()));
+    sink_({Event::kMonitorLearnt,
+           fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
+                       "scatter {:.3f} mm",
+                       reference_mm.x(), reference_mm.y(), reference_mm.z(),
+                       1e3 * monitor_->sigma_m())});
   }
   if (!verdict.raised) return;
   const DriftAlarm& alarm = *monitor_->alarm();
   const Vec3 shift_mm = 1e3 * ShiftOver(alarm);
-  sink_(
-      LogLevel::kWarning,
-      fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
-                  "within the last {} probes; row {} of the journal",
-                  shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1, row.id));
+  sink_({Event::kDriftAlarm,
+         fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
+                     "within the last {} probes; row {} of the journal",
+                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1,
+                     row.id)});
 }
 
 /// The change for a person to read: the median over the probes that took part. The monitor's own
@@ -241,7 +241,7 @@ void LoopWorker::ConsiderDiagnosis() {
   if (started) {
     diagnosis_.emplace(std::move(started).value());
   } else {
-    sink_(LogLevel::kError, "diagnosis not started: " + started.error());
+    sink_({Event::kDiagnosisFailed, "diagnosis not started: " + started.error()});
   }
 }
 
@@ -252,7 +252,7 @@ void LoopWorker::WatchDiagnosis() {
   diagnosis_.reset();
   diagnosis_failed_ = !outcome->failure.empty();
   if (outcome->proposed != 0) models_.proposed = outcome->proposed;
-  sink_(diagnosis_failed_ ? LogLevel::kError : LogLevel::kNotice, outcome->told);
+  sink_({diagnosis_failed_ ? Event::kDiagnosisFailed : Event::kDiagnosisEnded, outcome->told});
   if (outcome->applied) reload_();
 }
 
@@ -288,12 +288,12 @@ void LoopWorker::Tell() {
 }
 
 void LoopWorker::Fail(const std::string& what) {
-  if (fault_ != what) sink_(LogLevel::kError, "journal: " + what);
+  if (fault_ != what) sink_({Event::kJournalFault, "journal: " + what});
   fault_ = what;
 }
 
 void LoopWorker::Recovered() {
-  if (!fault_.empty()) sink_(LogLevel::kNotice, "journal works again");
+  if (!fault_.empty()) sink_({Event::kJournalWorks, "journal works again"});
   fault_.clear();
 }
 

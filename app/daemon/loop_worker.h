@@ -9,9 +9,9 @@
 
 #include "app/config/daemon_config.h"
 #include "app/daemon/diagnosis_run.h"
-#include "app/daemon/log.h"
 #include "app/daemon/loop_link.h"
 #include "app/journal/journal.h"
+#include "app/log/log_entry.h"
 #include "app/model_store/model_store.h"
 #include "drivers/pulse.h"
 #include "firmware-like/monitor/drift_monitor.h"
@@ -26,10 +26,8 @@ namespace plumbline {
 /// since the model in force was applied, or since a person restarted it.
 class LoopWorker {
  public:
-  using Sink = std::function<void(LogLevel, const std::string&)>;
-
   /// @param reload  called (from the thread) when another model was applied
-  LoopWorker(LoopLink& link, Sink sink, std::function<void()> reload);
+  LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload);
   ~LoopWorker();
   LoopWorker(const LoopWorker&) = delete;
   LoopWorker& operator=(const LoopWorker&) = delete;
@@ -64,7 +62,7 @@ class LoopWorker {
   void Recovered();
 
   LoopLink& link_;
-  Sink sink_;
+  LogSink sink_;
   std::function<void()> reload_;
 
   std::mutex mutex_;  ///< of next_ and stop_

@@ -4,9 +4,8 @@
 
 #include <tuple>
 
-#include "app/daemon/log.h"
+#include "app/log/log.h"
 #include "app/version.h"
-#include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
@@ -14,43 +13,30 @@ namespace {
 /// A serial line that was lost is tried again after pauses of up to 5 s.
 constexpr double kTcpPatience_s = 2, kSerialPatience_s = 8;
 
-/// Says what happened to Modbus clients, at most ten lines a minute: a hostile one causes many.
-class ClientEvents {
- public:
-  void operator()(const modbus::TcpServerEvent& event) {
-    using Kind = modbus::TcpServerEvent::Kind;
-    const double now_s = MonotonicSeconds();
-    if (now_s - minute_s_ > 60) {
-      if (told_ > kMost) {
-        Log(LogLevel::kWarning, fmt::format("{} more Modbus client events", told_ - kMost));
-      }
-      minute_s_ = now_s;
-      told_ = 0;
-    }
-    if (++told_ > kMost) return;
-    const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
-                       : event.kind == Kind::kNoRoom       ? "refused: every slot is kept"
-                       : event.kind == Kind::kEvicted      ? "closed: longest idle, made room"
-                       : event.kind == Kind::kFrameTimeout ? "closed: frame not completed in 1 s"
-                       : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
-                       : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
-                                                           : "closed: out of file descriptors";
-    Log(LogLevel::kWarning, fmt::format("Modbus client {} {}", event.peer, text));
-  }
-
- private:
-  static constexpr int kMost = 10;
-  double minute_s_ = -1e9;
-  int told_ = 0;
-};
+void TellClient(const modbus::TcpServerEvent& event) {
+  using Kind = modbus::TcpServerEvent::Kind;
+  const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
+                     : event.kind == Kind::kNoRoom       ? "refused: every slot is kept"
+                     : event.kind == Kind::kEvicted      ? "closed: longest idle, made room"
+                     : event.kind == Kind::kFrameTimeout ? "closed: frame not completed in 1 s"
+                     : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
+                     : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
+                                                         : "closed: out of file descriptors";
+  const bool refused = event.kind == Kind::kStranger || event.kind == Kind::kNoRoom;
+  Log({refused ? Event::kClientRefused : Event::kClientClosed,
+       fmt::format("Modbus client {} {}", event.peer, text),
+       {{"CLIENT", fmt::format("{}", event.peer)}}});
+}
 
 Result<std::unique_ptr<modbus::RtuSlave>> OpenLine(modbus::RtuSlaveOptions options,
                                                    modbus::ImageHandler& handler) {
   options.on_change = [device = options.device](const std::string& lost_because) {
     if (lost_because.empty()) {
-      Log(LogLevel::kNotice, fmt::format("serial line {} open", device));
+      Log({Event::kSerialOpen, fmt::format("serial line {} open", device), {{"DEVICE", device}}});
     } else {
-      Log(LogLevel::kError, fmt::format("serial line {}: {}", device, lost_because));
+      Log({Event::kSerialLost,
+           fmt::format("serial line {}: {}", device, lost_because),
+           {{"DEVICE", device}}});
     }
   };
   return modbus::RtuSlave::Start(options, handler);
@@ -63,15 +49,15 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int list
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
   tcp.listen_fd = listen_fd;
-  tcp.on_event = ClientEvents();
+  tcp.on_event = TellClient;
   auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();
   if (const int port = side->server_->port(); config.tcp.port != 0 && port != config.tcp.port) {
-    Log(LogLevel::kWarning,
-        fmt::format("plc.port is {}, but the service manager's socket listens on {}, which is "
-                    "served: set the same in both (systemctl edit plumbline.socket)",
-                    config.tcp.port, port));
+    Log({Event::kPlcPortDiffers,
+         fmt::format("plc.port is {}, but the service manager's socket listens on {}, which is "
+                     "served: set the same in both (systemctl edit plumbline.socket)",
+                     config.tcp.port, port)});
   }
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);

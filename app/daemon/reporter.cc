@@ -7,20 +7,27 @@ namespace {
 
 struct WarningText {
   std::uint16_t bit;
+  Event event;
   const char* raised;
+  std::optional<Event> end;
   const char* cleared;
 };
 
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
+     Event::kJointsUnchecked,
      "the robot profile offers no tool pose: its joints are used without a check against forward "
      "kinematics",
+     {},
      nullptr},
-    {warning::kPlcHeartbeatLost, "PLC heartbeat lost", "PLC heartbeat is back"},
-    {warning::kCycleOverrun, "cycle started late; is the computer overloaded?",
-     "cycle keeps its time again"},
+    {warning::kPlcHeartbeatLost, Event::kHeartbeatLost, "PLC heartbeat lost", Event::kHeartbeatBack,
+     "PLC heartbeat is back"},
+    {warning::kCycleOverrun, Event::kCycleLate, "cycle started late; is the computer overloaded?",
+     Event::kCycleOnTime, "cycle keeps its time again"},
     {warning::kMassCentresGuessed,
+     Event::kMassGuessed,
      "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
+     {},
      nullptr},
 };
 
@@ -32,7 +39,7 @@ std::string WithinText(double radius_m, bool fitted) {
 
 }  // namespace
 
-Reporter::Reporter(std::vector<PointName> points, bool fitted, Sink sink)
+Reporter::Reporter(std::vector<PointName> points, bool fitted, LogSink sink)
     : points_(std::move(points)), fitted_(fitted), sink_(std::move(sink)), codes_(points_.size()) {}
 
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
@@ -47,26 +54,26 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   if (link.push_changes != push_changes_) {
     push_changes_ = link.push_changes;
     if (link.push_result == LinkResult::kOk) {
-      sink_(LogLevel::kNotice, "push to the controller works again");
+      sink_({Event::kPushWorks, "push to the controller works again"});
     } else {
-      sink_(LogLevel::kWarning,
-            fmt::format("push to the controller: {}", link.push_problem.view()));
+      sink_({Event::kPushFailed,
+             fmt::format("push to the controller: {}", link.push_problem.view())});
     }
   }
   // Nothing was tried yet: neither connected nor lost.
   if (link.readings == 0 && link.failures == 0) return;
   const bool was_short = connected_ == true && link.connected && link.changes != link_changes_;
   link_changes_ = link.changes;
-  if (was_short) sink_(LogLevel::kWarning, "robot link lost and restored at once");
+  if (was_short) sink_({Event::kRobotLinkBlip, "robot link lost and restored at once"});
   if (connected_ == link.connected) return;
   if (link.connected) {
-    sink_(LogLevel::kNotice,
-          connected_ ? fmt::format("robot link restored after {:.1f} s", now_s - link_since_s_)
-                     : "robot link up");
+    sink_({Event::kRobotLinkUp,
+           connected_ ? fmt::format("robot link restored after {:.1f} s", now_s - link_since_s_)
+                      : "robot link up"});
   } else {
-    sink_(LogLevel::kError,
-          fmt::format("robot link {}: {}", link.readings > 0 ? "lost" : "not there yet",
-                      link.problem.view()));
+    const bool lost = link.readings > 0;
+    sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
+           fmt::format("robot link {}: {}", lost ? "lost" : "not there yet", link.problem.view())});
   }
   connected_ = link.connected;
   link_since_s_ = now_s;
@@ -77,19 +84,20 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   const bool blip =
       fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
       (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
-  if (blip) sink_(LogLevel::kWarning, "robot input was not trusted for some cycles");
+  if (blip) sink_({Event::kRobotDoubted, "robot input was not trusted for some cycles"});
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
   if (fault == InputFault::kOk && emergency_stop != emergency_stop_) {
     emergency_stop_ = emergency_stop;
-    sink_(LogLevel::kWarning, emergency_stop ? "the controller reports an emergency stop"
-                                             : "the emergency stop is released");
+    sink_(emergency_stop
+              ? LogEntry{Event::kEmergencyStop, "the controller reports an emergency stop"}
+              : LogEntry{Event::kEmergencyStopReleased, "the emergency stop is released"});
   }
   if (fault == input_fault_) return;
   if (fault == InputFault::kOk) {
-    sink_(LogLevel::kNotice, input_fault_ && *input_fault_ != InputFault::kMissing
-                                 ? fmt::format("robot input trusted again after {:.1f} s",
-                                               snapshot.now_s - input_since_s_)
-                                 : "robot input trusted");
+    sink_({Event::kRobotTrusted, input_fault_ && *input_fault_ != InputFault::kMissing
+                                     ? fmt::format("robot input trusted again after {:.1f} s",
+                                                   snapshot.now_s - input_since_s_)
+                                     : "robot input trusted"});
   } else if (fault != InputFault::kMissing) {
     const char* remedy =
         fault == InputFault::kTcpMismatch
@@ -97,8 +105,9 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
         : fault == InputFault::kJointLimit ? "; check min_deg and max_deg of the cell"
         : fault == InputFault::kJointCount ? "; check the profile against the cell"
                                            : "";
-    sink_(LogLevel::kError, fmt::format("robot input not trusted: {}; corrected points withdrawn{}",
-                                        Describe(fault), remedy));
+    sink_({Event::kRobotNotTrusted,
+           fmt::format("robot input not trusted: {}; corrected points withdrawn{}", Describe(fault),
+                       remedy)});
   }
   input_fault_ = fault;
   input_since_s_ = snapshot.now_s;
@@ -111,14 +120,20 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
     if (point.code == CorrectionCode::kPending || codes_[k] == point.code) continue;
     codes_[k] = point.code;
     if (point.valid) {
-      sink_(LogLevel::kInfo,
-            fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
-                        points_[k].name, 1e3 * point.correction.translation_B.norm(),
-                        WithinText(point.correction.uncertainty_m, fitted_),
-                        point.correction.extrapolated ? ", outside the calibrated range" : ""));
+      const double correction_mm = 1e3 * point.correction.translation_B.norm();
+      sink_(
+          {Event::kPointCorrected,
+           fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id, points_[k].name,
+                       correction_mm, WithinText(point.correction.uncertainty_m, fitted_),
+                       point.correction.extrapolated ? ", outside the calibrated range" : ""),
+           {{"POINT", fmt::format("{}", points_[k].id)},
+            {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
-      sink_(LogLevel::kError, fmt::format("point {} ({}) has no correction: {}", points_[k].id,
-                                          points_[k].name, Describe(point.code)));
+      sink_({Event::kPointRefused,
+             fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,
+                         Describe(point.code)),
+             {{"POINT", fmt::format("{}", points_[k].id)},
+              {"CODE", fmt::format("{}", static_cast<int>(point.code))}}});
     }
   }
 }
@@ -128,15 +143,15 @@ void Reporter::ObserveWarnings(const Snapshot& snapshot) {
   for (const WarningText& text : kWarnings) {
     const bool now = (snapshot.warnings & text.bit) != 0;
     if (now == ((warnings_ & text.bit) != 0)) continue;
-    if (now) sink_(LogLevel::kWarning, text.raised);
-    if (!now && text.cleared != nullptr) sink_(LogLevel::kNotice, text.cleared);
+    if (now) sink_({text.event, text.raised});
+    if (!now && text.end) sink_({*text.end, text.cleared});
   }
   if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {
-    sink_(
-        LogLevel::kWarning,
-        fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %), and "
-                    "probes show no effect below that; use finer ones",
-                    1e3 * snapshot.reading_radius_m));
+    const double radius_mm = 1e3 * snapshot.reading_radius_m;
+    sink_({Event::kJointsCoarse,
+           fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %), "
+                       "and probes show no effect below that; use finer ones",
+                       radius_mm)});
   }
   warnings_ = snapshot.warnings;
 }

@@ -1,12 +1,11 @@
 // From snapshots to log lines: each transition once, with what it means for the cell.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/daemon/log.h"
+#include "app/log/log_entry.h"
 #include "drivers/robot/robot_link.h"
 #include "firmware-like/snapshot.h"
 
@@ -15,14 +14,13 @@ namespace plumbline {
 /// Compares what it is shown with what it was shown before. Pure but for the sink.
 class Reporter {
  public:
-  using Sink = std::function<void(LogLevel, const std::string&)>;
   struct PointName {
     int id;
     std::string name;
   };
 
   /// @param fitted  the model was fitted to measured points: its uncertainty is no assumption
-  Reporter(std::vector<PointName> points, bool fitted, Sink sink);
+  Reporter(std::vector<PointName> points, bool fitted, LogSink sink);
 
   /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);
@@ -35,7 +33,7 @@ class Reporter {
 
   std::vector<PointName> points_;
   bool fitted_;
-  Sink sink_;
+  LogSink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;
   std::uint64_t link_changes_ = 0;

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/daemon/log.h"
+#include "app/log/fault_log.h"
+#include "app/log/log.h"
 #include "app/table/replay_file.h"
 
 namespace plumbline {
@@ -17,11 +18,11 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
   for (const Fault& fault : faults.All()) {
     const bool warning = fault.severity == Fault::Severity::kWarning;
     if (warning && ++warnings > kMostReplayWarnings) continue;
-    Log(warning ? LogLevel::kWarning : LogLevel::kError, FaultText(fault));
+    LogFault(fault);
   }
   if (warnings > kMostReplayWarnings) {
-    Log(LogLevel::kWarning, fmt::format("{} more warnings of {}", warnings - kMostReplayWarnings,
-                                        config.robot.replay_file));
+    Log({Event::kFileWarning, fmt::format("{} more warnings of {}", warnings - kMostReplayWarnings,
+                                          config.robot.replay_file)});
   }
   if (!table) return Error{fmt::format("{} cannot be played", config.robot.replay_file)};
   ReplayRows replay = config.robot.connection.replay;

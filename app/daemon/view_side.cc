@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "app/daemon/log.h"
 #include "app/daemon/utc_clock.h"
+#include "app/log/log.h"
 #include "app/version.h"
 #include "drivers/clock.h"
 

@@ -9,7 +9,7 @@
 
 #include <csignal>
 
-#include "app/daemon/log.h"
+#include "app/log/log.h"
 #include "app/version.h"
 #include "app/view/screen_text.h"
 #include "drivers/clock.h"
@@ -23,7 +23,7 @@ constexpr double kUnseen_s = 1.0;  ///< from picture to picture where nobody loo
 constexpr ImageSize kWithoutDisplay{1280, 720};
 
 void Tell(bool bad, const std::string& text) {
-  Log(bad ? LogLevel::kError : LogLevel::kNotice, text);
+  Log({bad ? Event::kViewFault : Event::kViewNote, text, {{"ABOUT", text}}});
 }
 
 const char* KindOf(OverlayConfig::Display display) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/daemon/log.h"
+#include "app/log/log.h"
 #include "drivers/clock.h"
 
 namespace plumbline {

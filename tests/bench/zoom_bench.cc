@@ -79,7 +79,7 @@ void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period
     devices.value().zoom = std::move(sensor);
     CameraLink link;
     CameraWatch watch(config, std::move(devices).value(), {state.path(), "/bin/false"}, link,
-                      [](LogLevel, const std::string&) {});
+                      [](const LogEntry&) {});
     watch.Start();
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> phase_s(0, 0.12);

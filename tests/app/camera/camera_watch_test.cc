@@ -70,9 +70,9 @@ struct Bench {
     devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
     watch.emplace(config, std::move(devices).value(),
                   CameraWatch::Places{folder.path(), "/bin/false"}, link,
-                  [this](LogLevel, const std::string& text) {
+                  [this](const LogEntry& entry) {
                     const std::lock_guard lock(mutex);
-                    log.push_back(text);
+                    log.push_back(entry.text);
                   });
     watch->Start();
   }
@@ -192,7 +192,7 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
   CameraLink link;
   CameraWatch watch(config, std::move(devices).value(), {folder.path(), "/bin/false"}, link,
-                    [](LogLevel, const std::string&) {});
+                    [](const LogEntry&) {});
   watch.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < 6000; ++wait) {

@@ -24,7 +24,7 @@ struct Watch {
   std::uint64_t look_number = 0;
   WatchCore core;
 
-  Watch() : core(Settings(), [this](LogLevel, const std::string& text) { log.push_back(text); }) {}
+  Watch() : core(Settings(), [this](const LogEntry& entry) { log.push_back(entry.text); }) {}
 
   WatchSettings Settings() const {
     WatchSettings settings;

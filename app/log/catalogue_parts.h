@@ -1,0 +1,13 @@
+// The two files of the catalogue, in the order of `Event`.
+#pragma once
+
+#include <span>
+
+#include "app/log/event.h"
+
+namespace plumbline {
+
+std::span<const EventEntry> DaemonEvents();  ///< service, robot, points, plc, loop
+std::span<const EventEntry> CameraEvents();  ///< camera, monitor
+
+}  // namespace plumbline

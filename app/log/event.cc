@@ -1,0 +1,31 @@
+#include "app/log/event.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "app/log/catalogue_parts.h"
+
+namespace plumbline {
+
+std::span<const EventEntry> EventCatalogue() {
+  static const std::vector<EventEntry> entries = [] {
+    const auto daemon = DaemonEvents(), camera = CameraEvents();
+    std::vector<EventEntry> all(daemon.begin(), daemon.end());
+    all.insert(all.end(), camera.begin(), camera.end());
+    return all;
+  }();
+  return entries;
+}
+
+const EventEntry& EntryOf(Event event) {
+  return EventCatalogue()[static_cast<std::size_t>(event)];
+}
+
+const EventEntry* FindEvent(std::string_view name) {
+  const auto entries = EventCatalogue();
+  const auto found = std::find_if(entries.begin(), entries.end(),
+                                  [&](const EventEntry& entry) { return entry.name == name; });
+  return found == entries.end() ? nullptr : &*found;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,34 @@
+// Levels in words.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "app/log/event.h"
+
+namespace plumbline {
+
+inline const char* LevelText(LogLevel level) {
+  switch (level) {
+    case LogLevel::kError:
+      return "error";
+    case LogLevel::kWarning:
+      return "warning";
+    case LogLevel::kNotice:
+      return "notice";
+    case LogLevel::kInfo:
+      break;
+  }
+  return "info";
+}
+
+/// Nothing where it is none.
+inline std::optional<LogLevel> LevelFromText(std::string_view text) {
+  for (const LogLevel level :
+       {LogLevel::kError, LogLevel::kWarning, LogLevel::kNotice, LogLevel::kInfo}) {
+    if (text == LevelText(level)) return level;
+  }
+  return {};
+}
+
+}  // namespace plumbline

@@ -1,0 +1,44 @@
+#include "app/log/log_entry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace plumbline {
+namespace {
+
+/// As sd_journal_send(3) has it, behind "PLUMBLINE_".
+bool IsFieldName(const std::string& name) {
+  constexpr std::size_t kLongest = 64 - sizeof "PLUMBLINE_" + 1;
+  return !name.empty() && name.size() <= kLongest &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+}  // namespace
+
+std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& context,
+                                       const char* program) {
+  const EventEntry& kind = EntryOf(entry.event);
+  std::vector<std::string> fields = {
+      "MESSAGE=" + entry.text,
+      fmt::format("PRIORITY={}", static_cast<int>(kind.level)),
+      fmt::format("MESSAGE_ID={}", kind.id),
+      fmt::format("SYSLOG_IDENTIFIER={}", program),
+      fmt::format("PLUMBLINE_EVENT={}", kind.name),
+      fmt::format("PLUMBLINE_COMPONENT={}", kind.component),
+  };
+  if (!context.cell.empty()) fields.push_back("PLUMBLINE_CELL=" + context.cell);
+  if (context.model_version > 0) {
+    fields.push_back(fmt::format("PLUMBLINE_MODEL_VERSION={}", context.model_version));
+  }
+  for (const LogField& field : entry.fields) {
+    if (IsFieldName(field.name)) {
+      fields.push_back(fmt::format("PLUMBLINE_{}={}", field.name, field.value));
+    }
+  }
+  return fields;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "app/log/catalogue_text.h"
+#include "app/log/event.h"
+
+using namespace plumbline;
+
+TEST_CASE("each event has its entry, at its place, with a name and an id of its own") {
+  const auto entries = EventCatalogue();
+  REQUIRE(entries.size() == static_cast<std::size_t>(Event::kCount));
+  std::set<std::string> names, ids;
+  for (std::size_t k = 0; k < entries.size(); ++k) {
+    INFO(entries[k].name);
+    CHECK(static_cast<std::size_t>(entries[k].event) == k);
+    CHECK(names.insert(entries[k].name).second);
+    CHECK(ids.insert(entries[k].id).second);
+    CHECK(std::string(entries[k].id).find_first_not_of("0123456789abcdef") == std::string::npos);
+    CHECK(std::string(entries[k].id).size() == 32);
+    CHECK(FindEvent(entries[k].name) == &entries[k]);
+  }
+  CHECK(FindEvent("robot-link") == nullptr);
+}
+
+TEST_CASE("whatever is wrong has a remedy") {
+  for (const EventEntry& entry : EventCatalogue()) {
+    INFO(entry.name);
+    if (entry.level == LogLevel::kError) CHECK(*entry.remedy != '\0');
+  }
+}
+
+TEST_CASE("the manual's tables are those of the catalogue") {
+  std::ifstream file("MANUAL.md");
+  std::stringstream manual;
+  manual << file.rdbuf();
+  CHECK(manual.str().find(EventTables()) != std::string::npos);
+}
+
+TEST_CASE("the catalogue for journalctl has each id once, with what to do") {
+  const std::string text = JournalCatalogue();
+  for (const EventEntry& entry : EventCatalogue()) {
+    INFO(entry.name);
+    const auto at = text.find(fmt::format("\n-- {}\nSubject: {}\n", entry.id, entry.name));
+    REQUIRE(at != std::string::npos);
+    const auto end = text.find("\n-- ", at + 1);
+    CHECK(text.substr(at, end - at).find(entry.remedy) != std::string::npos);
+  }
+}

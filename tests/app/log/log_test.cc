@@ -1,0 +1,37 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "app/log/log_entry.h"
+
+using namespace plumbline;
+
+namespace {
+
+bool Has(const std::vector<std::string>& fields, const std::string& field) {
+  return std::find(fields.begin(), fields.end(), field) != fields.end();
+}
+
+}  // namespace
+
+TEST_CASE("an entry goes to journald with its fields") {
+  const LogEntry entry{Event::kPointCorrected,
+                       "point 7 (left) corrected by 0.53 mm",
+                       {{"POINT", "7"}, {"CORRECTION_MM", "0.530"}}};
+  const auto fields = JournalFields(entry, {"ur10", 3}, "plumblined");
+  CHECK(Has(fields, "MESSAGE=point 7 (left) corrected by 0.53 mm"));
+  CHECK(Has(fields, "PRIORITY=6"));
+  CHECK(Has(fields, "SYSLOG_IDENTIFIER=plumblined"));
+  CHECK(Has(fields, std::string("MESSAGE_ID=") + EntryOf(Event::kPointCorrected).id));
+  CHECK(Has(fields, "PLUMBLINE_EVENT=point-corrected"));
+  CHECK(Has(fields, "PLUMBLINE_COMPONENT=points"));
+  CHECK(Has(fields, "PLUMBLINE_CELL=ur10"));
+  CHECK(Has(fields, "PLUMBLINE_MODEL_VERSION=3"));
+  CHECK(Has(fields, "PLUMBLINE_POINT=7"));
+  CHECK(Has(fields, "PLUMBLINE_CORRECTION_MM=0.530"));
+}
+
+TEST_CASE("what is not known is no field, nor what journald would refuse") {
+  const LogEntry entry{Event::kEnding, "ending", {{"small", "1"}, {"", "2"}, {"A=B", "3"}}};
+  const auto fields = JournalFields(entry, {}, "plumblined");
+  CHECK(fields.size() == 6);
+}
