@@ -1,0 +1,21 @@
+// What hangs on the computer: the daemon, its robot, camera, zoom sensor, display.
+#pragma once
+
+#include "app/config/daemon_config.h"
+#include "app/doctor/account.h"
+#include "app/doctor/check_up.h"
+#include "drivers/camera/v4l2_device.h"
+
+namespace plumbline {
+
+/// Asks the running daemon, which holds robot and camera; where none runs, the robot itself, with
+/// one reading.
+CheckUp LookAtDaemon(const DaemonConfig& config);
+/// Whether the camera is plugged in, the only one of that name, and may be used.
+CheckedThing LookAtCamera(const CameraConfig& camera, const Account& account,
+                          const DeviceTree& tree = {});
+/// Rights of the sensor's device; a sensor that is a HID is found by its own driver only.
+CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account);
+CheckedThing LookAtDisplay(const OverlayConfig& overlay, const Account& account);
+
+}  // namespace plumbline

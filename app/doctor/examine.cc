@@ -1,0 +1,57 @@
+#include "app/doctor/examine.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "app/config/daemon_config_reader.h"
+#include "app/doctor/cell.h"
+#include "app/doctor/computer.h"
+
+namespace plumbline {
+namespace {
+
+CheckUp FaultsOf(const FaultList& faults) {
+  CheckUp found;
+  for (const Fault& fault : faults.All()) {
+    found.push_back({fault.severity == Fault::Severity::kFault ? Health::kFault : Health::kWarning,
+                     "configuration", FaultText(fault), "mend that line"});
+  }
+  return found;
+}
+
+/// Where this program lies, and with it plumbline-mesh.
+std::string OwnFolder() {
+  std::error_code none;
+  return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().string();
+}
+
+}  // namespace
+
+CheckUp Examine(const std::string& config_file, const std::string& user) {
+  const Account account = AccountOf(user);
+  FaultList faults;
+  const auto config = ReadDaemonConfig(config_file, faults);
+  CheckUp found = FaultsOf(faults);
+  if (config) {
+    const std::string why = WhyNoAccess(account, config_file, false);
+    found.insert(found.begin(), {why.empty() ? Health::kGood : Health::kFault, "configuration",
+                                 why.empty() ? config_file : why,
+                                 why.empty() ? "" : "chmod a+r, or chgrp " + account.name});
+  }
+  const auto add = [&](const CheckUp& more) {
+    found.insert(found.end(), more.begin(), more.end());
+  };
+  add({LookAtClock(), LookAtJournal()});
+  if (!config) return found;
+  add({LookAtState(config->state_directory, account)});
+  add(LookAtPrograms(*config, OwnFolder()));
+  add(LookAtDaemon(*config));
+  if (config->camera) {
+    add({LookAtCamera(*config->camera, account), LookAtZoom(config->camera->zoom, account)});
+  }
+  add({LookAtDisplay(config->overlay, account)});
+  return found;
+}
+
+}  // namespace plumbline
