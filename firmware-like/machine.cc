@@ -102,7 +102,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.warnings = input.loop_warnings;
   snapshot_.probe_taken = false;
   snapshot_.monitor_restart = false;
-  snapshot_.calibration_order = CalibrationOrder::kNone;
+  snapshot_.calibration_orders.fill(CalibrationOrder::kNone);
   snapshot_.first_error = CorrectionCode::kOk;
 
   JudgeInput(input);
@@ -288,7 +288,9 @@ void Machine::ReportStatus(const MachineInput& input) {
   set(status::kRobotLink, robot_trusted);
   set(status::kWarning, snapshot_.warnings != 0);
   set(status::kError, snapshot_.alarms != 0);
-  set(status::kLensCalibrated, input.camera.lens_valid);
+  const auto stale = [](const CameraInput& one) { return one.configured && !one.lens_valid; };
+  set(status::kLensCalibrated, input.cameras.front().configured &&
+                                   std::none_of(input.cameras.begin(), input.cameras.end(), stale));
   set(status::kExtrapolating, extrapolating);
   set(status::kTemperatureValid, robot_trusted && snapshot_.robot.temp_C.has_value());
   set(status::kPayloadValid, snapshot_.payload_valid);

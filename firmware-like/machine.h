@@ -1,11 +1,13 @@
 // The machine: one whole cycle from robot state to corrected points.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/tip_fusion.h"
 
 namespace plumbline {
 
@@ -30,14 +32,14 @@ struct MachineConfig {
   PayloadPolicy payload;
 };
 
-/// What the camera's watch knows, as far as the cycle needs it.
+/// What a camera's watch knows, as far as the cycle needs it.
 struct CameraInput {
   bool configured = false;
   bool lens_valid = false;
-  bool tip_valid = false;  ///< the tool stood still before the camera
-  Vec3 tip_W = Vec3::Zero();
-  Mat3 tip_covariance_W = Mat3::Zero();  ///< [m^2]
-  double tip_time_s = 0;                 ///< of its newest image, monotonic
+  bool board_wanted = false;  ///< its calibration is asked for
+  bool tip_valid = false;     ///< the tool stood still before the camera
+  MeasuredTip tip;
+  double tip_time_s = 0;  ///< of its newest image, monotonic
 };
 
 /// What a cycle is given. Time and the two mailboxes' contents are inputs: the machine reads no
@@ -51,7 +53,7 @@ struct MachineInput {
   bool cycle_overrun = false;
   bool probes_recorded = false;     ///< somebody takes what a probe gives
   std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
-  CameraInput camera;
+  std::array<CameraInput, kMostCameras> cameras;
 };
 
 /// Holds the state between cycles: trust in the robot, the solution of each point (the next
@@ -89,7 +91,10 @@ class Machine {
   void StateUncertainty(const Payload& payload, Correction& correction);
   /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
   CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
+  /// By the camera that the command names, or by all that see the tip now.
   CorrectionCode TakeProbeByCamera(const MachineInput& input);
+  /// Of the camera that the command names; without a number of those that ask for the board, or,
+  /// where none does, of all; cancelled likewise, of all.
   CorrectionCode OrderCalibration(const MachineInput& input);
   void ReportStatus(const MachineInput& input);
 

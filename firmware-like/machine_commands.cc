@@ -1,5 +1,6 @@
 // What the PLC orders: corrected points and poses, probes, the camera's calibration.
 #include <algorithm>
+#include <span>
 
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/machine.h"
@@ -8,6 +9,12 @@ namespace plumbline {
 namespace {
 
 constexpr double kTipStale_s = 0.5;  // of a tip by camera: some frames
+
+/// Whether the command is about the k-th camera.
+bool IsMeant(const MachineInput& input, std::size_t k) {
+  const std::uint16_t named = input.command.camera;
+  return input.cameras[k].configured && (named == 0 || named == k + 1);
+}
 
 }  // namespace
 
@@ -105,20 +112,44 @@ void Machine::Execute(const MachineInput& input) {
 }
 
 CorrectionCode Machine::OrderCalibration(const MachineInput& input) {
-  if (!input.camera.configured) return CorrectionCode::kNoCamera;
   const bool start = input.command.code == PlcCommandCode::kStartCalibration;
-  snapshot_.calibration_order = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
+  bool any_meant = false, any_asks = false;
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    any_meant = any_meant || IsMeant(input, k);
+    any_asks = any_asks || (IsMeant(input, k) && input.cameras[k].board_wanted);
+  }
+  if (!any_meant) return CorrectionCode::kNoCamera;
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    const bool passed_over = start && any_asks && !input.cameras[k].board_wanted;
+    if (!IsMeant(input, k) || passed_over) continue;
+    snapshot_.calibration_orders[k] = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
+  }
   return CorrectionCode::kOk;
 }
 
 CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
-  const CameraInput& camera = input.camera;
-  if (!camera.configured) return CorrectionCode::kNoCamera;
-  if (!camera.lens_valid) return CorrectionCode::kLensStale;
-  const bool fresh = input.now_s - camera.tip_time_s <= kTipStale_s;
-  if (!camera.tip_valid || !fresh || !camera.tip_W.allFinite()) return CorrectionCode::kTipNotSeen;
-  const CorrectionCode code = TakeProbe(input, camera.tip_W);
-  if (code == CorrectionCode::kOk) snapshot_.probe.covariance_W = camera.tip_covariance_W;
+  std::array<MeasuredTip, kMostCameras> tips;
+  std::size_t seen = 0;
+  std::uint16_t cameras = 0;
+  bool any_meant = false, any_valid = false;
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    if (!IsMeant(input, k)) continue;
+    const CameraInput& camera = input.cameras[k];
+    any_meant = true;
+    any_valid = any_valid || camera.lens_valid;
+    const bool fresh = input.now_s - camera.tip_time_s <= kTipStale_s;
+    if (!camera.lens_valid || !camera.tip_valid || !fresh || !camera.tip.p_W.allFinite()) continue;
+    tips[seen++] = camera.tip;
+    cameras = static_cast<std::uint16_t>(cameras | 1U << k);
+  }
+  if (!any_meant) return CorrectionCode::kNoCamera;
+  if (seen == 0) return any_valid ? CorrectionCode::kTipNotSeen : CorrectionCode::kLensStale;
+  const TipFusion fused = FuseTips(std::span(tips).first(seen));
+  if (!fused.agree) return CorrectionCode::kCamerasDisagree;
+  const CorrectionCode code = TakeProbe(input, fused.tip.p_W);
+  if (code != CorrectionCode::kOk) return code;
+  snapshot_.probe.covariance_W = fused.tip.covariance_W;
+  snapshot_.probe.cameras = cameras;
   return code;
 }
 
@@ -148,6 +179,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   probe.predicted_W = state.p_read_W;
   probe.measured_W = *measured_W;
   probe.covariance_W.reset();
+  probe.cameras = 0;
   snapshot_.probe_taken = true;
 
   Correction& told = snapshot_.result.correction;

@@ -1,6 +1,7 @@
 // Everything a cycle tells: one immutable value that the PLC's codec turns into registers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -88,6 +89,7 @@ struct Probe {
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip by the model in force [m]
   Vec3 measured_W = Vec3::Zero();
   std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
+  std::uint16_t cameras = 0;         ///< that saw it; bit k: the k-th
 };
 
 /// What a PLC wants of the lens' calibration.
@@ -108,8 +110,8 @@ struct Snapshot {
   double reading_radius_m = 0;  ///< 95 % radius at the tip from the steps of the joint registers
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
-  bool monitor_restart = false;                                  ///< asked for in this cycle
-  CalibrationOrder calibration_order = CalibrationOrder::kNone;  ///< asked for in this cycle
+  bool monitor_restart = false;                                     ///< asked for in this cycle
+  std::array<CalibrationOrder, kMostCameras> calibration_orders{};  ///< asked for in this cycle
   bool probe_taken = false;  ///< in this cycle; `probe` is the newest
   Probe probe;
 };

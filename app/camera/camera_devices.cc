@@ -26,7 +26,7 @@ Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
 
 }  // namespace
 
-Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config) {
+Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config, const TagsConfig& tags) {
   CameraDevices devices;
   auto camera = MakeCamera(config.kind, config.connection);
   if (!camera) return Error{fmt::format("[camera]: {}", camera.error())};
@@ -34,12 +34,11 @@ Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config) {
   auto zoom = ZoomFrom(config.zoom);
   if (!zoom) return Error{fmt::format("[zoom]: {}", zoom.error())};
   devices.zoom = std::move(zoom).value();
-  auto family = TagFamilyOfName(config.tags.family);
+  auto family = TagFamilyOfName(tags.family);
   if (!family) return Error{fmt::format("tags.family: {}", family.error())};
   TrackerSettings settings;
-  settings.detector.threshold = config.tags.threshold;
-  devices.tracker =
-      std::make_unique<Tracker>(std::move(family).value(), config.tags.database, settings);
+  settings.detector.threshold = tags.threshold;
+  devices.tracker = std::make_unique<Tracker>(std::move(family).value(), tags.database, settings);
   return devices;
 }
 

@@ -1,4 +1,4 @@
-// The camera, the zoom sensor and the tracker that a configuration asks for.
+// The devices of a camera that a configuration asks for: it, its zoom sensor, its tracker.
 #pragma once
 
 #include <memory>
@@ -15,6 +15,6 @@ struct CameraDevices {
 };
 
 /// Connects nothing yet. @return  or what cannot be made, with the key that says so
-Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config);
+Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config, const TagsConfig& tags);
 
 }  // namespace plumbline

@@ -17,7 +17,6 @@ namespace plumbline {
 namespace {
 
 constexpr double kFrameTimeout_s = 0.1;
-constexpr double kStoreRetry_s = 5;
 constexpr double kBoardLook_s = 0.3;  ///< between two looks for a board that was asked for
 constexpr int kWatchNice = 5;         ///< of the images' thread: the cycle goes first
 /// The dead band of a lens: what this share of its focal length is worth in counts. It moves the
@@ -27,21 +26,19 @@ constexpr double kLeastPlaceSd_m = 1e-6;  ///< no place of a mark is known bette
 constexpr std::int32_t kMostBands =
     10;  ///< times the configured band: a curve that is flat by chance
 
-WatchSettings SettingsFrom(const CameraConfig& config) {
+WatchSettings SettingsFrom(const CameraConfig& camera, const VisionConfig& vision) {
+  const TagsConfig& tags = vision.tags;
   WatchSettings settings;
-  settings.zoom = config.zoom.supervision;
-  settings.acceptable_px = config.board.acceptable_px;
-  for (const Body& body : config.tags.database.bodies) {
-    if (body.name == config.tags.cell) {
-      settings.cell = body;
-      settings.marks.place_sd_m =
-          std::max(body.place_sd_m.value_or(config.tags.place_sd_m), kLeastPlaceSd_m);
-    }
-    settings.bodies.push_back(body.name);
-  }
-  settings.X_WK = config.tags.X_WK;
-  settings.tool = config.tags.tool;
-  settings.tip_T = config.tags.tip_T;
+  settings.name = camera.name;
+  settings.zoom = camera.zoom.supervision;
+  settings.acceptable_px = vision.board.acceptable_px;
+  settings.cell = CellMarksOf(tags);
+  settings.marks.place_sd_m =
+      std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kLeastPlaceSd_m);
+  for (const Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
+  settings.X_WK = tags.X_WK;
+  settings.tool = tags.tool;
+  settings.tip_T = tags.tip_T;
   return settings;
 }
 
@@ -66,15 +63,18 @@ std::string UtcNow() {
 
 }  // namespace
 
-CameraWatch::CameraWatch(const CameraConfig& config, CameraDevices devices, Places places,
+CameraWatch::CameraWatch(const CameraConfig& camera, const VisionConfig& vision,
+                         CameraDevices devices, WatchStores& stores, std::string plumbline,
                          CameraLink& link, LogSink sink, Show show)
-    : config_(config),
+    : zoom_(camera.zoom),
+      board_(vision.board),
       devices_(std::move(devices)),
-      places_(std::move(places)),
+      stores_(stores),
+      plumbline_(std::move(plumbline)),
       link_(link),
       sink_(sink),
       show_(std::move(show)),
-      core_(SettingsFrom(config), std::move(sink)) {}
+      core_(SettingsFrom(camera, vision), std::move(sink)) {}
 
 CameraWatch::~CameraWatch() {
   Stop();
@@ -126,17 +126,14 @@ void CameraWatch::ReadSensor() {
       return stop_;
     });
     if (stop) return;
-    tick_s = std::max(tick_s + config_.zoom.period_s, now_s);
+    tick_s = std::max(tick_s + zoom_.period_s, now_s);
     Pause(tick_s - now_s);
   }
 }
 
 void CameraWatch::ReadImages() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kWatchNice);
-  worker_.emplace(places_.plumbline, MonotonicSeconds);  // ends with this thread
-  std::string problem;
-  marks_.emplace(places_.state_directory + "/fixed_marks.json", core_.settings().cell, problem);
-  if (!problem.empty()) sink_({Event::kMarksFile, "fixed marks: " + problem});
+  worker_.emplace(plumbline_, MonotonicSeconds);  // ends with this thread
   for (;;) {
     image_pulse_.Beat();
     Obey();
@@ -173,10 +170,9 @@ void CameraWatch::WaitForFrames(double now_s) {
     return;
   }
   if (!blind_s_) blind_s_ = now_s;
-  if (now_s - *blind_s_ < config_.board.patience_s) return;
+  if (now_s - *blind_s_ < board_.patience_s) return;
   blind_s_.reset();
-  const std::string why =
-      fmt::format("no frame of the camera within {:.0f} s", config_.board.patience_s);
+  const std::string why = fmt::format("no frame of the camera within {:.0f} s", board_.patience_s);
   WithCore([&](WatchCore& core) { core.TakeRefused({why}, now_s); });
 }
 
@@ -205,7 +201,7 @@ void CameraWatch::TakeFrame(const CameraFrame& frame) {
   session_.reset();
   if (asked.look_up) LookUp(asked);
   Track(asked, frame);
-  if (asked.want_board && config_.board.by_itself) WatchForBoard(frame);
+  if (asked.want_board && board_.by_itself) WatchForBoard(frame);
 }
 
 void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
@@ -241,42 +237,24 @@ void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
 
 void CameraWatch::KeepMarks(const WatchOrders& asked, const MarksMemory& memory) {
   if (!asked.lens->calibrated || asked.lens->id == 0) return;
-  if (const auto why = marks_->Keep(asked.lens->id, memory)) {
+  if (const auto why = stores_.marks.Keep(asked.lens->id, memory)) {
     sink_({Event::kMarksFile, "fixed marks: not kept: " + why->message});
   }
 }
 
-bool CameraWatch::OpenStore() {
-  if (lenses_) return true;
-  const double now_s = MonotonicSeconds();
-  if (now_s - store_tried_s_ < kStoreRetry_s) return false;
-  store_tried_s_ = now_s;
-  auto opened = LensStore::Open(places_.state_directory + "/lenses.sqlite");
-  WithCore([&](WatchCore& core) { core.NoteStoreFault(opened ? "" : opened.error()); });
-  if (!opened) return false;
-  lenses_.emplace(std::move(opened).value());
-  if (!lenses_->notice().empty())
-    sink_({Event::kLensStoreMended, "lens store: " + lenses_->notice()});
-  return true;
-}
-
-Result<std::optional<LensFound>> CameraWatch::FindLens(const WatchOrders& asked) {
+LensKey CameraWatch::KeyOf(const WatchOrders& asked) const {
   const CameraIdentity& camera = devices_.camera->identity();
-  const ZoomSupervisionSettings& bands = config_.zoom.supervision;
-  return lenses_->Find(
-      {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts},
-      {bands.zoom_band_counts, bands.focus_band_counts});
+  return {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts};
 }
 
 void CameraWatch::LookUp(const WatchOrders& asked) {
-  if (devices_.camera->identity().serial.empty() || !OpenStore()) return;
+  if (devices_.camera->identity().serial.empty()) return;
   const double asked_s = MonotonicSeconds();
-  const auto found = FindLens(asked);
-  if (!found) {
-    WithCore([&](WatchCore& core) { core.NoteStoreFault(found.error()); });
-    lenses_.reset();
-    return;
-  }
+  const ZoomSupervisionSettings& bands = zoom_.supervision;
+  const auto found =
+      stores_.lenses.Find(KeyOf(asked), {bands.zoom_band_counts, bands.focus_band_counts});
+  WithCore([&](WatchCore& core) { core.NoteStoreFault(found ? "" : found.error()); });
+  if (!found) return;
   std::shared_ptr<LensInUse> lens;
   std::shared_ptr<const MarksMemory> memory;
   if (*found) {
@@ -288,11 +266,10 @@ void CameraWatch::LookUp(const WatchOrders& asked) {
     lens->id = lens->calibrated ? entry.entry.id : 0;
     lens->log_focal_sd = entry.log_focal_sd;
     if (entry.log_focal_per_count) {
-      lens->band_counts =
-          std::min(DeadBandCounts(*entry.log_focal_per_count, kBandOfFocal),
-                   kMostBands * std::max(1, config_.zoom.supervision.zoom_band_counts));
+      lens->band_counts = std::min(DeadBandCounts(*entry.log_focal_per_count, kBandOfFocal),
+                                   kMostBands * std::max(1, zoom_.supervision.zoom_band_counts));
     }
-    if (lens->calibrated) memory = marks_->Find(lens->id);
+    if (lens->calibrated) memory = stores_.marks.Find(lens->id);
   }
   WithCore(
       [&](WatchCore& core) { core.TakeLens(lens, memory, asked, asked_s, MonotonicSeconds()); });
@@ -308,14 +285,14 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
   if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
   looked_s_ = frame.time_s;
   look_rest_ = rest_;
-  if (const auto why = worker_->Ask(frame.luma, config_.board.board)) {
+  if (const auto why = worker_->Ask(frame.luma, board_.board)) {
     sink_({Event::kBoardWorker, "camera: " + why->message});
   }
 }
 
 void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
-    session_.emplace(BoardFrom(config_.board), frame.luma.size(), frame.time_s);
+    session_.emplace(BoardFrom(board_), frame.luma.size(), frame.time_s);
     look_rest_.reset();
     asked_image_s_ = 0;  // whatever the worker has is of a frame from before
   }
@@ -330,7 +307,7 @@ void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   }
   if (worker_->idle()) {
     asked_image_s_ = frame.time_s;
-    if (const auto why = worker_->Ask(frame.luma, config_.board.board)) {
+    if (const auto why = worker_->Ask(frame.luma, board_.board)) {
       session_->TakeMiss(why->message, frame.time_s);
     }
   }
@@ -361,9 +338,8 @@ void CameraWatch::FinishBoard() {
 
 void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked) {
   const LensCalibration& solved = *session.calibration();
-  const CameraIdentity& camera = devices_.camera->identity();
   LensEntry entry;
-  entry.key = {camera.serial, camera.mode, asked.zoom_counts.value_or(0), asked.focus_counts};
+  entry.key = KeyOf(asked);
   entry.lens = solved.lens;
   entry.covariance = solved.covariance;
   entry.image = solved.size;
@@ -377,9 +353,7 @@ void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked
          fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",
                      solved.lens.fx, std::sqrt(solved.covariance(kFx, kFx)),
                      solved.uncertainty.max_px, solved.frames_used.size())});
-  store_tried_s_ = -1e9;
-  if (!OpenStore()) return;  // told; the lens is used until the zoom changes
-  const auto kept = lenses_->Append(entry);
+  const auto kept = stores_.lenses.Append(entry);  // if not: it is used until the zoom changes
   WithCore([&](WatchCore& core) {
     core.NoteStoreFault(kept ? "" : kept.error());
     if (kept) core.NoteKept(*kept);

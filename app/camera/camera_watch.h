@@ -1,4 +1,4 @@
-// The camera's watch: two threads beside the cycle, one for the zoom sensor, one for the images.
+// A camera's watch: two threads beside the cycle, one for the zoom sensor, one for the images.
 #pragma once
 
 #include <condition_variable>
@@ -12,9 +12,8 @@
 #include "app/camera/board_worker.h"
 #include "app/camera/camera_devices.h"
 #include "app/camera/camera_link.h"
-#include "app/camera/marks_store.h"
 #include "app/camera/watch_core.h"
-#include "app/lens_store/lens_store.h"
+#include "app/camera/watch_stores.h"
 #include "drivers/pulse.h"
 
 namespace plumbline {
@@ -23,21 +22,19 @@ namespace plumbline {
 /// within a period and an answer, whatever the images cost. The images' thread captures, tracks,
 /// looks at the marks, looks lenses up and captures the board. What both know is in the core,
 /// behind one lock that is held for microseconds; the cycle reads the published values and waits
-/// for nobody.
+/// for nobody. Several watches share the stores and nothing else.
 class CameraWatch {
  public:
-  struct Places {
-    std::string state_directory;  ///< of lenses.sqlite and fixed_marks.json
-    std::string plumbline;        ///< the program that looks for the board
-  };
-
   /// What is done with each image beside measuring: it is shown. Called by the images' thread, with
   /// what was seen in it (nothing while the board is captured) and the lens in use, or null.
   using Show = std::function<void(Camera& camera, const CameraFrame& frame,
                                   const TrackedFrame& seen, const Lens* lens)>;
 
-  CameraWatch(const CameraConfig& config, CameraDevices devices, Places places, CameraLink& link,
-              LogSink sink, Show show = nullptr);
+  /// @param camera     one of `vision`
+  /// @param plumbline  the program that looks for the board
+  CameraWatch(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
+              WatchStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
+              Show show = nullptr);
   ~CameraWatch();
   CameraWatch(const CameraWatch&) = delete;
   CameraWatch& operator=(const CameraWatch&) = delete;
@@ -54,14 +51,13 @@ class CameraWatch {
   void TakeFrame(const CameraFrame& frame);
   void Track(const WatchOrders& asked, const CameraFrame& frame);
   void LookUp(const WatchOrders& asked);
-  Result<std::optional<LensFound>> FindLens(const WatchOrders& asked);
+  LensKey KeyOf(const WatchOrders& asked) const;
   void WatchForBoard(const CameraFrame& frame);
   void CaptureBoard(const CameraFrame& frame);
   void WaitForFrames(double now_s);
   void FinishBoard();
   void KeepLens(const BoardSession& session, const WatchOrders& asked);
   void KeepMarks(const WatchOrders& asked, const MarksMemory& memory);
-  bool OpenStore();
   void Pause(double seconds);
   WatchOrders Orders();
   /// Under the lock: `does` with the core, then what came of it is published.
@@ -78,9 +74,11 @@ class CameraWatch {
     return does(core_);
   }
 
-  const CameraConfig config_;
+  const ZoomConfig zoom_;
+  const BoardConfig board_;
   const CameraDevices devices_;
-  const Places places_;
+  WatchStores& stores_;
+  const std::string plumbline_;
   CameraLink& link_;
   const LogSink sink_;
   const Show show_;
@@ -93,9 +91,6 @@ class CameraWatch {
   Pulse sensor_pulse_, image_pulse_;
 
   // The images' thread's own.
-  std::optional<LensStore> lenses_;
-  double store_tried_s_ = -1e9;
-  std::optional<MarksStore> marks_;
   std::optional<BoardWorker> worker_;
   std::optional<BoardSession> session_;
   std::optional<double> blind_s_;  ///< since when a capture waits for its first frame

@@ -120,11 +120,13 @@ MarksStore::MarksStore(std::string path, Body cell, std::string& problem)
 }
 
 std::shared_ptr<const MarksMemory> MarksStore::Find(std::int64_t lens_id) const {
+  const std::lock_guard lock(mutex_);
   const auto found = memories_.find(lens_id);
   return found == memories_.end() ? nullptr : std::make_shared<MarksMemory>(found->second);
 }
 
 std::optional<Error> MarksStore::Keep(std::int64_t lens_id, const MarksMemory& memory) {
+  const std::lock_guard lock(mutex_);
   memories_[lens_id] = memory;
   const Result<bool> written = WriteDurably(path_, MarksJson(memories_, cell_));
   if (written) return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "app/camera/fixed_marks.h"
@@ -15,7 +16,8 @@ std::string MarksJson(const std::map<std::int64_t, MarksMemory>& memories, const
 Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& text,
                                                           const Body& cell);
 
-/// One file, replaced as a whole at each change; by the id of the lens store.
+/// One file, replaced as a whole at each change; by the id of the lens store, which no two cameras
+/// share. Any thread.
 class MarksStore {
  public:
   /// A file that cannot be read is as none: the marks are judged anew. @param problem  says so
@@ -26,8 +28,9 @@ class MarksStore {
   std::optional<Error> Keep(std::int64_t lens_id, const MarksMemory& memory);
 
  private:
-  std::string path_;
-  Body cell_;
+  const std::string path_;
+  const Body cell_;
+  mutable std::mutex mutex_;
   std::map<std::int64_t, MarksMemory> memories_;
 };
 

@@ -314,6 +314,7 @@ void WatchCore::NoteStoreFault(const std::string& fault) {
 PlcCamera WatchCore::Told() const {
   PlcCamera told;
   told.configured = true;
+  told.name = settings_.name;
   told.state = state();
   told.reason = supervision_.reason();
   const auto set = [&told](std::uint16_t bit, bool on) {

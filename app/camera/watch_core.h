@@ -10,8 +10,8 @@
 
 #include "app/camera/marks_look.h"
 #include "app/camera/measured_tip.h"
-#include "app/log/log_entry.h"
 #include "app/lens_store/lens_entry.h"
+#include "app/log/log_entry.h"
 #include "app/tracking/tracker.h"
 #include "drivers/camera/camera.h"
 #include "drivers/plc/plc_camera.h"
@@ -22,6 +22,7 @@ namespace plumbline {
 
 /// What is fixed while it runs.
 struct WatchSettings {
+  CameraName name = CameraName::kNone;
   ZoomSupervisionSettings zoom;
   MarkSettings marks;
   double acceptable_px = 0.5;       ///< uncertainty of the projection that is worked with

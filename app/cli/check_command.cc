@@ -94,6 +94,15 @@ std::string ControllerText(const RobotLinkConfig& robot) {
   return fmt::format("{}, unit id {}, profile {}", where, link.unit_id, link.profile.name);
 }
 
+/// "A1, zoom by visca".
+std::string CameraText(const CameraConfig& camera) {
+  const CameraConnection& link = camera.connection;
+  return fmt::format(
+      "{}, {}",
+      camera.kind == "recorded" ? "recording " + link.recorded.path : "device " + link.v4l2.device,
+      camera.zoom.kind.empty() ? "no zoom" : "zoom by " + camera.zoom.kind);
+}
+
 Checked Check(const std::string& text, const std::string& file) {
   Checked finding;
   finding.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
@@ -152,6 +161,10 @@ std::vector<SummaryLine> Summary(const Checked& finding) {
     }
     const std::size_t points = config.machine.points.size();
     lines.push_back({"controller", ControllerText(config.robot)});
+    for (const CameraConfig& camera : config.vision.cameras) {
+      const std::string name = CameraNameText(camera.name);
+      lines.push_back({name.empty() ? "camera" : "camera " + name, CameraText(camera)});
+    }
     lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
                                            points, points == 1 ? "" : "s",
                                            1e3 * config.cycle_period_s, config.plc.tcp.port)});

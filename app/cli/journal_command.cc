@@ -148,6 +148,7 @@ nlohmann::json AsJson(const JournalRow& row) {
     if (p) json[name] = {1e3 * p->x(), 1e3 * p->y(), 1e3 * p->z()};
   };
   for (const double q : row.q) json["q"].push_back(q / kRadPerDeg);
+  if (!row.camera.empty()) json["camera"] = row.camera;
   if (row.unix_ms) json["unix_ms"] = *row.unix_ms;
   if (row.command) json["command"] = *row.command;
   if (row.model_version) json["model_version"] = *row.model_version;
@@ -179,6 +180,7 @@ std::string Line(const JournalRow& row) {
     line += fmt::format("  off by {:>7.3f}", 1e3 * (*row.measured_W - *row.predicted_W).norm());
   }
   if (row.model_version) line += fmt::format("  model {}", *row.model_version);
+  if (!row.camera.empty()) line += "  by " + row.camera;
   if (row.alarm) line += "  ALARM";
   if (row.wild) line += "  wild";
   return line;

@@ -57,14 +57,16 @@ With the robot standing, measure the loaded tip (a touch probe, a tracker) and g
 or 7. The result then holds the tip that the model predicts (104-115, base frame) and measured minus
 predicted (116-121, base frame; its length in 216). Code 0 means: taken. It is on the disk when
 `probes` (404) has counted it. Command 11 takes the tip as the camera sees it (514-519), while its
-lens is valid and the tool stands.
+lens is valid and the tool stands. Of two cameras that see it (1016 is 0) it takes the mean, weighed
+by their noise; code 16 where they contradict each other.
 
 ## The camera
 
 `camera_state` 4: what the camera measures may be used. In any other state bit 0 of `camera_bits` is
 set, tip and bodies are not valid, and `camera_reason` says why; bit 3 asks a person for the
 calibration board. Command 9 starts a calibration (a board that comes into view while it is asked
-for starts it too), `board_prompt` then says what to show, command 10 cancels.
+for starts it too), `board_prompt` then says what to show, command 10 cancels. The second camera has
+the same blocks 200 registers further; `command_camera` (1016) says which one commands 9 to 11 mean.
 )";
 
 /// `text` with line ends in place of blanks, so that no line is longer than the house's 100.
@@ -96,7 +98,7 @@ std::string BitsAndCodes() {
          BitsParagraph("Alarm word (register 12; discrete inputs 16-31)", plc_map::AlarmBits()) +
          BitsParagraph("Warning word (register 14; discrete inputs 32-47)",
                        plc_map::WarningBits()) +
-         BitsParagraph("Camera bits (register 502)", plc_map::CameraBits()) +
+         BitsParagraph("Camera bits (registers 502 and 702)", plc_map::CameraBits()) +
          "Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.\n\n";
 }
 
@@ -107,7 +109,10 @@ std::string RegisterMapMarkdown() {
   page += "\n## Fixed registers (read only)\n\n";
   page += kHead;
   for (const MapField& field : plc_map::Fields()) page += Row(field, 0);
-  page += "\n## Camera (read only)\n\n";
+  page += fmt::format(
+      "\n## Camera (read only)\n\nThe first camera's; the second one's, and its bodies, begin {} "
+      "further.\n\n",
+      plc_map::kCameraStride);
   page += kHead;
   for (const MapField& field : plc_map::CameraFields()) page += Row(field, 0);
   page += fmt::format(
@@ -130,7 +135,7 @@ std::string RegisterMapMarkdown() {
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
   page += BitsAndCodes();
   page += "Result codes: ";
-  for (int code = 0; code <= static_cast<int>(CorrectionCode::kTipNotSeen); ++code) {
+  for (int code = 0; code <= static_cast<int>(CorrectionCode::kCamerasDisagree); ++code) {
     page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,
                         Describe(static_cast<CorrectionCode>(code)));
   }
@@ -139,12 +144,12 @@ std::string RegisterMapMarkdown() {
     page += fmt::format("{}{} {}", fault == 0 ? "" : ", ", fault,
                         Describe(static_cast<InputFault>(fault)));
   }
-  page += ".\n\nCamera reasons (register 501): ";
+  page += ".\n\nCamera reasons (registers 501 and 701): ";
   for (int reason = 0; reason <= static_cast<int>(ZoomReason::kBoardCancelled); ++reason) {
     page += fmt::format("{}{} {}", reason == 0 ? "" : ", ", reason,
                         ZoomReasonText(static_cast<ZoomReason>(reason)));
   }
-  page += ".\n\nBoard prompts (register 503): ";
+  page += ".\n\nBoard prompts (registers 503 and 703): ";
   for (int prompt = 1; prompt < kBoardPrompts; ++prompt) {
     page += fmt::format("{}{} {}", prompt == 1 ? "0 none, " : ", ", prompt,
                         BoardPromptText(static_cast<BoardPrompt>(prompt)));
@@ -156,17 +161,24 @@ namespace {
 
 nlohmann::json AsJson() {
   nlohmann::json map = nlohmann::json::array();
-  const auto add = [&map](const auto& field, int base, const char* window) {
+  const auto add = [&map](const auto& field, int base, const char* window,
+                          const std::string& of = "") {
     map.push_back({{"address", base + field.address},
                    {"type", NameOf(field.type)},
-                   {"name", field.name},
+                   {"name", of + field.name},
                    {"unit", field.unit},
                    {"meaning", field.meaning},
                    {"window", window}});
   };
   for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
-  for (const MapField& field : plc_map::CameraFields()) add(field, 0, "fixed");
-  for (const MapField& field : plc_map::BodyFields()) add(field, plc_map::kBodies, "body");
+  for (int k = 0; k < static_cast<int>(kMostCameras); ++k) {
+    const int further = plc_map::kCameraStride * k;
+    const char* const of = k == 0 ? "" : "second_";
+    for (const MapField& field : plc_map::CameraFields()) add(field, further, "fixed", of);
+    for (const MapField& field : plc_map::BodyFields()) {
+      add(field, plc_map::kBodies + further, "body", of);
+    }
+  }
   for (const MapField& field : plc_map::SceneFields()) add(field, 0, "fixed");
   for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
   for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");

@@ -18,7 +18,7 @@ namespace plumbline {
 namespace {
 
 struct Options {
-  std::string config, out, size;
+  std::string config, out, size, camera;
   bool json = false;
 };
 
@@ -30,6 +30,7 @@ int Run(const Options& options) {
       error ? "/usr/bin/plumbline-view" : (self.parent_path() / "plumbline-view").string();
   std::vector<std::string> words = {program, options.config, "--snapshot", options.out};
   if (!options.size.empty()) words.insert(words.end(), {"--size", options.size});
+  if (!options.camera.empty()) words.insert(words.end(), {"--camera", options.camera});
   if (options.json) words.emplace_back("--json");
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
@@ -52,6 +53,8 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return PictureSizeFrom(text) ? "" : PictureSizeProblem(text);
       });
+  command->add_option("--camera", options->camera,
+                      "The one that is shown, by its name, or both; default: overlay.camera");
   command->add_flag("--json", options->json, "Say what is in the picture as JSON");
   command->footer(
       "Needs no screen and no plumbline-view that runs; it draws on the GPU or the processor.\n\n"

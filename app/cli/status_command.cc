@@ -4,6 +4,7 @@
 #include <modbus/modbus.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <iostream>
@@ -56,7 +57,8 @@ class DaemonRegisters {
     }
     DaemonRegisters daemon;
     const auto read = [&](int first, int count) {
-      daemon.registers_.resize(static_cast<std::size_t>(first) + static_cast<std::size_t>(count));
+      const auto end = static_cast<std::size_t>(first) + static_cast<std::size_t>(count);
+      daemon.registers_.resize(std::max(daemon.registers_.size(), end));
       return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
              count;
     };
@@ -68,9 +70,13 @@ class DaemonRegisters {
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
     ok = ok && read(plc_map::kLoop, plc_map::kLoopSize);
-    ok = ok && read(plc_map::kCamera, plc_map::kCameraSize);
-    ok =
-        ok && read(plc_map::kBodies, plc_map::kBodySize * static_cast<int>(PlcCamera::kMostBodies));
+    for (int k = 0; ok && k < static_cast<int>(kMostCameras); ++k) {
+      const int further = plc_map::kCameraStride * k;
+      ok = read(plc_map::kCamera + further, plc_map::kCameraSize) &&
+           read(plc_map::kBodies + further,
+                plc_map::kBodySize * static_cast<int>(PlcCamera::kMostBodies));
+      if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
+    }
     ok = ok && read(plc_map::kScene, plc_map::kSceneSize);
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
@@ -86,10 +92,14 @@ class DaemonRegisters {
   double Value(std::string_view name, int point) const {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
   }
-  double Camera(std::string_view name) const { return Find(plc_map::CameraFields(), name, 0); }
+  int cameras() const { return cameras_; }
+  double Camera(std::string_view name, int camera) const {
+    return Find(plc_map::CameraFields(), name, plc_map::kCameraStride * camera);
+  }
   double Scene(std::string_view name) const { return Find(plc_map::SceneFields(), name, 0); }
-  double Body(std::string_view name, int body) const {
-    return Find(plc_map::BodyFields(), name, plc_map::kBodies + plc_map::kBodySize * body);
+  double Body(std::string_view name, int camera, int body) const {
+    return Find(plc_map::BodyFields(), name,
+                plc_map::kBodies + plc_map::kCameraStride * camera + plc_map::kBodySize * body);
   }
   int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
   bool Status(int bit) const { return (Word("status") & bit) != 0; }
@@ -107,11 +117,33 @@ class DaemonRegisters {
   }
 
   std::vector<std::uint16_t> registers_;
+  int cameras_ = 0;  ///< that are configured
 };
+
+std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
+  const auto name = static_cast<std::size_t>(daemon.Camera("camera_name", camera));
+  return name < kCameraNames.size() ? kCameraNames[name] : "";
+}
 
 nlohmann::json JsonOf(FieldType type, double value) {
   if (type == FieldType::kFloat) return value;
   return static_cast<std::int64_t>(value);
+}
+
+nlohmann::json CameraJson(const DaemonRegisters& daemon, int camera) {
+  nlohmann::json json = {{"name", NameOfCamera(daemon, camera)}};
+  for (const MapField& field : plc_map::CameraFields()) {
+    json[field.name] = JsonOf(field.type, daemon.Camera(field.name, camera));
+  }
+  json["bodies_detail"] = nlohmann::json::array();
+  for (int k = 0; k < static_cast<int>(daemon.Camera("bodies", camera)); ++k) {
+    nlohmann::json body;
+    for (const MapField& field : plc_map::BodyFields()) {
+      body[field.name] = JsonOf(field.type, daemon.Body(field.name, camera, k));
+    }
+    json["bodies_detail"].push_back(body);
+  }
+  return json;
 }
 
 nlohmann::json AsJson(const DaemonRegisters& daemon) {
@@ -120,19 +152,10 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
     const bool result = field.address >= plc_map::kResult && field.address < plc_map::kInputs;
     if (!result) json[field.name] = JsonOf(field.type, daemon.Value(field.name));
   }
-  for (const MapField& field : plc_map::CameraFields()) {
-    json[field.name] = JsonOf(field.type, daemon.Camera(field.name));
-  }
+  json["cameras"] = nlohmann::json::array();
+  for (int k = 0; k < daemon.cameras(); ++k) json["cameras"].push_back(CameraJson(daemon, k));
   for (const MapField& field : plc_map::SceneFields()) {
     json[field.name] = JsonOf(field.type, daemon.Scene(field.name));
-  }
-  json["bodies_detail"] = nlohmann::json::array();
-  for (int k = 0; k < static_cast<int>(daemon.Camera("bodies")); ++k) {
-    nlohmann::json body;
-    for (const MapField& field : plc_map::BodyFields()) {
-      body[field.name] = JsonOf(field.type, daemon.Body(field.name, k));
-    }
-    json["bodies_detail"].push_back(body);
   }
   json["points_detail"] = nlohmann::json::array();
   for (int k = 0; k < daemon.points(); ++k) {
@@ -179,16 +202,17 @@ std::string ModelText(const DaemonRegisters& daemon) {
                      proposed > 0 ? fmt::format("; version {} proposed", proposed) : "");
 }
 
-void PrintCamera(const DaemonRegisters& daemon) {
-  const auto line = [](const char* topic, const std::string& text) {
+void PrintCamera(const DaemonRegisters& daemon, int camera) {
+  const auto line = [](const std::string& topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
   };
-  const auto value = [&](const char* name) { return daemon.Camera(name); };
+  const auto value = [&](const char* name) { return daemon.Camera(name, camera); };
   const auto number = [&](const char* name) { return static_cast<int>(value(name)); };
   const int state = number("camera_state");
-  if (state == 0) return;
-  line("camera", fmt::format("{}: {}", ZoomStateText(static_cast<ZoomState>(state - 1)),
-                             ZoomReasonText(static_cast<ZoomReason>(number("camera_reason")))));
+  const std::string called = NameOfCamera(daemon, camera);
+  line(called.empty() ? "camera" : "camera " + called,
+       fmt::format("{}: {}", ZoomStateText(static_cast<ZoomState>(state - 1)),
+                   ZoomReasonText(static_cast<ZoomReason>(number("camera_reason")))));
   line("", fmt::format("zoom {}, told {}; last frame {}; {}", number("zoom"),
                        Age(value("zoom_age")), Age(value("camera_age")),
                        number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
@@ -201,7 +225,7 @@ void PrintCamera(const DaemonRegisters& daemon) {
                               number("board_views")));
   }
   for (int k = 0; k < number("bodies"); ++k) {
-    const auto of_body = [&](const char* name) { return daemon.Body(name, k); };
+    const auto of_body = [&](const char* name) { return daemon.Body(name, camera, k); };
     const bool valid = (static_cast<int>(of_body("body_validity")) & plc_map::kValid) != 0;
     line("body", fmt::format("{:<5} {}", k + 1,
                              valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, 95 % within "
@@ -273,7 +297,7 @@ void Print(const DaemonRegisters& daemon) {
                                (loop & loop_state::kAlarm) != 0 ? ", ALARM" : "",
                                (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
   }
-  PrintCamera(daemon);
+  for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k);
   PrintScene(daemon);
   line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));
   line("warnings", WordText(daemon.Word("warnings"), plc_map::WarningBits()));

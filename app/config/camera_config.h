@@ -1,13 +1,15 @@
-// [camera], [zoom], [board] and [tags] of plumbline.toml.
+// [camera] or [[camera]], [zoom], [board] and [tags] of plumbline.toml.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/config/fault.h"
 #include "app/lens/board.h"
 #include "app/tracking/bodies.h"
 #include "drivers/camera/registry.h"
+#include "drivers/plc/plc_camera.h"
 #include "drivers/zoom/registry.h"
 #include "firmware-like/lens/zoom_supervision.h"
 
@@ -46,18 +48,33 @@ struct TagsConfig {
 };
 
 struct CameraConfig {
-  std::string text;           ///< of all four tables and the tags' file: what a reload compares
-  std::string kind = "v4l2";  ///< of CameraKinds()
+  CameraName name = CameraName::kNone;  ///< told apart by it; of two cameras each has one
+  std::string kind = "v4l2";            ///< of CameraKinds()
   CameraConnection connection;
   ZoomConfig zoom;
+};
+
+/// The cameras, and what they share: one cell, one set of bodies, one board.
+struct VisionConfig {
+  std::string text;  ///< of all its tables and the tags' file: what a reload compares
+  std::vector<CameraConfig> cameras;  ///< at most kMostCameras; empty: none
   BoardConfig board;
   TagsConfig tags;
 };
 
-/// Nothing where there is no [camera], or its faults leave none; the other three tables without it
-/// are faults.
-std::optional<CameraConfig> CameraFromToml(const TomlTable& root, const NamedFiles& files,
-                                           FaultList& faults);
+/// The body of the cell's fixed marks; an empty one where there is none of that name.
+Body CellMarksOf(const TagsConfig& tags);
+
+/// [camera] with its zoom in [zoom] or [camera.zoom], or each [[camera]] with its [camera.zoom].
+/// [zoom], [board] and [tags] without a camera are faults, and cameras that take each other's
+/// name, device, serial number or zoom sensor.
+VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, FaultList& faults);
+
+std::optional<CameraName> CameraNameFromToml(const TomlTable& table, std::string_view key);
+/// Its zoom is not read.
+CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files);
+BoardConfig BoardFromToml(const TomlTable& table);
+TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults);
 /// @param camera  whose device serves where the zoom is a control of it
 ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const std::string& camera,
                         FaultList& faults);

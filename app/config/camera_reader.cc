@@ -23,9 +23,20 @@ constexpr NumberRange kDistance{1, 1e6, kMetrePerMm};
 constexpr NumberRange kPlaceSd{0.001, 100, kMetrePerMm};
 constexpr int kLargestSide = 16384, kMostCounts = 1 << 24;
 
+}  // namespace
+
+std::optional<CameraName> CameraNameFromToml(const TomlTable& table, std::string_view key) {
+  return table.OneOf<CameraName>(key, {{"side", CameraName::kSide},
+                                       {"rear", CameraName::kRear},
+                                       {"front", CameraName::kFront},
+                                       {"top", CameraName::kTop}});
+}
+
 /// Keys of both kinds are read; those of the other one are of no use, and no fault.
-void CameraItself(const TomlTable& table, const NamedFiles& files, CameraConfig& camera) {
+CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   using Word = std::string_view;
+  CameraConfig camera;
+  camera.name = CameraNameFromToml(table, "name").value_or(CameraName::kNone);
   const auto kind = table.OneOf<Word>("kind", {{"v4l2", "v4l2"}, {"recorded", "recorded"}});
   if (kind) camera.kind = *kind;
   const bool known = kind || !table.Has("kind");
@@ -56,7 +67,10 @@ void CameraItself(const TomlTable& table, const NamedFiles& files, CameraConfig&
   settings.gain_counts = table.Integer("gain_counts", 0, kMostCounts);
   settings.white_balance_K = table.Number("white_balance_K", kWhiteBalance);
   settings.focus_counts = table.Integer("focus_counts", 0, kMostCounts);
+  return camera;
 }
+
+namespace {
 
 /// What is printed on it. A number is judged against the others only where all could be read.
 Board PrintFromToml(const TomlTable& table) {
@@ -86,6 +100,8 @@ Board PrintFromToml(const TomlTable& table) {
   return board;
 }
 
+}  // namespace
+
 BoardConfig BoardFromToml(const TomlTable& table) {
   BoardConfig board;
   board.board = PrintFromToml(table);
@@ -100,6 +116,8 @@ BoardConfig BoardFromToml(const TomlTable& table) {
   return board;
 }
 
+namespace {
+
 void CheckBody(const TomlTable& table, const char* key, const std::string& name,
                const TagDatabase& database, std::size_t least_tags) {
   for (const Body& body : database.bodies) {
@@ -111,6 +129,8 @@ void CheckBody(const TomlTable& table, const char* key, const std::string& name,
   }
   table.AddFault(key, fmt::format("\"{}\" is no [[body]] of the tags' file", name));
 }
+
+}  // namespace
 
 TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults) {
   TagsConfig tags;
@@ -148,41 +168,6 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
                                          tags.database.bodies.size(), PlcCamera::kMostBodies));
   }
   return tags;
-}
-
-}  // namespace
-
-std::optional<CameraConfig> CameraFromToml(const TomlTable& root, const NamedFiles& files,
-                                           FaultList& faults) {
-  const auto table = root.Table("camera");
-  if (!table) {
-    for (const char* key : {"zoom", "board", "tags"}) {
-      if (!root.Has(key)) continue;
-      root.AddFault(key, "has no meaning without [camera]");
-      root.Ignore({key});
-    }
-    return std::nullopt;
-  }
-  CameraConfig camera;
-  CameraItself(*table, files, camera);
-  if (const auto zoom = root.Table("zoom")) {
-    camera.zoom = ZoomFromToml(*zoom, files, camera.connection.v4l2.device, faults);
-  }
-  if (const auto board = root.Table("board")) camera.board = BoardFromToml(*board);
-  if (const auto tags = root.RequiredTable("tags")) {
-    camera.tags = TagsFromToml(*tags, files, faults);
-    const Board& board = camera.board.board;
-    if (board.kind == BoardKind::kCharuco && board.family == camera.tags.family) {
-      tags->AddWarning("family",
-                       "is that of the board too: its tags may be taken for the cell's; "
-                       "print the board with another family");
-    }
-  }
-  camera.text = camera.tags.text;
-  for (const char* key : {"camera", "zoom", "board", "tags"}) {
-    if (const auto part = root.Table(key)) camera.text += part->Text() + "\n";
-  }
-  return camera;
 }
 
 }  // namespace plumbline

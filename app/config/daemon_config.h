@@ -36,8 +36,8 @@ struct DaemonConfig {
   RobotLinkConfig robot;
   PlcConfig plc;
   LoopConfig loop;
-  std::optional<CameraConfig> camera;  ///< changed by a restart only
-  OverlayConfig overlay;               ///< of plumbline-view; the daemon only checks it
+  VisionConfig vision;    ///< changed by a restart only
+  OverlayConfig overlay;  ///< of plumbline-view; the daemon only checks it
   /// Corrected points written into the controller's registers, in the order of the profile's
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;

@@ -288,8 +288,10 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = root.Table("loop")) config.loop = LoopFromToml(*table);
-    config.camera = CameraFromToml(root, named, of_others);
-    if (const auto table = root.Table("overlay")) config.overlay = OverlayFromToml(*table, named);
+    config.vision = VisionFromToml(root, named, of_others);
+    if (const auto table = root.Table("overlay")) {
+      config.overlay = OverlayFromToml(*table, named, config.vision);
+    }
     if (robot && stale_after_s < config.cycle_period_s) {
       robot->AddFault("stale_after_ms",
                       fmt::format("is below the cycle of {:g} ms, so that input is always stale",

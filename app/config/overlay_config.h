@@ -4,12 +4,14 @@
 #include <optional>
 #include <string>
 
+#include "drivers/plc/plc_camera.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline {
 
 class NamedFiles;
 class TomlTable;
+struct VisionConfig;
 
 struct OverlayConfig {
   enum class Display { kNone, kKms, kFramebuffer };
@@ -17,7 +19,8 @@ struct OverlayConfig {
   enum class Nominal { kHidden, kBehind, kBeside };
 
   Display display = Display::kNone;
-  std::string device;  ///< of the display; empty: the first one
+  std::string device;                ///< of the display; empty: the first one
+  std::optional<CameraName> camera;  ///< that is shown; nothing: each
   std::optional<ImageSize>
       size;                  ///< of the picture; nothing: the display's, 1280 x 720 without one
   std::string objects_file;  ///< the object table; empty: nothing virtual but the tool's axis
@@ -35,6 +38,8 @@ struct OverlayConfig {
 /// An address that only this computer reaches.
 bool IsLoopback(const std::string& address);
 
-OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files);
+/// @param vision  whose cameras may be named
+OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
+                              const VisionConfig& vision);
 
 }  // namespace plumbline

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/config/camera_config.h"
 #include "app/config/named_files.h"
 #include "app/config/overlay_config.h"
 #include "app/config/toml_reader.h"
@@ -23,6 +24,17 @@ void SizeFromToml(const TomlTable& table, OverlayConfig& overlay) {
     table.AddFault("width_px", "and height_px must stand together, or neither");
   }
   if (width && height) overlay.size = ImageSize{*width, *height};
+}
+
+/// A name, or "both".
+void ShownFromToml(const TomlTable& table, const VisionConfig& vision, OverlayConfig& overlay) {
+  if (table.String("camera").value_or("both") == "both") return;
+  overlay.camera = CameraNameFromToml(table, "camera");
+  const bool known = std::any_of(vision.cameras.begin(), vision.cameras.end(),
+                                 [&](const auto& one) { return one.name == overlay.camera; });
+  if (overlay.camera && !known) {
+    table.AddFault("camera", "is the name of no [[camera]]; give it to one, or \"both\" here");
+  }
 }
 
 void PageFromToml(const TomlTable& table, OverlayConfig& overlay) {
@@ -60,7 +72,8 @@ bool IsLoopback(const std::string& address) {
   return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
 }
 
-OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files) {
+OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
+                              const VisionConfig& vision) {
   using Display = OverlayConfig::Display;
   using Nominal = OverlayConfig::Nominal;
   OverlayConfig overlay;
@@ -74,6 +87,7 @@ OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files) {
     table.AddFault("device", "is not an absolute path such as /dev/dri/card0 or /dev/fb0");
   }
   SizeFromToml(table, overlay);
+  ShownFromToml(table, vision, overlay);
   if (const auto objects = table.String("objects")) overlay.objects_file = files.Beside(*objects);
   overlay.background = table.Bool("background").value_or(overlay.background);
   overlay.exaggeration = table.Number("exaggeration", kExaggeration).value_or(overlay.exaggeration);

@@ -357,4 +357,10 @@ std::vector<TomlTable> TomlTable::Tables(std::string_view key) const {
   return tables;
 }
 
+std::vector<TomlTable> TomlTable::TableOrTables(std::string_view key) const {
+  const toml::node* node = Find(key);
+  if (node == nullptr || !node->is_table()) return Tables(key);
+  return {*Table(key)};
+}
+
 }  // namespace plumbline

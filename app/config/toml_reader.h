@@ -87,6 +87,8 @@ class TomlTable {
   std::optional<TomlTable> RequiredTable(std::string_view key) const;
   /// `[[key]]`, in order; empty where absent. An element that is no table is a fault.
   std::vector<TomlTable> Tables(std::string_view key) const;
+  /// `[key]` alone, or each `[[key]]`.
+  std::vector<TomlTable> TableOrTables(std::string_view key) const;
 
   /// Adds `<value of key> <what>` as a fault (or warning) at the key's line; where the key is
   /// absent only `what`, at the table's line.

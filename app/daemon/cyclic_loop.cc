@@ -51,20 +51,25 @@ std::uint16_t LoopWarnings(std::uint16_t state) {
   return static_cast<std::uint16_t>(warnings);
 }
 
-std::uint16_t CameraWarnings(const PlcCamera& camera) {
-  if (!camera.configured) return 0;
-  int warnings = 0;
-  if ((camera.bits & camera_bits::kLensStale) != 0) warnings |= warning::kLensStale;
-  if ((camera.bits & (camera_bits::kCameraLost | camera_bits::kSensorLost)) != 0) {
+/// Of any of them.
+std::uint16_t CameraWarnings(const std::array<PlcCamera, kMostCameras>& cameras) {
+  int bits = 0, warnings = 0;
+  for (const PlcCamera& camera : cameras) bits |= camera.configured ? camera.bits : 0;
+  if ((bits & camera_bits::kLensStale) != 0) warnings |= warning::kLensStale;
+  if ((bits & (camera_bits::kCameraLost | camera_bits::kSensorLost)) != 0) {
     warnings |= warning::kCameraLost;
   }
-  if ((camera.bits & camera_bits::kBoardWanted) != 0) warnings |= warning::kBoardWanted;
+  if ((bits & camera_bits::kBoardWanted) != 0) warnings |= warning::kBoardWanted;
   return static_cast<std::uint16_t>(warnings);
 }
 
 CameraInput CameraInputFrom(const PlcCamera& camera) {
-  return {camera.configured, camera.state == ZoomState::kValid, camera.tip_valid,
-          camera.tip_W,      camera.tip_covariance_W,           camera.tip_time_s};
+  return {camera.configured,
+          camera.state == ZoomState::kValid,
+          (camera.bits & camera_bits::kBoardWanted) != 0,
+          camera.tip_valid,
+          {camera.tip_W, camera.tip_covariance_W, camera.tip_places_W},
+          camera.tip_time_s};
 }
 
 }  // namespace
@@ -182,14 +187,16 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const CellModel& cell = parts.machine.config().cell;
   environment_.loop.fitted = cell.domain.has_value();
   environment_.loop.effects = static_cast<int>(cell.effects.size());
-  environment_.camera = *link_.camera.told.Read();
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    environment_.cameras[k] = *link_.cameras[k].told.Read();
+    input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
+  }
   environment_.scene = *link_.scene.Read();
   environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
   input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
-                                                   CameraWarnings(environment_.camera));
-  input.camera = CameraInputFrom(environment_.camera);
+                                                   CameraWarnings(environment_.cameras));
   const Snapshot& snapshot = parts.machine.Cycle(input);
   HandOver(parts, snapshot);
   Publish(parts, snapshot);
@@ -202,9 +209,13 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
 
 void CyclicLoop::HandOver(const CycleParts& parts, const Snapshot& snapshot) {
   const bool warm = (snapshot.status & status::kTemperatureValid) != 0;
-  link_.camera.temp_C = warm ? snapshot.robot.temp_C.value_or(NAN) : NAN;
-  if (snapshot.calibration_order == CalibrationOrder::kStart) ++link_.camera.start_board;
-  if (snapshot.calibration_order == CalibrationOrder::kCancel) ++link_.camera.cancel_board;
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    CameraLink& camera = link_.cameras[k];
+    camera.temp_C = warm ? snapshot.robot.temp_C.value_or(NAN) : NAN;
+    const CalibrationOrder order = snapshot.calibration_orders[k];
+    if (order == CalibrationOrder::kStart) ++camera.start_board;
+    if (order == CalibrationOrder::kCancel) ++camera.cancel_board;
+  }
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
   link_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version});
 }

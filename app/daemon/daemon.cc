@@ -32,9 +32,8 @@ namespace {
 constexpr int kReportPeriod_ms = 50;
 
 /// For how long a thread may do one thing. The robot's may wait for a name server, the journal's
-/// for a disk, the sensor's for a serial line, the images' solves a lens.
-constexpr double kPatience_s = 2, kRobotPatience_s = 60, kDiskPatience_s = 30,
-                 kSensorPatience_s = 5, kImagePatience_s = 10;
+/// for a disk.
+constexpr double kPatience_s = 2, kRobotPatience_s = 60, kDiskPatience_s = 30;
 
 /// SIGTERM, SIGINT and SIGHUP as a file descriptor; blocked in every thread started afterwards.
 int OpenSignals() {
@@ -158,8 +157,7 @@ class Watchdog {
   double fed_s_ = -1e300, status_s_ = -1e300;
 };
 
-void AddThreads(const CyclicLoop& loop, const LoopWorker& worker, const CameraWatch* camera,
-                Lifeline& lifeline) {
+void AddThreads(const CyclicLoop& loop, const LoopWorker& worker, Lifeline& lifeline) {
   lifeline.Add("cycle", kPatience_s, [&loop] { return loop.counters().cycles; });
   lifeline.Add("robot link", kRobotPatience_s, [&loop] {
     const RobotLinkStatus robot = loop.parts().link->Status();
@@ -167,11 +165,6 @@ void AddThreads(const CyclicLoop& loop, const LoopWorker& worker, const CameraWa
   });
   lifeline.Add("journal and diagnosis", kDiskPatience_s,
                [&worker] { return worker.pulse().beats(); });
-  if (camera == nullptr) return;
-  lifeline.Add("zoom sensor", kSensorPatience_s,
-               [camera] { return camera->sensor_pulse().beats(); });
-  lifeline.Add("camera images", kImagePatience_s,
-               [camera] { return camera->image_pulse().beats(); });
 }
 
 /// Tells transitions until a signal ends the daemon.
@@ -249,10 +242,10 @@ int RunDaemon(const std::string& config_file) {
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
   LoopLink link;
-  ViewSide view(OpenView(config->state_directory), link);
-  const auto camera = CameraWatchFor(*config, link.camera, view);
-  if (!camera) {
-    Log({Event::kNotStarted, camera.error()});
+  ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());
+  const auto cameras = CameraSide::Open(*config, link, view);
+  if (!cameras) {
+    Log({Event::kNotStarted, cameras.error()});
     return 1;
   }
   // Whoever asks before the first cycle finds the map's form: numbers of points, none of them
@@ -288,7 +281,7 @@ int RunDaemon(const std::string& config_file) {
   loop.Start();
   view.Configure(*config);
   view.Start(loop);
-  if (*camera) (*camera)->Start();
+  (*cameras)->Start();
   Log({Event::kStarted,
        fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
                    config->machine.cell.robot.name, config->machine.points.size(),
@@ -296,11 +289,12 @@ int RunDaemon(const std::string& config_file) {
   TellModel(*in_force);
   malloc_trim(0);
   Running running{config_file, *config, loop, worker, view, manager, {}};
-  AddThreads(loop, worker, camera->get(), running.lifeline);
+  AddThreads(loop, worker, running.lifeline);
+  (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);
   manager.Ready("started");
   Watch(signals, running);
-  if (*camera) (*camera)->Stop();
+  (*cameras)->Stop();
   loop.Stop();
   worker.Stop();
   if (const RobotLinkStatus robot = loop.parts().link->Status();

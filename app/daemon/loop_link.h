@@ -43,7 +43,7 @@ class LoopQueue {
 struct LoopLink {
   LoopQueue queue;
   Latest<PlcLoop> told{2, PlcLoop()};  ///< written by the worker, read by the cycle and the view
-  CameraLink camera;
+  std::array<CameraLink, kMostCameras> cameras;
   Latest<PlcScene> scene{1, PlcScene()};  ///< written by the view, read by the cycle
 };
 

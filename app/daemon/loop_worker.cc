@@ -106,6 +106,7 @@ void LoopWorker::OpenJournal() {
   if (!opened) return Fail(opened.error());
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop));
+  NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbe_s();
@@ -156,13 +157,15 @@ bool LoopWorker::RestartMonitor(const char* reason) {
     return false;
   }
   monitor_->Restart();
+  NewReference();
   alarm_handled_ = false;
   sink_({Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
   return true;
 }
 
 bool LoopWorker::Record(const LoopEvent& event) {
-  JournalRow row = RowOfProbe(event, config_.loop.session, journal_->EpochUtc_s());
+  JournalRow row =
+      RowOfProbe(event, config_.loop.session, journal_->EpochUtc_s(), config_.vision.cameras);
   const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size())) return true;  // of a former cell
   const Result<std::int64_t> id = journal_->Append({row}, joints);
@@ -178,8 +181,27 @@ bool LoopWorker::Record(const LoopEvent& event) {
   return true;
 }
 
+void LoopWorker::NewReference() {
+  reference_camera_.reset();
+  passed_over_.clear();
+}
+
+bool LoopWorker::IsOfReference(const JournalRow& row, bool replayed) {
+  if (row.source != JournalRow::Source::kCamera) return true;
+  if (!reference_camera_) reference_camera_ = row.camera;
+  if (row.camera == *reference_camera_) return true;
+  if (!replayed && passed_over_ != row.camera) {
+    passed_over_ = row.camera;
+    sink_({Event::kProbesUnwatched,
+           fmt::format("probes by camera {} are kept, and not watched for drift: the reference is "
+                       "of camera {}",
+                       row.camera, *reference_camera_)});
+  }
+  return false;
+}
+
 void LoopWorker::Judge(const JournalRow& row, bool replayed) {
-  if (!MayBeJudged(row, config_.loop.probe_sigma_m)) return;
+  if (!MayBeJudged(row, config_.loop.probe_sigma_m) || !IsOfReference(row, replayed)) return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
   if (verdict.raised) alarm_row_ = row.id;

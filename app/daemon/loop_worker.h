@@ -51,6 +51,8 @@ class LoopWorker {
   void OpenJournal();
   bool Take(const LoopEvent& event);
   bool Record(const LoopEvent& event);
+  void NewReference();
+  bool IsOfReference(const JournalRow& row, bool replayed);
   bool RestartMonitor(const char* reason);
   void Judge(const JournalRow& row, bool replayed);
   Vec3 ShiftOver(const DriftAlarm& alarm);
@@ -79,6 +81,10 @@ class LoopWorker {
   std::optional<DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
   Clock::time_point journal_tried_, models_read_;
+  /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
+  /// otherwise in another's. Nothing: none was judged yet.
+  std::optional<std::string> reference_camera_;
+  std::string passed_over_;  ///< the camera whose probes were told not to be judged
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
   bool diagnosis_failed_ = false;

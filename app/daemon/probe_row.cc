@@ -4,7 +4,8 @@
 
 namespace plumbline {
 
-JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s) {
+JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s,
+                      const std::vector<CameraConfig>& cameras) {
   const Probe& probe = event.probe;
   JournalRow row;
   row.source = probe.covariance_W ? JournalRow::Source::kCamera : JournalRow::Source::kPlc;
@@ -20,6 +21,10 @@ JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double
   row.measured_W = probe.measured_W;
   row.covariance_W = probe.covariance_W;
   row.model_version = event.model_version;
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    if ((probe.cameras >> k & 1U) == 0) continue;
+    row.camera += (row.camera.empty() ? "" : "+") + std::string(CameraNameText(cameras[k].name));
+  }
   return row;
 }
 

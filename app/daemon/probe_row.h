@@ -3,12 +3,15 @@
 
 #include <string>
 
+#include "app/config/camera_config.h"
 #include "app/daemon/loop_link.h"
 #include "app/journal/journal_row.h"
 
 namespace plumbline {
 
-JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s);
+/// @param cameras  that are configured, whose names a probe by camera carries
+JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s,
+                      const std::vector<CameraConfig>& cameras);
 
 /// A tip by camera whose largest deviation is above that of the other probes: it is kept, but would
 /// alarm for its own noise.

@@ -59,8 +59,10 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   add(plc_map::kScaled, plc_map::kScaledSize);
   add(plc_map::kInputs, plc_map::kInputsSize);
   add(plc_map::kLoop, plc_map::kLoopSize);
-  add(plc_map::kCamera, plc_map::kCameraSize);
-  add(plc_map::kBodies, plc_map::kBodySize * PlcCamera::kMostBodies);
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    add(plc_map::kCamera + plc_map::kCameraStride * k, plc_map::kCameraSize);
+    add(plc_map::kBodies + plc_map::kCameraStride * k, plc_map::kBodySize * PlcCamera::kMostBodies);
+  }
   add(plc_map::kScene, plc_map::kSceneSize);
   if (points > 0) add(plc_map::kPoints, plc_map::kPointSize * points);
   return std::make_shared<modbus::AddressRanges>(std::move(ranges));

@@ -53,8 +53,8 @@ void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
 
 }  // namespace
 
-ViewSide::ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link)
-    : publisher_(std::move(publisher)), link_(link) {}
+ViewSide::ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link, std::size_t cameras)
+    : publisher_(std::move(publisher)), link_(link), cameras_(cameras) {}
 
 void ViewSide::Configure(const DaemonConfig& config) {
   const std::lock_guard lock(mutex_);
@@ -78,17 +78,22 @@ bool ViewSide::Watched() {
   return watched;
 }
 
-void ViewSide::TakeImage(Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
-                         const Lens* lens) {
+void ViewSide::TakeImage(std::size_t k, Camera& camera, const CameraFrame& frame,
+                         const TrackedFrame& seen, const Lens* lens) {
   const std::lock_guard lock(mutex_);
   if (!publisher_ || loop_ == nullptr || !Watched()) return;
-  camera_ = SeenBy(camera, seen, lens);
   const std::vector<std::uint8_t>* const bgr = camera.Bgr();
-  camera_.image = publisher_->Share(frame.luma, bgr != nullptr ? bgr->data() : nullptr);
-  if (camera_.image) {
-    camera_.image->time_s = frame.time_s;
-    camera_.image->sequence = frame.sequence;
+  const int memory = publisher_->memory_number();
+  auto image = publisher_->Share(k, frame.luma, bgr != nullptr ? bgr->data() : nullptr);
+  if (publisher_->memory_number() != memory) {
+    for (ViewCamera& other : cameras_) other.image.reset();
   }
+  if (image) {
+    image->time_s = frame.time_s;
+    image->sequence = frame.sequence;
+  }
+  cameras_[k] = SeenBy(camera, seen, lens);
+  cameras_[k].image = image;
   Send();
 }
 
@@ -108,8 +113,10 @@ void ViewSide::Send() {
   TakeSnapshot(*loop_->ReadSnapshot(), point_ids_, state);
   state.loop = *link_.told.Read();
   state.model_version = state.loop.applied;
-  state.watch = *link_.camera.told.Read();
-  state.camera = camera_;
+  for (std::size_t k = 0; k < cameras_.size(); ++k) {
+    cameras_[k].watch = *link_.cameras[k].told.Read();
+  }
+  state.cameras = cameras_;
   for (const LogLine& line : RecentLog()) {
     state.lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }

@@ -18,14 +18,15 @@ namespace plumbline {
 class ViewSide {
  public:
   /// @param publisher  null where the socket could not be made: nothing is shown
-  ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link);
+  /// @param cameras    how many there are, until a restart
+  ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link, std::size_t cameras);
 
   void Configure(const DaemonConfig& config);
   /// From here on there are snapshots.
   void Start(const CyclicLoop& loop);
 
-  /// By the images' thread, for each image.
-  void TakeImage(Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
+  /// By the images' thread of the k-th camera, for each image.
+  void TakeImage(std::size_t k, Camera& camera, const CameraFrame& frame, const TrackedFrame& seen,
                  const Lens* lens);
   /// By the thread that watches over the daemon, often: sends where no image does.
   void TakeTime();
@@ -40,7 +41,7 @@ class ViewSide {
   const CyclicLoop* loop_ = nullptr;
   std::string cell_;
   std::vector<int> point_ids_;
-  ViewCamera camera_;
+  std::vector<ViewCamera> cameras_;
   double sent_s_ = -1e300;
   double scene_s_ = -1e300;  ///< of what was told of virtual objects
 };

@@ -47,8 +47,8 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
   add({LookAtState(config->state_directory, account)});
   add(LookAtPrograms(*config, OwnFolder()));
   add(LookAtDaemon(*config));
-  if (config->camera) {
-    add({LookAtCamera(*config->camera, account), LookAtZoom(config->camera->zoom, account)});
+  for (const CameraConfig& camera : config->vision.cameras) {
+    add({LookAtCamera(camera, account), LookAtZoom(camera.zoom, account)});
   }
   add({LookAtDisplay(config->overlay, account)});
   return found;

@@ -30,6 +30,7 @@ struct JournalRow {
   std::optional<Vec3> predicted_W;   ///< tip by the model in force [m]
   std::optional<Vec3> measured_W;    ///< [m]
   std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
+  std::string camera;                ///< that saw it: "side", "side+rear"; empty: it has no name
   std::optional<double> range_m;
   std::optional<Eigen::Quaterniond> orientation_W;
   std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted

@@ -21,7 +21,8 @@ CREATE TABLE measurement (
   qw REAL, qx REAL, qy REAL, qz REAL,
   model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
   q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
-  covariance_mm2 TEXT  -- of x, y, z by camera: array of 9, row by row
+  covariance_mm2 TEXT,  -- of x y z by camera: array of 9 row by row
+  camera TEXT  -- that saw it, where it has a name: side, side+rear
 );
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
 INSERT INTO epoch VALUES (CAST(strftime('%s', 'now') AS INTEGER));
@@ -54,6 +55,12 @@ PRAGMA user_version = 2;
 constexpr const char* kFromSchema2 = R"(
 ALTER TABLE measurement ADD COLUMN covariance_mm2 TEXT;
 PRAGMA user_version = 3;
+)";
+
+/// Schema 3 knew one camera.
+constexpr const char* kFromSchema3 = R"(
+ALTER TABLE measurement ADD COLUMN camera TEXT;
+PRAGMA user_version = 4;
 )";
 
 }  // namespace
@@ -99,6 +106,7 @@ Result<bool> BringToThisSchema(Database& database) {
   }
   if (*version == 1 && !database.Run(kFromSchema1)) return problem();
   if ((*version == 1 || *version == 2) && !database.Run(kFromSchema2)) return problem();
+  if (*version >= 1 && *version <= 3 && !database.Run(kFromSchema3)) return problem();
   if (!transaction.Commit()) return problem();
   return true;
 }

@@ -18,7 +18,9 @@ std::string_view TitleOf(std::string_view component) {
          : component == "points" ? "Points"
          : component == "plc"    ? "The PLC's side"
          : component == "loop"   ? "Probes and models"
-         : component == "camera" ? "Camera and lens (more in \"The camera\")"
+         : component == "camera" ? "Camera and lens (more in \"The camera\"); of a camera with a "
+                                   "name each line begins with it, "
+                                   "\"camera rear stale: ...\", \"camera rear: zoom sensor: ...\""
                                  : "The monitor";
 }
 

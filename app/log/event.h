@@ -70,6 +70,7 @@ enum class Event : std::uint8_t {
   kDiagnosisFailed,
   kJournalFault,
   kJournalWorks,
+  kProbesUnwatched,
   kClockBehind,
   // camera
   kLensValid,

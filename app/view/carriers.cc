@@ -78,11 +78,12 @@ std::optional<Pose> Carriers::InWorld(const Carrier& carrier) const {
   return world->X_CK.Inverse() * placed->X_CK;
 }
 
-Carriers CarrierMemory::Take(const ViewState& state, const ViewModel* model, double now_s) {
-  const ViewCamera& camera = state.camera;
+Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
+                             const ViewModel* model, double now_s) {
+  const ViewCamera& camera = CameraOf(state, camera_number);
   Carriers carriers;
   carriers.lens_stale =
-      !state.watch.configured || state.watch.state != ZoomState::kValid || !camera.lens;
+      !camera.watch.configured || camera.watch.state != ZoomState::kValid || !camera.lens;
   carriers.image_stale = !camera.image || now_s - camera.image->time_s > kImageFresh_s;
   carriers.robot_stale = (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 
@@ -93,6 +94,7 @@ Carriers CarrierMemory::Take(const ViewState& state, const ViewModel* model, dou
     tags_.clear();
   }
   lens_ = camera.lens;
+  carriers.focal_px = lens_ ? lens_->fx : 0;
   const double seen_s = camera.image ? camera.image->time_s : now_s;
   if (lens_) {
     for (const ViewTag& tag : camera.tags) {
@@ -115,8 +117,8 @@ Carriers CarrierMemory::Take(const ViewState& state, const ViewModel* model, dou
 
   if (model == nullptr) return carriers;
   carriers.tool = ToolOf(state, *model);
-  if (model->config.camera) {
-    const TagsConfig& tags = model->config.camera->tags;
+  if (const VisionConfig& vision = model->config.vision; !vision.cameras.empty()) {
+    const TagsConfig& tags = vision.tags;
     const auto cell = bodies_.find(tags.cell);
     if (cell != bodies_.end()) {
       world_ = Seen{cell->second.X_CK * tags.X_WK.Inverse(), cell->second.time_s};
@@ -130,6 +132,52 @@ Carriers CarrierMemory::Take(const ViewState& state, const ViewModel* model, dou
                        carriers.world->stale || carriers.robot_stale};
   }
   return carriers;
+}
+
+Carriers InMeasurementFrame(std::span<const Carriers> cameras) {
+  Carriers merged;
+  merged.tool = cameras.front().tool;
+  merged.robot_stale = cameras.front().robot_stale;
+  std::map<std::string, double> body_px_per_m;
+  std::map<int, double> tag_px_per_m;
+  for (const Carriers& camera : cameras) {
+    if (!camera.world || camera.world->stale) continue;
+    const Pose X_WC = camera.world->X_CK.Inverse();
+    const auto add = [&](const auto& seen, auto& best, auto& places) {
+      for (const auto& [name, placed] : seen) {
+        const double px_per_m = camera.focal_px / placed.X_CK.p.z();
+        if (placed.stale || px_per_m <= best[name]) continue;
+        best[name] = px_per_m;
+        places[name] = {X_WC * placed.X_CK, false};
+      }
+    };
+    add(camera.bodies, body_px_per_m, merged.bodies);
+    add(camera.tags, tag_px_per_m, merged.tags);
+    merged.world = PlacedCarrier{};
+    if (camera.base) merged.base = {X_WC * camera.base->X_CK, camera.base->stale};
+    if (camera.flange) merged.flange = {X_WC * camera.flange->X_CK, camera.flange->stale};
+  }
+  return merged;
+}
+
+void ShareSights(std::span<Carriers> cameras) {
+  const std::vector<Carriers> own(cameras.begin(), cameras.end());  // no hearsay is passed on
+  for (std::size_t a = 0; a < own.size(); ++a) {
+    for (std::size_t b = 0; b < own.size(); ++b) {
+      const auto &to = own[a].world, &from = own[b].world;
+      if (a == b || !to || !from || to->stale || from->stale) continue;
+      const Pose X_AB = to->X_CK * from->X_CK.Inverse();
+      const auto take = [&](const auto& seen, auto& places) {
+        for (const auto& [name, placed] : seen) {
+          const auto here = places.find(name);
+          const bool missed = here == places.end() || here->second.stale;
+          if (missed && !placed.stale) places[name] = {X_AB * placed.X_CK, false};
+        }
+      };
+      take(own[b].bodies, cameras[a].bodies);
+      take(own[b].tags, cameras[a].tags);
+    }
+  }
 }
 
 }  // namespace plumbline

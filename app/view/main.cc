@@ -22,6 +22,8 @@ int main(int argc, char** argv) {
       ->check([](const std::string& text) {
         return plumbline::PictureSizeFrom(text) ? "" : plumbline::PictureSizeProblem(text);
       });
+  app.add_option("--camera", snapshot.camera, "The one that is shown, by its name, or both")
+      ->needs(out);
   app.add_flag("--json", snapshot.json, "Say what is in the picture as JSON")->needs(out);
   app.footer(
       "Shows what the plumblined of the same configuration sees and knows; it may be started and\n"

@@ -18,14 +18,15 @@ constexpr int kCircleCorners = 48;
 
 class OverlayBuilder {
  public:
-  OverlayBuilder(const OverlayInput& input, const PictureLayout& layout, DisplayList& list,
-                 std::vector<Label>& labels)
+  OverlayBuilder(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                 DisplayList& list, std::vector<Label>& labels)
       : state_(*input.facts.state),
-        carriers_(*input.facts.carriers),
+        camera_(CameraOf(state_, k)),
+        carriers_(input.facts.carriers[k]),
         facts_(input.facts),
         config_(input.config),
         meshes_(input.meshes),
-        pixels_(input.pixels),
+        pixels_(k < input.pixels.size() ? input.pixels[k] : nullptr),
         layout_(layout),
         list_(list),
         labels_(labels) {}
@@ -48,12 +49,12 @@ class OverlayBuilder {
 
  private:
   /// Without a lens nothing can be placed in the image.
-  bool seen() const { return state_.camera.lens.has_value() && state_.camera.image.has_value(); }
+  bool seen() const { return camera_.lens.has_value() && camera_.image.has_value(); }
 
   void AddBackground() {
-    const auto& image = state_.camera.image;
+    const auto& image = camera_.image;
     const ImageSize size = image ? ImageSize{image->width, image->height} : ImageSize{1920, 1080};
-    const Lens lens = state_.camera.lens ? *state_.camera.lens : PlainLens(size);
+    const Lens lens = camera_.lens ? *camera_.lens : PlainLens(size);
     list_.size = layout_.size;
     list_.pinhole = PinholeIn(layout_.image, lens, size);
     const bool wanted = config_.background && (facts_.table == nullptr || facts_.table->background);
@@ -264,6 +265,7 @@ class OverlayBuilder {
   }
 
   const ViewState& state_;
+  const ViewCamera& camera_;
   const Carriers& carriers_;
   const ViewFacts& facts_;
   const OverlayConfig& config_;
@@ -280,9 +282,9 @@ Colour Greyed(const Colour& colour) {
   return {0.55F, 0.55F, 0.55F, 0.5F * colour.a};
 }
 
-void AddOverlay(const OverlayInput& input, const PictureLayout& layout, DisplayList& list,
-                std::vector<Label>& labels) {
-  OverlayBuilder(input, layout, list, labels).Build();
+void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                DisplayList& list, std::vector<Label>& labels) {
+  OverlayBuilder(input, k, layout, list, labels).Build();
 }
 
 }  // namespace plumbline

@@ -20,11 +20,11 @@ struct OverlayInput {
   const ViewFacts& facts;  ///< with a state and carriers
   const OverlayConfig& config;
   const std::vector<int>& meshes;  ///< the renderer's number of each object of the table; 0: none
-  const std::uint8_t* pixels = nullptr;  ///< of the state's image; null: none
+  std::vector<const std::uint8_t*> pixels = {};  ///< of each camera's image; null: none
 };
 
-/// The image, undistorted in the layout's image area, and over it, each where the newest state has
-/// it:
+/// The image of the k-th camera, undistorted in the layout's image area, and over it, each where
+/// the newest state has it:
 ///   - the objects of the table, bent where they say so, and the tool without load where asked for;
 ///   - the tool's axis as it is bent, and, dashed, as its controller believes it;
 ///   - assembly points: a cross where it was taught, X_WP; a line to where the tip would land
@@ -36,8 +36,8 @@ struct OverlayInput {
 /// stale is grey; what cannot be placed is not drawn. Joint deflection is not exaggerated: the
 /// flange stands where it is.
 /// @param labels  get what is to be written beside things
-void AddOverlay(const OverlayInput& input, const PictureLayout& layout, DisplayList& list,
-                std::vector<Label>& labels);
+void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                DisplayList& list, std::vector<Label>& labels);
 
 /// What stale things are drawn in, in place of their own colour.
 Colour Greyed(const Colour& colour);

@@ -10,6 +10,12 @@ constexpr float kLinesOfText = 38, kSmallestText_px = 12;
 constexpr float kColumn_em = 22, kMostColumn = 0.42F;
 constexpr int kMessages = 4;
 
+/// At which the whole image fills the area in one direction.
+double ScaleIn(const Area& area, ImageSize image) {
+  return std::min(static_cast<double>(area.width) / image.width,
+                  static_cast<double>(area.height) / image.height);
+}
+
 bool BeginsLetter(char byte) {
   return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
 }
@@ -31,9 +37,23 @@ PictureLayout LayoutOf(ImageSize size) {
   return layout;
 }
 
+std::vector<Area> PartsOf(const Area& area, std::size_t count, ImageSize image, float gap) {
+  const auto n = static_cast<float>(count);
+  Area beside = area, below = area;
+  beside.width = (area.width - (n - 1) * gap) / n;
+  below.height = (area.height - (n - 1) * gap) / n;
+  const bool stacked = ScaleIn(below, image) > ScaleIn(beside, image);
+  std::vector<Area> parts(count, stacked ? below : beside);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto before = static_cast<float>(k);
+    if (stacked) parts[k].y += before * (below.height + gap);
+    if (!stacked) parts[k].x += before * (beside.width + gap);
+  }
+  return parts;
+}
+
 Lens PinholeIn(const Area& area, const Lens& lens, ImageSize image) {
-  const double s = std::min(static_cast<double>(area.width) / image.width,
-                            static_cast<double>(area.height) / image.height);
+  const double s = ScaleIn(area, image);
   const double left =
       static_cast<double>(area.x) + (static_cast<double>(area.width) - s * image.width) / 2;
   const double upper =

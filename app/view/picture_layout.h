@@ -3,17 +3,11 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline {
-
-/// A part of the picture, edges in pixels: 0 is the left or upper edge of the first one.
-struct Area {
-  float x = 0, y = 0, width = 0, height = 0;
-  float right() const { return x + width; }
-  float bottom() const { return y + height; }
-};
 
 struct PictureLayout {
   ImageSize size;
@@ -27,6 +21,10 @@ struct PictureLayout {
 /// capitals are 5.7 mm high, which two metres away is 10 minutes of arc, twice the smallest that a
 /// sound eye reads.
 PictureLayout LayoutOf(ImageSize size);
+
+/// The area in equal parts with a gap between them: beside each other, or below each other where
+/// that leaves an image of this size larger.
+std::vector<Area> PartsOf(const Area& area, std::size_t count, ImageSize image, float gap);
 
 /// The lens without its distortion, scaled so that the whole of the camera's image (as wide and
 /// high as `image`) fills the area in one direction and is in its middle in the other.

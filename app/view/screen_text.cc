@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <span>
 
 #include "drivers/display/colour_scale.h"
 
@@ -15,6 +16,7 @@ namespace {
 constexpr Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
     kShadow{0.05F, 0.05F, 0.06F, 0.75F}, kStale{1.0F, 0.66F, 0.0F, 1},
     kTitle{0.55F, 0.72F, 0.95F, 1};
+constexpr float kGap_em = 0.3F;         ///< between the images of two cameras
 constexpr std::size_t kMostUrgent = 5;  ///< lines of a panel, before others get their second
 
 Colour ColourOf(Tone tone) {
@@ -188,7 +190,7 @@ void AddFrame(const Area& area, float width, const Colour& colour, Writer& write
 
 void AddStressScale(const OverlayInput& input, const PictureLayout& layout, Marks& marks,
                     Writer& writer) {
-  const Carriers& carriers = *input.facts.carriers;
+  const Carriers& carriers = input.facts.carriers.front();  // the tool is the same to each camera
   if (!input.config.stress || !carriers.tool) return;
   constexpr int kSteps = 24;
   const Area& image = layout.image;
@@ -219,25 +221,29 @@ void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWi
   AddMessages(facts, layout, writer);
 }
 
-void AddMarks(const OverlayInput& input, const PictureLayout& layout,
+void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
               const std::vector<Label>& labels, const TextWidth& text_width, DisplayList& list) {
   Writer writer(layout, text_width, list);
   Marks marks(layout, writer);
   const Area& image = layout.image;
   const float inset = 0.6F * layout.em;
-  const auto reasons = StaleBecause(input.facts);
+  const ViewState& state = *input.facts.state;
+  const PlcCamera& watch = CameraOf(state, k).watch;
+  if (watch.name != CameraName::kNone) {
+    marks.Write(image.x + inset, image.y + inset, CameraNameText(watch.name), kTitle);
+  }
+  const auto reasons = StaleBecause(input.facts, std::span(&k, 1));
   if (!reasons.empty()) {
     AddFrame(image, std::max(3.0F, 0.25F * layout.em), kStale, writer);
     for (const std::string& reason : reasons) {
       marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
     }
   }
-  const ViewState& state = *input.facts.state;
   if (state.alarms != 0) {
     marks.Write(image.x + inset, image.y + inset, "→ " + AdviceOf(state.alarms),
                 ColourOf(Tone::kBad));
   }
-  if (!state.watch.configured) {
+  if (state.cameras.empty()) {
     marks.Write(image.x + inset, image.y + inset, "no camera is configured",
                 ColourOf(Tone::kFaded));
   }
@@ -245,7 +251,6 @@ void AddMarks(const OverlayInput& input, const PictureLayout& layout,
     marks.Write(image.x + inset, image.y + inset,
                 fmt::format("deflection shown x {:g}", input.config.exaggeration), kStale);
   }
-  const PlcCamera& watch = state.watch;
   if (watch.prompt != BoardPrompt::kNone) {
     marks.Write(image.x + inset, image.y + inset,
                 fmt::format("→ {} ({} views)", BoardPromptText(watch.prompt), watch.board_views),
@@ -262,9 +267,19 @@ void AddMarks(const OverlayInput& input, const PictureLayout& layout,
 DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
                       const TextWidth& text_width) {
   DisplayList list;
-  std::vector<Label> labels;
-  AddOverlay(input, layout, list, labels);
-  AddMarks(input, layout, labels, text_width, list);
+  const std::vector<std::size_t>& shown = input.facts.shown;
+  const auto& first = CameraOf(*input.facts.state, shown.front()).image;
+  const ImageSize size = first ? ImageSize{first->width, first->height} : ImageSize{1920, 1080};
+  const std::vector<Area> parts = PartsOf(layout.image, shown.size(), size, kGap_em * layout.em);
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    PictureLayout part = layout;
+    part.image = parts[i];
+    DisplayList& view = i == 0 ? list : list.beside.emplace_back();
+    if (shown.size() > 1) view.area = part.image;
+    std::vector<Label> labels;
+    AddOverlay(input, shown[i], part, view, labels);
+    AddMarks(input, shown[i], part, labels, text_width, list);
+  }
   AddPanels(input.facts, layout, text_width, list);
   return list;
 }

@@ -15,13 +15,13 @@ namespace plumbline {
 void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
                DisplayList& list);
 
-/// Marks the image: a frame and the reasons where it is stale, the exaggeration where it is not 1,
-/// the scale of stress where that is shown. Then the labels, moved down where others stand already
-/// and left out where there is no room.
-void AddMarks(const OverlayInput& input, const PictureLayout& layout,
+/// Marks the image of the k-th camera: its name, a frame and the reasons where it is stale, the
+/// exaggeration where it is not 1, the scale of stress where that is shown. Then the labels, moved
+/// down where others stand already and left out where there is no room.
+void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
               const std::vector<Label>& labels, const TextWidth& text_width, DisplayList& list);
 
-/// A whole picture.
+/// A whole picture: the cameras that are shown, each in a part of the image area, and the panels.
 DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
                       const TextWidth& text_width);
 

@@ -50,9 +50,14 @@ void Print(const SnapshotOptions& options, const ViewFacts& facts) {
                          {"headline", Headline(facts).text},
                          {"stale_because", StaleBecause(facts)},
                          {"panels", PanelsJson(PanelsOf(facts))}};
-  json["image_age_s"] = state.camera.image
-                            ? nlohmann::json(facts.now_s - state.camera.image->time_s)
-                            : nlohmann::json(nullptr);
+  json["cameras"] = nlohmann::json::array();
+  for (const std::size_t k : facts.shown) {
+    const ViewCamera& camera = CameraOf(state, k);
+    json["cameras"].push_back(
+        {{"name", CameraNameText(camera.watch.name)},
+         {"image_age_s", camera.image ? nlohmann::json(facts.now_s - camera.image->time_s)
+                                      : nlohmann::json(nullptr)}});
+  }
   std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }
 
@@ -67,6 +72,18 @@ int TakeSnapshot(const SnapshotOptions& options) {
   if (!model) {
     std::cerr << FaultsText(faults);
     return kFault;
+  }
+  OverlayConfig& overlay = model->config.overlay;
+  if (!options.camera.empty()) {
+    overlay.camera.reset();
+    std::string names = "both";
+    for (const CameraConfig& one : model->config.vision.cameras) {
+      if (options.camera == CameraNameText(one.name)) overlay.camera = one.name;
+      if (one.name != CameraName::kNone) names += fmt::format(", {}", CameraNameText(one.name));
+    }
+    if (!overlay.camera && options.camera != "both") {
+      return Refuse(kUsage, fmt::format("--camera {}: there is {}", options.camera, names));
+    }
   }
   Drawing drawing([](bool, const std::string&) {});
   if (!drawing.Ready(MonotonicSeconds())) return Refuse(kUsage, drawing.problem());
@@ -103,9 +120,7 @@ int TakeSnapshot(const SnapshotOptions& options) {
 
   const ViewFacts& facts = viewer.Facts();
   const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
-  const View& view = viewer.view();
-  const OverlayInput input{facts, viewer.config(), meshes,
-                           view.pixels.empty() ? nullptr : view.pixels.data()};
+  const OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};
   if (!drawing.Draw(PictureOf(input, LayoutOf(options.size), drawing.text_width()))) {
     return Refuse(kUsage, "nothing was drawn: " + drawing.renderer().problem());
   }

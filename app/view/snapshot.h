@@ -11,6 +11,7 @@ namespace plumbline {
 struct SnapshotOptions {
   std::string config_file, out;
   ImageSize size{1280, 720};
+  std::string camera;  ///< name, or "both"; empty: as the configuration says
   bool json = false;
   double state_wait_s = 5, meshes_wait_s = 60;
 };

@@ -63,55 +63,69 @@ Panel AlarmPanel(const ViewState& state) {
   return panel;
 }
 
-Panel LensPanel(const ViewFacts& facts) {
-  const PlcCamera& watch = facts.state->watch;
-  Panel panel{"Lens", {}};
-  if (!watch.configured) {
-    panel.lines.push_back({"no camera is configured", Tone::kFaded});
-    return panel;
+/// What a line is about, where there are several cameras.
+std::string About(const ViewCamera& camera) {
+  const std::string name = CameraNameText(camera.watch.name);
+  return name.empty() ? "" : name + ": ";
+}
+
+/// One panel for all cameras: the first line of each, then the rest of each.
+using LinesOfCamera = std::vector<PanelLine> (*)(const ViewFacts& facts, std::size_t camera);
+Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
+                LinesOfCamera lines_of) {
+  Panel panel{title, {}};
+  const std::vector<ViewCamera>& cameras = facts.state->cameras;
+  if (cameras.empty()) panel.lines.push_back({without, Tone::kFaded});
+  std::vector<PanelLine> rest;
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    const std::vector<PanelLine> lines = lines_of(facts, k);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      (i == 0 ? panel.lines : rest).push_back({About(cameras[k]) + lines[i].text, lines[i].tone});
+    }
   }
+  panel.lines.insert(panel.lines.end(), rest.begin(), rest.end());
+  return panel;
+}
+
+std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
+  const ViewCamera& camera = facts.state->cameras[k];
+  const PlcCamera& watch = camera.watch;
   const bool valid = watch.state == ZoomState::kValid;
-  panel.lines.push_back(
+  std::vector<PanelLine> lines = {
       {fmt::format("{}: {}", ZoomStateText(watch.state), ZoomReasonText(watch.reason)),
-       valid ? Tone::kGood : Tone::kAttention});
+       valid ? Tone::kGood : Tone::kAttention}};
   if (watch.prompt != BoardPrompt::kNone) {
-    panel.lines.push_back({"→ " + std::string(BoardPromptText(watch.prompt)), Tone::kAttention});
-    const bool counts = facts.model != nullptr && facts.model->config.camera;
-    panel.lines.push_back({counts ? fmt::format("{} of {} views so far", watch.board_views,
-                                                facts.model->config.camera->board.views)
-                                  : fmt::format("{} views so far", watch.board_views),
-                           Tone::kAttention});
+    lines.push_back({"→ " + std::string(BoardPromptText(watch.prompt)), Tone::kAttention});
+    lines.push_back({facts.model != nullptr
+                         ? fmt::format("{} of {} views so far", watch.board_views,
+                                       facts.model->config.vision.board.views)
+                         : fmt::format("{} views so far", watch.board_views),
+                     Tone::kAttention});
   }
   std::string zoom =
       watch.zoom_counts ? fmt::format("zoom {}", *watch.zoom_counts) : std::string("zoom not told");
   if (watch.lens_id > 0) zoom += fmt::format(", lens {} of the store", watch.lens_id);
-  panel.lines.push_back({zoom});
-  if (facts.state->camera.lens) {
-    panel.lines.push_back({fmt::format("focal length {:.0f} px", facts.state->camera.lens->fx)});
-  }
-  return panel;
+  lines.push_back({zoom});
+  if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
+  return lines;
 }
 
-Panel TrackingPanel(const ViewFacts& facts) {
-  Panel panel{"Tracking", {}};
-  if (!facts.state->watch.configured) {
-    panel.lines.push_back({"off", Tone::kFaded});
-    return panel;
-  }
-  const Carriers& carriers = *facts.carriers;
+std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
+  const Carriers& carriers = facts.carriers[k];
+  std::vector<PanelLine> lines;
   if (!carriers.world) {
-    panel.lines.push_back({"the cell's marks were not seen yet", Tone::kAttention});
+    lines.push_back({"the cell's marks were not seen yet", Tone::kAttention});
   } else if (carriers.world->stale) {
-    panel.lines.push_back({"the cell's marks are hidden", Tone::kAttention});
+    lines.push_back({"the cell's marks are hidden", Tone::kAttention});
   } else {
-    panel.lines.push_back({"the cell is seen", Tone::kGood});
+    lines.push_back({"the cell is seen", Tone::kGood});
   }
   for (const auto& [name, placed] : carriers.bodies) {
-    panel.lines.push_back({fmt::format("{}: {:.3f} m away{}", name, placed.X_CK.p.norm(),
-                                       placed.stale ? ", STALE" : ""),
-                           placed.stale ? Tone::kAttention : Tone::kPlain});
+    lines.push_back({fmt::format("{}: {:.3f} m away{}", name, placed.X_CK.p.norm(),
+                                 placed.stale ? ", STALE" : ""),
+                     placed.stale ? Tone::kAttention : Tone::kPlain});
   }
-  return panel;
+  return lines;
 }
 
 Panel CorrectionPanel(const ViewFacts& facts) {
@@ -139,8 +153,8 @@ Panel CorrectionPanel(const ViewFacts& facts) {
                                        point.extrapolated ? ", extrapolated" : ""),
                            point.extrapolated ? Tone::kAttention : Tone::kGood});
   }
-  if (facts.carriers->tool) {
-    const ToolNow& tool = *facts.carriers->tool;
+  if (facts.carriers.front().tool) {
+    const ToolNow& tool = *facts.carriers.front().tool;
     panel.lines.push_back(
         {fmt::format("tip now {} off its command", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
@@ -150,7 +164,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
   panel.lines.push_back({(state.alarms & alarm::kRobotMissing) != 0
                              ? "robot never read"
                              : "robot read " + AgeText(state.data_age_s),
-                         facts.carriers->robot_stale ? Tone::kBad : Tone::kPlain});
+                         facts.carriers.front().robot_stale ? Tone::kBad : Tone::kPlain});
   return panel;
 }
 
@@ -198,46 +212,37 @@ Panel DistancePanel(const ViewFacts& facts) {
   return panel;
 }
 
-Panel CameraPanel(const ViewFacts& facts) {
-  const ViewCamera& camera = facts.state->camera;
-  Panel panel{"Camera", {}};
-  if (!facts.state->watch.configured) {
-    panel.lines.push_back({"none is configured", Tone::kFaded});
-    return panel;
-  }
+std::vector<PanelLine> CameraLines(const ViewFacts& facts, std::size_t k) {
+  const ViewCamera& camera = facts.state->cameras[k];
+  std::vector<PanelLine> lines;
   if (!camera.image) {
-    panel.lines.push_back({"no image yet", Tone::kAttention});
-  } else if (facts.carriers->image_stale) {
-    panel.lines.push_back(
-        {"last image " + AgeText(facts.now_s - camera.image->time_s), Tone::kBad});
+    lines.push_back({"no image yet", Tone::kAttention});
+  } else if (facts.carriers[k].image_stale) {
+    lines.push_back({"last image " + AgeText(facts.now_s - camera.image->time_s), Tone::kBad});
   } else {
-    panel.lines.push_back({fmt::format("{}x{}, {:.0f} images/s", camera.image->width,
-                                       camera.image->height, facts.frames_per_s)});
+    const double rate = k < facts.frames_per_s.size() ? facts.frames_per_s[k] : 0;
+    lines.push_back(
+        {fmt::format("{}x{}, {:.0f} images/s", camera.image->width, camera.image->height, rate)});
   }
-  if (!camera.serial.empty()) panel.lines.push_back({camera.serial, Tone::kFaded});
-  return panel;
+  if (!camera.serial.empty()) lines.push_back({camera.serial, Tone::kFaded});
+  return lines;
 }
 
-Panel TagsPanel(const ViewFacts& facts) {
-  Panel panel{"Tags", {}};
-  if (!facts.state->watch.configured) {
-    panel.lines.push_back({"off", Tone::kFaded});
-    return panel;
-  }
-  const std::size_t seen = facts.state->camera.tags.size();
-  std::string text = fmt::format("{} seen", seen);
-  if (facts.model != nullptr && facts.model->config.camera) {
-    const TagsConfig& tags = facts.model->config.camera->tags;
+std::vector<PanelLine> TagLines(const ViewFacts& facts, std::size_t k) {
+  const std::vector<ViewTag>& seen = facts.state->cameras[k].tags;
+  std::string text = fmt::format("{} seen", seen.size());
+  if (facts.model != nullptr) {
+    const TagsConfig& tags = facts.model->config.vision.tags;
     text += tags.threshold ? fmt::format(", threshold {}", *tags.threshold)
                            : std::string(", threshold by the light");
   }
-  panel.lines.push_back({text, seen > 0 ? Tone::kPlain : Tone::kAttention});
+  std::vector<PanelLine> lines = {{text, seen.empty() ? Tone::kAttention : Tone::kPlain}};
   std::string ids;
-  for (const ViewTag& tag : facts.state->camera.tags) {
+  for (const ViewTag& tag : seen) {
     ids += fmt::format("{}{}{}", ids.empty() ? "" : " ", tag.id, tag.ambiguous ? "?" : "");
   }
-  if (!ids.empty()) panel.lines.push_back({ids, Tone::kFaded});
-  return panel;
+  if (!ids.empty()) lines.push_back({ids, Tone::kFaded});
+  return lines;
 }
 
 Panel ObjectsPanel(const ViewFacts& facts) {
@@ -245,7 +250,10 @@ Panel ObjectsPanel(const ViewFacts& facts) {
   if (facts.table != nullptr) {
     const auto shown = std::count_if(
         facts.table->objects.begin(), facts.table->objects.end(), [&](const SceneObject& object) {
-          return object.visible && facts.carriers->Find(object.on) != nullptr;
+          return object.visible && std::any_of(facts.carriers.begin(), facts.carriers.end(),
+                                               [&](const Carriers& camera) {
+                                                 return camera.Find(object.on) != nullptr;
+                                               });
         });
     panel.lines.push_back({fmt::format("{} of {} in place", shown, facts.table->objects.size())});
   } else if (panel.lines.empty()) {
@@ -277,6 +285,30 @@ Panel ModelPanel(const ViewState& state) {
   return panel;
 }
 
+std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
+  const ViewCamera& camera = facts.state->cameras[k];
+  const Carriers& carriers = facts.carriers[k];
+  std::vector<std::string> reasons;
+  if (!camera.image) {
+    reasons.emplace_back("no image");
+  } else if (carriers.image_stale) {
+    reasons.push_back("the image is from " + AgeText(facts.now_s - camera.image->time_s));
+  }
+  if (camera.watch.state != ZoomState::kValid) {
+    reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(camera.watch.state),
+                                  ZoomReasonText(camera.watch.reason)));
+  } else if (camera.image && !camera.lens) {
+    reasons.emplace_back("the image came without its lens");
+  }
+  if (camera.image && !carriers.world) {
+    reasons.emplace_back("the cell's marks are not seen");
+  } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
+             !carriers.image_stale) {
+    reasons.emplace_back("the cell's marks are hidden");
+  }
+  return reasons;
+}
+
 }  // namespace
 
 std::string AdviceOf(std::uint16_t alarms) {
@@ -286,7 +318,8 @@ std::string AdviceOf(std::uint16_t alarms) {
   return "see the log";
 }
 
-std::vector<std::string> StaleBecause(const ViewFacts& facts) {
+std::vector<std::string> StaleBecause(const ViewFacts& facts,
+                                      std::span<const std::size_t> cameras) {
   if (facts.state == nullptr) return {};
   const ViewState& state = *facts.state;
   std::vector<std::string> reasons;
@@ -294,27 +327,13 @@ std::vector<std::string> StaleBecause(const ViewFacts& facts) {
     reasons.push_back("the daemon's last word is " + AgeText(facts.now_s - state.now_s));
   }
   if (facts.model == nullptr) reasons.emplace_back("the configuration cannot be read here");
-  if (state.watch.configured) {
-    const Carriers& carriers = *facts.carriers;
-    if (!state.camera.image) {
-      reasons.emplace_back("no image");
-    } else if (carriers.image_stale) {
-      reasons.push_back("the image is from " + AgeText(facts.now_s - state.camera.image->time_s));
-    }
-    if (state.watch.state != ZoomState::kValid) {
-      reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(state.watch.state),
-                                    ZoomReasonText(state.watch.reason)));
-    } else if (state.camera.image && !state.camera.lens) {
-      reasons.emplace_back("the image came without its lens");
-    }
-    if (state.camera.image && !carriers.world) {
-      reasons.emplace_back("the cell's marks are not seen");
-    } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
-               !carriers.image_stale) {
-      reasons.emplace_back("the cell's marks are hidden");
+  for (const std::size_t k : cameras) {
+    if (k >= state.cameras.size()) continue;
+    for (const std::string& reason : StaleCamera(facts, k)) {
+      reasons.push_back(About(state.cameras[k]) + reason);
     }
   }
-  if (facts.carriers->robot_stale) reasons.emplace_back("the robot's joints are not known");
+  if (facts.carriers.front().robot_stale) reasons.emplace_back("the robot's joints are not known");
   if (!state.payload_kg) reasons.emplace_back("the payload is not known");
   return reasons;
 }
@@ -343,9 +362,15 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts) {
             {"Objects", facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}}
                                               : facts.objects}};
   }
-  return {AlarmPanel(*facts.state), LensPanel(facts),     TrackingPanel(facts),
-          CorrectionPanel(facts),   DistancePanel(facts), CameraPanel(facts),
-          TagsPanel(facts),         ObjectsPanel(facts),  ModelPanel(*facts.state)};
+  return {AlarmPanel(*facts.state),
+          OfCameras("Lens", facts, "no camera is configured", LensLines),
+          OfCameras("Tracking", facts, "off", TrackingLines),
+          CorrectionPanel(facts),
+          DistancePanel(facts),
+          OfCameras("Camera", facts, "none is configured", CameraLines),
+          OfCameras("Tags", facts, "off", TagLines),
+          ObjectsPanel(facts),
+          ModelPanel(*facts.state)};
 }
 
 std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most) {

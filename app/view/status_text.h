@@ -1,6 +1,7 @@
 // What the screen says in words: the paper's panels, for a cell that nobody operates.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,9 @@ struct Panel {
 
 /// What the viewer knows beside the daemon's state.
 struct ViewFacts {
-  const ViewState* state = nullptr;  ///< null: none came yet
-  const Carriers* carriers = nullptr;
+  const ViewState* state = nullptr;      ///< null: none came yet
+  std::span<const Carriers> carriers;    ///< of each camera of the state; at least one
+  std::vector<std::size_t> shown = {0};  ///< numbers of the cameras in the picture
   const ViewModel* model = nullptr;
   const ObjectTable* table = nullptr;
   const Measured* measured = nullptr;
@@ -33,14 +35,19 @@ struct ViewFacts {
   std::vector<ViewLine> own_lines;  ///< of the viewer's own log
   std::string link_problem;         ///< why no states come; empty: they do
   double now_s = 0;
-  double frames_per_s = 0;  ///< of the camera, as they arrived
+  std::vector<double> frames_per_s;  ///< of each camera, as they arrived
 };
 
 /// The bar at the top: one word for everything, and why.
 PanelLine Headline(const ViewFacts& facts);
 
-/// Why the overlay is not to be trusted now, each in words; empty: it is.
-std::vector<std::string> StaleBecause(const ViewFacts& facts);
+/// Why the overlay over these cameras' images is not to be trusted now, each in words; empty: it
+/// is.
+std::vector<std::string> StaleBecause(const ViewFacts& facts, std::span<const std::size_t> cameras);
+/// Of those that are shown.
+inline std::vector<std::string> StaleBecause(const ViewFacts& facts) {
+  return StaleBecause(facts, facts.shown);
+}
 
 /// In the order of the column.
 std::vector<Panel> PanelsOf(const ViewFacts& facts);

@@ -100,9 +100,7 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
   const ViewFacts& facts = viewer_.Facts();
   const PictureLayout layout = LayoutOf(size);
   const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
-  const View& view = viewer_.view();
-  const OverlayInput input{facts, viewer_.config(), meshes,
-                           view.pixels.empty() ? nullptr : view.pixels.data()};
+  const OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels()};
   const bool drawn = drawing_.Draw(facts.state != nullptr
                                        ? PictureOf(input, layout, drawing_.text_width())
                                        : PictureWithoutState(facts, layout, drawing_.text_width()));

@@ -13,8 +13,8 @@ namespace {
 constexpr double kRateShare = 0.1;  ///< of the newest interval in the mean rate
 
 std::optional<TagDatabase> TagsOf(const ViewModel& model) {
-  if (!model.config.camera) return std::nullopt;
-  return model.config.camera->tags.database;
+  if (model.config.vision.cameras.empty()) return std::nullopt;
+  return model.config.vision.tags.database;
 }
 
 }  // namespace
@@ -46,21 +46,47 @@ bool Viewer::Read(double timeout_s) {
   has_state_ = true;
   const ViewState& state = view_.state;
   if (!model_ || model_->version != state.model_version) TakeModel(state.model_version);
-  if (const auto& image = state.camera.image; image && image->sequence != image_sequence_) {
-    const double interval_s = image->time_s - image_s_;
-    const double count = static_cast<double>(image->sequence - image_sequence_);
-    if (image_s_ > 0 && interval_s > 0 && image->sequence > image_sequence_) {
-      const double rate = std::min(count / interval_s, 1000.0);
-      frames_per_s_ += (frames_per_s_ > 0 ? kRateShare : 1) * (rate - frames_per_s_);
-    }
-    image_s_ = image->time_s;
-    image_sequence_ = image->sequence;
-  }
+  eyes_.resize(std::max<std::size_t>(1, state.cameras.size()));
+  CountFrames();
   const double now_s = MonotonicSeconds();
-  carriers_ = memory_.Take(state, model_ ? &*model_ : nullptr, now_s);
-  worker_->Give({now_s, carriers_});
+  TakeSights(now_s);
+  worker_->Give({now_s, in_W_});
   TellScene();
   return true;
+}
+
+void Viewer::CountFrames() {
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    Eye& eye = eyes_[k];
+    const auto& image = CameraOf(view_.state, k).image;
+    if (!image || image->sequence == eye.sequence) continue;
+    const double interval_s = image->time_s - eye.image_s;
+    const double count = static_cast<double>(image->sequence - eye.sequence);
+    if (eye.image_s > 0 && interval_s > 0 && image->sequence > eye.sequence) {
+      const double rate = std::min(count / interval_s, 1000.0);
+      eye.frames_per_s += (eye.frames_per_s > 0 ? kRateShare : 1) * (rate - eye.frames_per_s);
+    }
+    eye.image_s = image->time_s;
+    eye.sequence = image->sequence;
+  }
+}
+
+void Viewer::TakeSights(double now_s) {
+  carriers_.clear();
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    const ViewModel* const model = model_ ? &*model_ : nullptr;
+    carriers_.push_back(eyes_[k].memory.Take(view_.state, k, model, now_s));
+  }
+  in_W_ = InMeasurementFrame(carriers_);
+  ShareSights(carriers_);
+}
+
+std::vector<const std::uint8_t*> Viewer::Pixels() const {
+  std::vector<const std::uint8_t*> pixels;
+  for (const View::Pixels& image : view_.pixels) {
+    pixels.push_back(image.bytes.empty() ? nullptr : image.bytes.data());
+  }
+  return pixels;
 }
 
 void Viewer::TellScene() {
@@ -113,15 +139,21 @@ const ViewFacts& Viewer::Facts() {
   facts_.table = scene_->table ? &*scene_->table : nullptr;
   facts_.measured = measured_.get();
   facts_.model = model_ ? &*model_ : nullptr;
-  facts_.frames_per_s = frames_per_s_;
   for (const LogLine& line : RecentLog()) {
     facts_.own_lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }
   if (!has_state_) return facts_;
   // Time makes things stale although no state comes.
-  carriers_ = memory_.Take(view_.state, facts_.model, facts_.now_s);
+  TakeSights(facts_.now_s);
   facts_.state = &view_.state;
-  facts_.carriers = &carriers_;
+  facts_.carriers = carriers_;
+  facts_.shown.clear();
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    facts_.frames_per_s.push_back(eyes_[k].frames_per_s);
+    const bool other = overlay_.camera && CameraOf(view_.state, k).watch.name != *overlay_.camera;
+    if (!other) facts_.shown.push_back(k);
+  }
+  if (facts_.shown.empty()) facts_.shown = {0};  // the daemon's cameras are others until a restart
   return facts_;
 }
 

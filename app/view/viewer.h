@@ -30,6 +30,8 @@ class Viewer {
   const View& view() const { return view_; }
   bool has_state() const { return has_state_; }
   const OverlayConfig& config() const { return overlay_; }
+  /// Of the newest state's images, for OverlayInput.
+  std::vector<const std::uint8_t*> Pixels() const;
   std::shared_ptr<const SceneNow> scene() const { return scene_; }
   const std::string& state_directory() const { return state_directory_; }
 
@@ -48,13 +50,20 @@ class Viewer {
   View view_;
   bool has_state_ = false;
   std::string link_problem_;
-  CarrierMemory memory_;
-  Carriers carriers_;
+  void TakeSights(double now_s);
+  void CountFrames();
+
+  struct Eye {  ///< what is known of a camera from state to state
+    CarrierMemory memory;
+    double image_s = 0, frames_per_s = 0;
+    std::uint64_t sequence = 0;
+  };
+  std::vector<Eye> eyes_;
+  std::vector<Carriers> carriers_;  ///< of each camera; of none, one that sees nothing
+  Carriers in_W_;                   ///< what they see together
   std::optional<SceneWorker> worker_;
   std::shared_ptr<const SceneNow> scene_ = std::make_shared<SceneNow>();
   std::shared_ptr<const Measured> measured_, told_;
-  double image_s_ = 0, frames_per_s_ = 0;
-  std::uint64_t image_sequence_ = 0;
   ViewFacts facts_;
 };
 

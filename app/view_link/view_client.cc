@@ -103,10 +103,11 @@ bool ViewClient::TakeMemory(int memory, std::size_t slot_bytes) {
   at_ = static_cast<const std::uint8_t*>(at);
   bytes_ = bytes;
   slot_bytes_ = slot_bytes;
+  ++memory_;
   return true;
 }
 
-bool ViewClient::CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pixels) const {
+bool ViewClient::CopyImage(const ViewImage& image, View::Pixels& pixels) const {
   const std::size_t size = static_cast<std::size_t>(image.width) *
                            static_cast<std::size_t>(image.height) * (image.colour ? 3 : 1);
   if (at_ == nullptr || image.slot >= ViewPublisher::kSlots || kViewPixels + size > slot_bytes_) {
@@ -120,9 +121,29 @@ bool ViewClient::CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pi
         .load();
   };
   if (stamp() != image.stamp) return false;
-  pixels.assign(slot + kViewPixels, slot + kViewPixels + size);
+  pixels.stamp = 0;
+  pixels.bytes.assign(slot + kViewPixels, slot + kViewPixels + size);
   OrderStampAndPixels();
-  return stamp() == image.stamp;
+  if (stamp() != image.stamp) return false;
+  pixels.stamp = image.stamp;
+  pixels.memory = memory_;
+  return true;
+}
+
+/// A camera's image that is here already is not copied again: each state has those of all cameras.
+bool ViewClient::CopyImages(View& view) const {
+  view.pixels.resize(view.state.cameras.size());
+  for (std::size_t k = 0; k < view.pixels.size(); ++k) {
+    const std::optional<ViewImage>& image = view.state.cameras[k].image;
+    View::Pixels& pixels = view.pixels[k];
+    if (!image) {
+      pixels = {};
+      continue;
+    }
+    const bool here = pixels.stamp == image->stamp && pixels.memory == memory_;
+    if (!here && !CopyImage(*image, pixels)) return false;
+  }
+  return true;
 }
 
 void ViewClient::Tell(const PlcScene& scene) {
@@ -176,11 +197,7 @@ bool ViewClient::Read(double timeout_s, View& view) {
     return false;
   }
   view.state = std::move(state).value();
-  if (!view.state.camera.image) {
-    view.pixels.clear();
-  } else if (!CopyImage(*view.state.camera.image, view.pixels)) {
-    return false;  // overtaken while it was copied: the next one is on its way
-  }
+  if (!CopyImages(view)) return false;  // one was overtaken: the next is on its way
   back_off_.Well();
   problem_.clear();
   return true;

@@ -15,7 +15,13 @@ namespace plumbline {
 /// A state with its pixels, the viewer's own copy.
 struct View {
   ViewState state;
-  std::vector<std::uint8_t> pixels;  ///< as state.camera.image says; empty: none
+  /// Of each camera of the state, as its image says; empty: none.
+  struct Pixels {
+    std::vector<std::uint8_t> bytes;
+    std::uint32_t stamp = 0;  ///< of the image that they are of
+    int memory = 0;           ///< that it lay in, as the client counts them
+  };
+  std::vector<Pixels> pixels;
 };
 
 /// Connects by itself, again after a pause that grows. Always the newest state: older ones that
@@ -41,12 +47,14 @@ class ViewClient {
   bool Connect();
   void Disconnect(std::string problem);
   bool TakeMemory(int memory, std::size_t slot_bytes);
-  bool CopyImage(const ViewImage& image, std::vector<std::uint8_t>& pixels) const;
+  bool CopyImages(View& view) const;
+  bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
 
   const std::string path_;
   int socket_ = -1;
   const std::uint8_t* at_ = nullptr;
   std::size_t bytes_ = 0, slot_bytes_ = 0;
+  int memory_ = 0;  ///< counts up with each that was handed over
   BackOff back_off_;
   std::vector<char> message_;
   std::string problem_ = "not connected yet";

@@ -124,8 +124,52 @@ Lens LensOf(const Json& json) {
   return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
 }
 
+Json WatchJson(const PlcCamera& watch) {
+  return {{"configured", watch.configured},
+          {"name", static_cast<int>(watch.name)},
+          {"state", static_cast<int>(watch.state)},
+          {"reason", static_cast<int>(watch.reason)},
+          {"bits", watch.bits},
+          {"prompt", static_cast<int>(watch.prompt)},
+          {"board_views", watch.board_views},
+          {"zoom_counts", OptionalJson(watch.zoom_counts)},
+          {"focus_counts", OptionalJson(watch.focus_counts)},
+          {"lens_id", watch.lens_id},
+          {"zoom_time_s", NumberJson(watch.zoom_time_s)},
+          {"frame_time_s", NumberJson(watch.frame_time_s)},
+          {"tip_valid", watch.tip_valid},
+          {"tip_W_m", VectorJson(watch.tip_W)},
+          {"tip_covariance_W_m2",
+           VectorJson((watch.tip_covariance_W + watch.tip_places_W).eval().reshaped())},
+          {"tip_time_s", NumberJson(watch.tip_time_s)}};
+}
+
+PlcCamera WatchOf(const Json& json) {
+  PlcCamera watch;
+  watch.configured = json.at("configured").get<bool>();
+  watch.name = EnumOf(json.at("name"), CameraName::kTop);
+  watch.state = EnumOf(json.at("state"), ZoomState::kRefused);
+  watch.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
+  watch.bits = json.at("bits").get<std::uint16_t>();
+  watch.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
+  watch.board_views = json.at("board_views").get<std::uint16_t>();
+  watch.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
+  watch.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
+  watch.lens_id = json.at("lens_id").get<std::uint32_t>();
+  watch.zoom_time_s = NumberOf(json.at("zoom_time_s"));
+  watch.frame_time_s = NumberOf(json.at("frame_time_s"));
+  watch.tip_valid = json.at("tip_valid").get<bool>();
+  watch.tip_W = Vec3Of(json.at("tip_W_m"));
+  Eigen::Matrix<double, 9, 1> covariance;
+  ReadVector(json.at("tip_covariance_W_m2"), covariance);
+  watch.tip_covariance_W = covariance.reshaped(3, 3);
+  watch.tip_time_s = NumberOf(json.at("tip_time_s"));
+  return watch;
+}
+
 Json CameraJson(const ViewCamera& camera) {
-  Json json = {{"serial", camera.serial},
+  Json json = {{"watch", WatchJson(camera.watch)},
+               {"serial", camera.serial},
                {"mode", camera.mode},
                {"image", camera.image ? ImageJson(*camera.image) : Json(nullptr)},
                {"lens", camera.lens ? LensJson(*camera.lens) : Json(nullptr)},
@@ -148,6 +192,7 @@ Json CameraJson(const ViewCamera& camera) {
 
 ViewCamera CameraOf(const Json& json) {
   ViewCamera camera;
+  camera.watch = WatchOf(json.at("watch"));
   camera.serial = json.at("serial").get<std::string>();
   camera.mode = json.at("mode").get<std::string>();
   if (!json.at("image").is_null()) camera.image = ImageOf(json.at("image"));
@@ -169,45 +214,10 @@ ViewCamera CameraOf(const Json& json) {
   return camera;
 }
 
-Json WatchJson(const PlcCamera& watch) {
-  return {{"configured", watch.configured},
-          {"state", static_cast<int>(watch.state)},
-          {"reason", static_cast<int>(watch.reason)},
-          {"bits", watch.bits},
-          {"prompt", static_cast<int>(watch.prompt)},
-          {"board_views", watch.board_views},
-          {"zoom_counts", OptionalJson(watch.zoom_counts)},
-          {"focus_counts", OptionalJson(watch.focus_counts)},
-          {"lens_id", watch.lens_id},
-          {"zoom_time_s", NumberJson(watch.zoom_time_s)},
-          {"frame_time_s", NumberJson(watch.frame_time_s)},
-          {"tip_valid", watch.tip_valid},
-          {"tip_W_m", VectorJson(watch.tip_W)},
-          {"tip_covariance_W_m2",
-           VectorJson((watch.tip_covariance_W + watch.tip_places_W).eval().reshaped())},
-          {"tip_time_s", NumberJson(watch.tip_time_s)}};
-}
-
-PlcCamera WatchOf(const Json& json) {
-  PlcCamera watch;
-  watch.configured = json.at("configured").get<bool>();
-  watch.state = EnumOf(json.at("state"), ZoomState::kRefused);
-  watch.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
-  watch.bits = json.at("bits").get<std::uint16_t>();
-  watch.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
-  watch.board_views = json.at("board_views").get<std::uint16_t>();
-  watch.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
-  watch.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  watch.lens_id = json.at("lens_id").get<std::uint32_t>();
-  watch.zoom_time_s = NumberOf(json.at("zoom_time_s"));
-  watch.frame_time_s = NumberOf(json.at("frame_time_s"));
-  watch.tip_valid = json.at("tip_valid").get<bool>();
-  watch.tip_W = Vec3Of(json.at("tip_W_m"));
-  Eigen::Matrix<double, 9, 1> covariance;
-  ReadVector(json.at("tip_covariance_W_m2"), covariance);
-  watch.tip_covariance_W = covariance.reshaped(3, 3);
-  watch.tip_time_s = NumberOf(json.at("tip_time_s"));
-  return watch;
+Json CamerasJson(const std::vector<ViewCamera>& cameras) {
+  Json list = Json::array();
+  for (const ViewCamera& camera : cameras) list.push_back(CameraJson(camera));
+  return list;
 }
 
 Json PointsJson(const std::vector<ViewPoint>& points) {
@@ -229,7 +239,7 @@ ViewPoint PointOf(const Json& json) {
   point.id = json.at("id").get<int>();
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
-  point.code = EnumOf(json.at("code"), CorrectionCode::kTipNotSeen);
+  point.code = EnumOf(json.at("code"), CorrectionCode::kCamerasDisagree);
   point.X_BP_command = PoseOfJson(json.at("X_BP_command"));
   point.translation_B = Vec3Of(json.at("translation_B_m"));
   point.uncertainty_m = NumberOf(json.at("uncertainty_m"));
@@ -294,8 +304,9 @@ ViewState StateOf(const Json& json) {
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.loop = LoopOf(json.at("loop"));
-  state.watch = WatchOf(json.at("watch"));
-  state.camera = CameraOf(json.at("camera"));
+  for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
+  if (state.cameras.size() > kMostCameras)
+    throw std::out_of_range("more cameras than there may be");
   for (const Json& line : ListAt(json, "lines")) {
     state.lines.push_back({line.at("number").get<std::uint64_t>(), line.at("utc_s").get<double>(),
                            line.at("level").get<int>(), line.at("text").get<std::string>()});
@@ -322,8 +333,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"points", PointsJson(state.points)},
                      {"loop", LoopJson(state.loop)},
-                     {"watch", WatchJson(state.watch)},
-                     {"camera", CameraJson(state.camera)},
+                     {"cameras", CamerasJson(state.cameras)},
                      {"lines", LinesJson(state.lines)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -128,21 +128,22 @@ bool ViewPublisher::Reserve(std::size_t bytes) {
   ++memory_number_;
   at_ = static_cast<std::uint8_t*>(at);
   slot_bytes_ = slot;
-  next_slot_ = 0;
+  next_.fill(0);
   return true;
 }
 
-std::optional<ViewImage> ViewPublisher::Share(const LumaView& luma, const std::uint8_t* bgr) {
+std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const LumaView& luma,
+                                              const std::uint8_t* bgr) {
   const std::size_t row = static_cast<std::size_t>(luma.width) * (bgr != nullptr ? 3 : 1);
   const auto height = static_cast<std::size_t>(luma.height);
   if (row == 0 || height == 0 || !Reserve(kViewPixels + row * height)) return std::nullopt;
   ViewImage image;
-  image.slot = next_slot_;
+  image.slot = kSlotsEach * static_cast<int>(camera) + next_[camera];
   image.stamp = ++stamp_ == 0 ? ++stamp_ : stamp_;
   image.width = luma.width;
   image.height = luma.height;
   image.colour = bgr != nullptr;
-  std::uint8_t* const slot = at_ + static_cast<std::size_t>(next_slot_) * slot_bytes_;
+  std::uint8_t* const slot = at_ + static_cast<std::size_t>(image.slot) * slot_bytes_;
   StampIn(slot).store(0);
   OrderStampAndPixels();
   if (bgr != nullptr) {
@@ -153,7 +154,7 @@ std::optional<ViewImage> ViewPublisher::Share(const LumaView& luma, const std::u
     }
   }
   StampIn(slot).store(image.stamp);
-  next_slot_ = (next_slot_ + 1) % kSlots;
+  next_[camera] = (next_[camera] + 1) % kSlotsEach;
   return image;
 }
 

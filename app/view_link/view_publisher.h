@@ -1,6 +1,7 @@
 // The daemon's side of the view: images and states for whoever looks.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -21,11 +22,12 @@ namespace plumbline {
 /// for every state. Nobody is waited for: a viewer whose socket is full misses that state and gets
 /// the next, and one that stays away costs nothing: with no viewer at all, nothing is copied.
 ///
-/// Images go round kSlots places. A viewer copies one and then looks whether the place's stamp is
-/// still the one that the state named; a viewer slower than kSlots - 1 images sees that it is not.
+/// Images of each camera go round kSlotsEach places of its own. A viewer copies one and then looks
+/// whether the place's stamp is still the one that the state named; a viewer slower than
+/// kSlotsEach - 1 images of that camera sees that it is not.
 class ViewPublisher {
  public:
-  static constexpr int kSlots = 4;
+  static constexpr int kSlotsEach = 4, kSlots = kSlotsEach * static_cast<int>(kMostCameras);
   static constexpr int kMostViewers = 8;
 
   /// @param path  of the socket; one that is left over is replaced. At most 107 bytes.
@@ -38,9 +40,12 @@ class ViewPublisher {
   /// them.
   bool Watched();
 
-  /// Copies an image into the next slot. @param bgr  the same in colour, no padding; may be null
-  /// @return  its place, without time and sequence; nothing where there is no memory for it
-  std::optional<ViewImage> Share(const LumaView& luma, const std::uint8_t* bgr);
+  /// Copies an image into the camera's next slot. @param bgr  the same in colour, no padding; may
+  /// be null. @return  its place, without time and sequence; nothing where there is no memory for
+  /// it
+  std::optional<ViewImage> Share(std::size_t camera, const LumaView& luma, const std::uint8_t* bgr);
+  /// Counts memories: where it has changed, images that were shared before are gone.
+  int memory_number() const { return memory_number_; }
 
   void Send(const ViewState& state);
 
@@ -67,7 +72,7 @@ class ViewPublisher {
   int memory_ = -1, memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
-  int next_slot_ = 0;
+  std::array<int, kMostCameras> next_{};  ///< of the camera's own slots
   std::uint32_t stamp_ = 0;
   bool Hear(const Viewer& viewer);
   std::optional<PlcScene> scene_;

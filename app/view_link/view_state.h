@@ -41,8 +41,9 @@ struct ViewBody {
   bool ambiguous = false;
 };
 
-/// What the camera saw, all of one image.
+/// A camera: what it saw, all of one image, and how its watch stands.
 struct ViewCamera {
+  PlcCamera watch;  ///< its name, state of the zoom and the lens, prompts, measured tip
   std::string serial, mode;
   std::optional<ViewImage> image;  ///< nothing: none came
   std::optional<Lens> lens;        ///< in use at that image
@@ -79,9 +80,14 @@ struct ViewState {
   Vec3 payload_cog_F = Vec3::Zero();
   std::vector<ViewPoint> points;  ///< in configured order
   PlcLoop loop;
-  PlcCamera watch;  ///< state of the zoom and the lens, prompts, measured tip
-  ViewCamera camera;
-  std::vector<ViewLine> lines;  ///< the newest, oldest first
+  std::vector<ViewCamera> cameras;  ///< in configured order; empty: none is configured
+  std::vector<ViewLine> lines;      ///< the newest, oldest first
 };
+
+/// The k-th camera; where there is none, one that saw nothing.
+inline const ViewCamera& CameraOf(const ViewState& state, std::size_t k) {
+  static const ViewCamera kNone;
+  return k < state.cameras.size() ? state.cameras[k] : kNone;
+}
 
 }  // namespace plumbline

@@ -69,12 +69,12 @@ Result<BackgroundPass> BackgroundPass::Create() {
   return pass;
 }
 
-void BackgroundPass::Load(const Background& background) {
+void BackgroundPass::Load(const Background& background, Image& image) {
   const LumaView& luma = background.luma;
   const bool colour = background.bgr != nullptr;
-  const bool fits = luma.size() == size_ && colour == colour_;
-  if (fits && sequence_ == background.sequence) return;
-  glBindTexture(GL_TEXTURE_2D, *image_);
+  const bool fits = luma.size() == image.size && colour == image.colour;
+  if (fits && image.sequence == background.sequence) return;
+  glBindTexture(GL_TEXTURE_2D, *image.texture);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, colour ? 0 : static_cast<GLint>(luma.stride));
   const GLenum format = colour ? GL_RGB : GL_RED;
@@ -94,13 +94,13 @@ void BackgroundPass::Load(const Background& background) {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_B, GL_RED);
   }
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  size_ = luma.size();
-  colour_ = colour;
-  sequence_ = background.sequence;
+  image.size = luma.size();
+  image.colour = colour;
+  image.sequence = background.sequence;
 }
 
 std::optional<Error> BackgroundPass::Draw(const Background& background, const Lens& pinhole,
-                                          ImageSize size) {
+                                          ImageSize size, std::size_t place) {
   glClearColor(kEmpty, kEmpty, kEmpty, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   const LumaView& luma = background.luma;
@@ -112,7 +112,8 @@ std::optional<Error> BackgroundPass::Draw(const Background& background, const Le
     return Error{"the camera's image has a size that cannot be drawn"};
   }
   const Lens lens = background.lens.value_or(FittingLens(luma.size(), pinhole, size));
-  Load(background);
+  if (images_.size() <= place) images_.resize(place + 1);
+  Load(background, images_[place]);
   const auto f = [](double value) { return static_cast<GLfloat>(value); };
   program_.Use();
   glUniform4f(program_.At("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
@@ -124,7 +125,7 @@ std::optional<Error> BackgroundPass::Draw(const Background& background, const Le
   glUniform1f(program_.At("u_r2_most"), f(LargestRadiusSquared(lens)));
   glUniform1f(program_.At("u_empty"), kEmpty);
   glUniform1i(program_.At("u_pixels"), 0);
-  glBindTexture(GL_TEXTURE_2D, *image_);
+  glBindTexture(GL_TEXTURE_2D, *images_[place].texture);
   glBindVertexArray(*nothing_);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);

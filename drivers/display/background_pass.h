@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "drivers/display/gl_objects.h"
 #include "firmware-like/scene/display_list.h"
@@ -18,18 +19,23 @@ class BackgroundPass {
  public:
   static Result<BackgroundPass> Create();
 
+  /// @param place  of the image among those of one picture: each has a texture of its own
   /// @return why the image is not there; the picture has been filled with grey
-  std::optional<Error> Draw(const Background& background, const Lens& pinhole, ImageSize size);
+  std::optional<Error> Draw(const Background& background, const Lens& pinhole, ImageSize size,
+                            std::size_t place = 0);
 
  private:
-  void Load(const Background& background);
+  struct Image {
+    GlTexture texture;
+    std::optional<std::uint64_t> sequence;
+    ImageSize size;
+    bool colour = false;
+  };
+  static void Load(const Background& background, Image& image);
 
   GlProgram program_;
-  GlVertexArray nothing_;  ///< the corners are computed
-  GlTexture image_;
-  std::optional<std::uint64_t> sequence_;
-  ImageSize size_;
-  bool colour_ = false;
+  GlVertexArray nothing_;      ///< the corners are computed
+  std::vector<Image> images_;  ///< by place
 };
 
 /// The square of the largest radius up to which the radial terms of a lens grow with it: beyond,

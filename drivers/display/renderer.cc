@@ -70,8 +70,32 @@ bool Renderer::Resize(ImageSize size) {
   return complete;
 }
 
+/// What one camera sees, into its area. @param place  among those of the picture
+void Renderer::DrawView(const DisplayList& view, std::size_t place) {
+  if (view.area) {
+    const auto pixel = [](float edge) { return static_cast<GLint>(std::lround(edge)); };
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(pixel(view.area->x), pixel(view.area->y), pixel(view.area->width),
+              pixel(view.area->height));
+  }
+  glDepthMask(GL_TRUE);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  if (const auto missing = background_.Draw(view.background, view.pinhole, view.size, place)) {
+    Remark(missing->message);
+  }
+  for (const DrawnMesh& drawn : view.meshes) {
+    if (!meshes_.Knows(drawn.mesh)) Remark(fmt::format("mesh {} is not loaded", drawn.mesh));
+  }
+  meshes_.Draw(view);
+  lines_.Draw(view);
+  glDisable(GL_SCISSOR_TEST);
+}
+
 DrawResult Renderer::Draw(const DisplayList& list) {
   problem_ = UnusableIn(list);
+  for (const DisplayList& view : list.beside) {
+    if (problem_.empty()) problem_ = view.size == list.size ? UnusableIn(view) : "two sizes";
+  }
   if (!problem_.empty()) return DrawResult::kRefused;
   if (!Resize(list.size)) problem_ = "OpenGL has no room for the picture";
   if (problem_.empty()) {
@@ -79,16 +103,9 @@ DrawResult Renderer::Draw(const DisplayList& list) {
     glViewport(0, 0, size_.width, size_.height);
     glDisable(GL_CULL_FACE);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    glDepthMask(GL_TRUE);
-    glClear(GL_DEPTH_BUFFER_BIT);
-    if (const auto missing = background_.Draw(list.background, list.pinhole, list.size)) {
-      Remark(missing->message);
-    }
-    for (const DrawnMesh& drawn : list.meshes) {
-      if (!meshes_.Knows(drawn.mesh)) Remark(fmt::format("mesh {} is not loaded", drawn.mesh));
-    }
-    meshes_.Draw(list);
-    lines_.Draw(list);
+    if (list.area) glClear(GL_COLOR_BUFFER_BIT);
+    DrawView(list, 0);
+    for (std::size_t k = 0; k < list.beside.size(); ++k) DrawView(list.beside[k], k + 1);
     flat_.Draw(list);
     problem_ = GlProblem();
   }

@@ -61,6 +61,7 @@ class Renderer : public DrawnPicture {
            FlatPass flat);
   std::string UnusableIn(const DisplayList& list) const;
   bool Resize(ImageSize size);
+  void DrawView(const DisplayList& view, std::size_t place);
   void Remark(const std::string& remark);
 
   GlContext& context_;

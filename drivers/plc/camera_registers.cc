@@ -1,4 +1,4 @@
-// Registers 500..635: the camera, its lens, and the bodies that it tracks.
+// Registers 500..635, and 200 further for each camera: its lens, and the bodies that it tracks.
 #include <array>
 #include <cmath>
 
@@ -16,7 +16,7 @@ constexpr double kNoAge = 65535;
 using enum FieldType;
 
 const PlcCamera& Camera(Source s) {
-  return s.environment.camera;
+  return *s.camera;
 }
 
 double Age_ms(Source s, double time_s) {
@@ -76,6 +76,8 @@ const std::array kCameraFields = {
              [](Source s) { return Age_ms(s, Camera(s).tip_time_s); }},
     MapField{523, kU16, "tip_validity", "bits", "bit 0: the lens is valid and the tool stands",
              [](Source s) -> double { return Camera(s).tip_valid ? plc_map::kValid : 0; }},
+    MapField{524, kU16, "camera_name", "code", "0 none, 1 side, 2 rear, 3 front, 4 top",
+             [](Source s) { return static_cast<double>(Camera(s).name); }},
 };
 
 const std::array kBodyFields = {

@@ -73,7 +73,7 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   MapSource source{snapshot, environment, convention_};
   for (const MapField& field : plc_map::Fields())
     Put(field.address, field.type, field.value(source));
-  EncodeCamera(source);
+  for (std::size_t k = 0; k < environment.cameras.size(); ++k) EncodeCamera(source, k);
   for (const MapField& field : plc_map::SceneFields())
     Put(field.address, field.type, field.value(source));
   registers_[plc_map::kResultCrc] = CrcOfRegisters(
@@ -89,15 +89,17 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
   return registers_;
 }
 
-void PlcEncoder::EncodeCamera(MapSource source) {
-  for (const MapField& field : plc_map::CameraFields())
-    Put(field.address, field.type, field.value(source));
-  std::size_t base = plc_map::kBodies;
-  for (const PlcCamera::Body& body : source.environment.camera.bodies) {
+void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
+  source.camera = &source.environment.cameras[camera];
+  const auto put = [&](const MapField& field, std::size_t base) {
+    Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
+  };
+  const std::size_t further = plc_map::kCameraStride * camera;
+  for (const MapField& field : plc_map::CameraFields()) put(field, further);
+  std::size_t base = plc_map::kBodies + further;
+  for (const PlcCamera::Body& body : source.camera->bodies) {
     source.body = &body;
-    for (const MapField& field : plc_map::BodyFields()) {
-      Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
-    }
+    for (const MapField& field : plc_map::BodyFields()) put(field, base);
     base += plc_map::kBodySize;
   }
 }
@@ -142,6 +144,7 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
   command.sequence = window[at(1039)];
   command.code = static_cast<PlcCommandCode>(window[at(1000)]);
   command.point_id = window[at(1001)];
+  command.camera = window[at(1016)];
   command.heartbeat = window[at(1030)];
   command.acknowledge = coils[0] != 0;
   command.manual = (window[at(1031)] & 1) != 0 || coils[1] != 0;

@@ -21,7 +21,7 @@ class PlcEncoder {
   std::size_t size() const { return registers_.size(); }
 
  private:
-  void EncodeCamera(MapSource source);
+  void EncodeCamera(MapSource source, std::size_t camera);
   void Put(std::uint16_t address, FieldType type, double value);
 
   PlcConvention convention_;

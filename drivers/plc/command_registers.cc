@@ -25,6 +25,9 @@ constexpr std::array kCommandFields = {
     CommandField{1012, FieldType::kFloat, "command_rz", "deg", ""},
     CommandField{1014, FieldType::kFloat, "command_payload", "kg",
                  "mass to compute with; 0 or less: what the robot carries now"},
+    CommandField{1016, FieldType::kU16, "command_camera", "",
+                 "for codes 9 to 11: 1 the first camera, 2 the second; 0: 9 those that ask for "
+                 "the board (all, where none does), 10 all, 11 all that see the tip"},
     CommandField{1020, FieldType::kI16, "command_x_scaled", "0.1 mm", "wanted pose for code 3"},
     CommandField{1021, FieldType::kI16, "command_y_scaled", "0.1 mm", ""},
     CommandField{1022, FieldType::kI16, "command_z_scaled", "0.1 mm", ""},

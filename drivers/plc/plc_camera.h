@@ -23,6 +23,13 @@ inline constexpr std::uint16_t kMarkMoved = 1 << 5;   ///< a mark stands elsewhe
 inline constexpr std::uint16_t kStoreFault = 1 << 6;  ///< lenses cannot be kept; see the log
 }  // namespace camera_bits
 
+/// From where a camera looks: what tells two of them apart.
+enum class CameraName : std::uint8_t { kNone, kSide, kRear, kFront, kTop };
+inline constexpr std::array<const char*, 5> kCameraNames = {"", "side", "rear", "front", "top"};
+inline const char* CameraNameText(CameraName name) {
+  return kCameraNames[static_cast<std::size_t>(name)];
+}
+
 /// Times are monotonic; never where infinite and negative.
 struct PlcCamera {
   static constexpr std::size_t kMostBodies = 6;
@@ -35,6 +42,7 @@ struct PlcCamera {
   };
 
   bool configured = false;
+  CameraName name = CameraName::kNone;
   ZoomState state = ZoomState::kUnknown;
   ZoomReason reason = ZoomReason::kNothingHeard;
   std::uint16_t bits = 0;  ///< camera_bits

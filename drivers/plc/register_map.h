@@ -1,6 +1,7 @@
 // The register map: one table that drives the server, config/register-map.md and the tests.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -50,7 +51,7 @@ struct PlcEnvironment {
   std::uint32_t overruns = 0;
   double now_s = 0;  ///< monotonic
   PlcLoop loop;
-  PlcCamera camera;
+  std::array<PlcCamera, kMostCameras> cameras;
   PlcScene scene;
 };
 
@@ -67,6 +68,7 @@ struct MapSource {
   const PlcConvention& convention;
   const PointResult* point = nullptr;  ///< of a point block
   std::uint16_t point_id = 0;
+  const PlcCamera* camera = nullptr;      ///< of a camera's block
   const PlcCamera::Body* body = nullptr;  ///< of a body's block
 };
 
@@ -105,7 +107,8 @@ inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
-inline constexpr std::uint16_t kCamera = 500, kCameraSize = 24;
+inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
+inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and its bodies
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 8;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
@@ -128,13 +131,13 @@ inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm register
 std::span<const MapField> Fields();
 /// Entries of the block of one point, offsets ascending.
 std::span<const MapField> PointFields();
-/// Entries of the camera, addresses ascending; they follow those of Fields().
+/// Entries of the first camera, addresses ascending; the k-th has them kCameraStride k further.
 std::span<const MapField> CameraFields();
-/// Entries of the block of one tracked body, offsets ascending.
+/// Entries of the block of one tracked body, offsets ascending; likewise.
 std::span<const MapField> BodyFields();
-/// Entries of virtual objects, addresses ascending; they follow the bodies' blocks.
+/// Entries of virtual objects, addresses ascending; between the cameras' blocks.
 std::span<const MapField> SceneFields();
-/// Bits of register 502.
+/// Bits of a camera's register 502.
 std::span<const BitMeaning> CameraBits();
 /// Bits of the status, alarm and warning words, ascending.
 std::span<const BitMeaning> StatusBits();

@@ -82,6 +82,8 @@ const char* Describe(CorrectionCode code) {
       return "lens not to be trusted";
     case CorrectionCode::kTipNotSeen:
       return "tool not seen by the camera, or moving";
+    case CorrectionCode::kCamerasDisagree:
+      return "the cameras contradict each other";
   }
   return "?";
 }

@@ -11,21 +11,22 @@ namespace plumbline {
 /// Why there is, or is not, a corrected point. The numbers are those of the register map.
 enum class CorrectionCode : std::uint8_t {
   kOk = 0,
-  kUnreachable = 1,     ///< no posture of the arm brings the tip there
-  kJointLimit = 2,      ///< every posture that does breaks a joint limit
-  kSingular = 3,        ///< reached only beside a singular posture
-  kTooLarge = 4,        ///< the correction exceeds the largest that is allowed
-  kNotConverged = 5,    ///< the iteration did not settle; a defect worth reporting
-  kTorquesUnknown = 6,  ///< joints yield, but a link's mass is not declared
-  kPayloadUnknown = 7,  ///< the mass carried, or its centre of gravity, is not known
-  kNoRobot = 8,         ///< robot input is missing, stale or not trusted
-  kUnknownPoint = 9,    ///< no assembly point of that number
-  kBadCommand = 10,     ///< the command's code or values make no sense
-  kPending = 11,        ///< not computed yet
-  kNotRecorded = 12,    ///< probes are not recorded: no [loop], or its journal is behind
-  kNoCamera = 13,       ///< no camera is configured
-  kLensStale = 14,      ///< the camera's lens is not to be trusted now
-  kTipNotSeen = 15,     ///< the camera does not see the tool, or the tool moves
+  kUnreachable = 1,       ///< no posture of the arm brings the tip there
+  kJointLimit = 2,        ///< every posture that does breaks a joint limit
+  kSingular = 3,          ///< reached only beside a singular posture
+  kTooLarge = 4,          ///< the correction exceeds the largest that is allowed
+  kNotConverged = 5,      ///< the iteration did not settle; a defect worth reporting
+  kTorquesUnknown = 6,    ///< joints yield, but a link's mass is not declared
+  kPayloadUnknown = 7,    ///< the mass carried, or its centre of gravity, is not known
+  kNoRobot = 8,           ///< robot input is missing, stale or not trusted
+  kUnknownPoint = 9,      ///< no assembly point of that number
+  kBadCommand = 10,       ///< the command's code or values make no sense
+  kPending = 11,          ///< not computed yet
+  kNotRecorded = 12,      ///< probes are not recorded: no [loop], or its journal is behind
+  kNoCamera = 13,         ///< no camera is configured
+  kLensStale = 14,        ///< the camera's lens is not to be trusted now
+  kTipNotSeen = 15,       ///< the camera does not see the tool, or the tool moves
+  kCamerasDisagree = 16,  ///< two cameras see the tip at two places
 };
 
 /// Short words for a code, for the log and the register map.

@@ -1,12 +1,16 @@
 // What a PLC asks for, decoded.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
 #include "firmware-like/geometry/pose.h"
 
 namespace plumbline {
+
+/// How many cameras may look at once.
+inline constexpr std::size_t kMostCameras = 2;
 
 enum class PlcCommandCode : std::uint16_t {
   kNone = 0,
@@ -28,6 +32,8 @@ struct PlcCommand {
   std::uint16_t sequence = 0;
   PlcCommandCode code = PlcCommandCode::kNone;
   std::uint16_t point_id = 0;
+  /// Of kStartCalibration, kCancelCalibration, kProbeByCamera: 1 the first; 0: see the machine.
+  std::uint16_t camera = 0;
   bool pose_valid = false;           ///< every number of the pose is finite
   Pose X_BP;                         ///< of kCorrectPose*, kPredictLanding: tool point in B
   std::optional<Vec3> probe_W;       ///< of kProbe*: measured tip in W; absent where not finite

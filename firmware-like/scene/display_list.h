@@ -55,6 +55,13 @@ struct ClipPlane {
   bool grid = true;
 };
 
+/// A part of the picture, edges in pixels: 0 is the left or upper edge of the first one.
+struct Area {
+  float x = 0, y = 0, width = 0, height = 0;
+  float right() const { return x + width; }
+  float bottom() const { return y + height; }
+};
+
 struct DrawnBox {
   float x = 0, y = 0;           ///< its top-left pixel [px]
   float width = 0, height = 0;  ///< [px]
@@ -68,10 +75,11 @@ struct DrawnText {
   std::string text;  ///< UTF-8
 };
 
-/// One picture.
+/// One picture: what one camera sees, boxes and texts over it.
 struct DisplayList {
-  ImageSize size;  ///< of the picture [px]
-  Lens pinhole;    ///< of the picture; its distortion terms are zero
+  ImageSize size;            ///< of the picture [px]
+  std::optional<Area> area;  ///< of what the camera sees, where that is not the whole picture
+  Lens pinhole;              ///< of the picture; its distortion terms are zero
   Background background;
   BendField bend;
   double exaggeration = 1;    ///< d and r are multiplied by it
@@ -81,6 +89,9 @@ struct DisplayList {
   std::vector<DrawnLine> lines;
   std::vector<DrawnBox> boxes;   ///< over all else, in order
   std::vector<DrawnText> texts;  ///< over the boxes
+  /// What further cameras see, each in an area of its own of the same picture; their boxes, texts
+  /// and `beside` are not drawn.
+  std::vector<DisplayList> beside;
 };
 
 }  // namespace plumbline

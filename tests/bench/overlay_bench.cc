@@ -102,9 +102,9 @@ class Scene {
 
   void Measure(Renderer& renderer, Results& results) {
     ViewModel model = model_;
-    model.config.camera.emplace();
-    model.config.camera->tags.cell = "cell";
-    model.config.camera->tags.X_WK = X_WK_;
+    model.config.vision.cameras.resize(1);
+    model.config.vision.tags.cell = "cell";
+    model.config.vision.tags.X_WK = X_WK_;
     TagDatabase database;
     database.bodies = {Marks()};
     Tracker tracker(TagFamilyOfName("36h11").value(), database, {});
@@ -117,24 +117,25 @@ class Scene {
     state.q = q_;
     state.payload_kg = payload_kg_;
     state.payload_cog_F = *model.config.machine.cell.payload_cog_F;
-    state.watch.configured = true;
-    state.watch.state = ZoomState::kValid;
-    state.camera.lens = lens.lens;
-    state.camera.image = ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
+    state.cameras.resize(1);
+    state.cameras[0].watch.configured = true;
+    state.cameras[0].watch.state = ZoomState::kValid;
+    state.cameras[0].lens = lens.lens;
+    state.cameras[0].image = ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
     for (const SeenBody& body : seen.bodies) {
-      state.camera.bodies.push_back({body.body->name, body.estimate.X_CK, false});
+      state.cameras[0].bodies.push_back({body.body->name, body.estimate.X_CK, false});
     }
     ++results.scenes;
-    if (state.camera.bodies.empty()) {
+    if (state.cameras[0].bodies.empty()) {
       ++results.lost;
       return;
     }
     CarrierMemory memory;
-    const Carriers carriers = memory.Take(state, &model, time_s_ + 0.02);
+    const Carriers carriers = memory.Take(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
     ViewFacts facts;
     facts.state = &state;
-    facts.carriers = &carriers;
+    facts.carriers = std::span(&carriers, 1);
     facts.model = &model;
     facts.now_s = time_s_ + 0.02;
     ObjectTable table;

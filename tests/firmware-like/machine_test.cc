@@ -350,18 +350,18 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
   CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
   CHECK((cell.Next().status & status::kLensCalibrated) == 0);
 
-  CameraInput& camera = cell.input.camera;
+  CameraInput& camera = cell.input.cameras[0];
   camera.configured = camera.lens_valid = camera.tip_valid = true;
-  camera.tip_W = Vec3(1, 2, 3);
-  camera.tip_covariance_W = 1e-8 * Mat3::Identity();
+  camera.tip.p_W = Vec3(1, 2, 3);
+  camera.tip.covariance_W = 1e-8 * Mat3::Identity();
   camera.tip_time_s = cell.input.now_s;
   command.sequence = 2;
   const Snapshot taken = cell.Next();
   REQUIRE(taken.probe_taken);
   CHECK(taken.result.valid);
-  CHECK(taken.probe.measured_W == camera.tip_W);
+  CHECK(taken.probe.measured_W == camera.tip.p_W);
   REQUIRE(taken.probe.covariance_W);
-  CHECK(*taken.probe.covariance_W == camera.tip_covariance_W);
+  CHECK(*taken.probe.covariance_W == camera.tip.covariance_W);
   CHECK((taken.status & status::kLensCalibrated) != 0);
   CHECK_FALSE(cell.Next().probe_taken);
 
@@ -378,10 +378,12 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
     CorrectionCode code;
   };
   const Refusal refusals[] = {
-      {"stale", [](Cell& c) { c.input.camera.lens_valid = false; }, CorrectionCode::kLensStale},
-      {"moving", [](Cell& c) { c.input.camera.tip_valid = false; }, CorrectionCode::kTipNotSeen},
-      {"old", [](Cell& c) { c.input.camera.tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
-      {"no number", [](Cell& c) { c.input.camera.tip_W.x() = NAN; }, CorrectionCode::kTipNotSeen},
+      {"stale", [](Cell& c) { c.input.cameras[0].lens_valid = false; }, CorrectionCode::kLensStale},
+      {"moving", [](Cell& c) { c.input.cameras[0].tip_valid = false; },
+       CorrectionCode::kTipNotSeen},
+      {"old", [](Cell& c) { c.input.cameras[0].tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
+      {"no number", [](Cell& c) { c.input.cameras[0].tip.p_W.x() = NAN; },
+       CorrectionCode::kTipNotSeen},
       {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
        CorrectionCode::kNotRecorded},
   };
@@ -397,16 +399,87 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
   SECTION("a calibration is started and cancelled once each") {
     command.code = PlcCommandCode::kStartCalibration;
     command.sequence = 5;
-    CHECK(cell.Next().calibration_order == CalibrationOrder::kStart);
-    CHECK(cell.Next().calibration_order == CalibrationOrder::kNone);
+    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kStart);
+    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kNone);
     command.code = PlcCommandCode::kCancelCalibration;
     command.sequence = 6;
-    CHECK(cell.Next().calibration_order == CalibrationOrder::kCancel);
+    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kCancel);
     camera.configured = false;
     command.sequence = 7;
     const Snapshot& refused = cell.Next();
-    CHECK(refused.calibration_order == CalibrationOrder::kNone);
+    CHECK(refused.calibration_orders[0] == CalibrationOrder::kNone);
     CHECK(refused.result.code == CorrectionCode::kNoCamera);
+  }
+}
+
+TEST_CASE("of two cameras: the mean of what they see, the one that is named, a contradiction") {
+  Cell cell;
+  cell.Running();
+  cell.input.probes_recorded = true;
+  PlcCommand& command = cell.input.command;
+  command.code = PlcCommandCode::kProbeByCamera;
+  for (CameraInput& camera : cell.input.cameras) {
+    camera.configured = camera.lens_valid = camera.tip_valid = true;
+    camera.tip_time_s = cell.input.now_s;
+  }
+  CameraInput& side = cell.input.cameras[0];
+  CameraInput& rear = cell.input.cameras[1];
+  side.tip = {Vec3(1, 2, 3), 1e-8 * Mat3::Identity(), Mat3::Zero()};
+  rear.tip = {Vec3(1.0003, 2, 3), 3e-8 * Mat3::Identity(), Mat3::Zero()};
+  command.sequence = 1;
+  Snapshot taken = cell.Next();
+  REQUIRE(taken.probe_taken);
+  CHECK(taken.probe.cameras == 3);
+  CHECK((taken.probe.measured_W - Vec3(1.000075, 2, 3)).norm() < 1e-12);
+  CHECK((*taken.probe.covariance_W - 0.75e-8 * Mat3::Identity()).norm() < 1e-20);
+  CHECK((taken.status & status::kLensCalibrated) != 0);
+
+  SECTION("one is stale: the other measures on, and the status says so") {
+    side.lens_valid = false;
+    command.sequence = 2;
+    taken = cell.Next();
+    REQUIRE(taken.probe_taken);
+    CHECK(taken.probe.cameras == 2);
+    CHECK(taken.probe.measured_W == rear.tip.p_W);
+    CHECK((taken.status & status::kLensCalibrated) == 0);
+    command.camera = 1;
+    command.sequence = 3;
+    CHECK(cell.Next().result.code == CorrectionCode::kLensStale);
+  }
+  SECTION("one is named; a third there is not") {
+    command.camera = 1;
+    command.sequence = 2;
+    CHECK(cell.Next().probe.measured_W == side.tip.p_W);
+    command.camera = 3;
+    command.sequence = 3;
+    CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
+  }
+  SECTION("they contradict each other") {
+    rear.tip.p_W.x() += 0.002;
+    command.sequence = 2;
+    taken = cell.Next();
+    CHECK_FALSE(taken.probe_taken);
+    CHECK(taken.result.code == CorrectionCode::kCamerasDisagree);
+    rear.tip.places_W = 4e-7 * Mat3::Identity();  // the marks' places explain it
+    command.sequence = 3;
+    CHECK(cell.Next().probe_taken);
+  }
+  SECTION("a calibration: of the one that asks, of all where none does, of the one that is named") {
+    using Order = CalibrationOrder;
+    const auto orders = [&](PlcCommandCode code, std::uint16_t camera) {
+      command.code = code;
+      command.camera = camera;
+      ++command.sequence;
+      return cell.Next().calibration_orders;
+    };
+    using Orders = std::array<Order, kMostCameras>;
+    CHECK(orders(PlcCommandCode::kStartCalibration, 0) == Orders{Order::kStart, Order::kStart});
+    CHECK(orders(PlcCommandCode::kStartCalibration, 2) == Orders{Order::kNone, Order::kStart});
+    rear.board_wanted = true;
+    CHECK(orders(PlcCommandCode::kStartCalibration, 0) == Orders{Order::kNone, Order::kStart});
+    CHECK(orders(PlcCommandCode::kStartCalibration, 1) == Orders{Order::kStart, Order::kNone});
+    CHECK(orders(PlcCommandCode::kCancelCalibration, 0) == Orders{Order::kCancel, Order::kCancel});
+    CHECK(orders(PlcCommandCode::kCancelCalibration, 3) == Orders{Order::kNone, Order::kNone});
   }
 }
 

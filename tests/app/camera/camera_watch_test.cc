@@ -43,6 +43,7 @@ struct Bench {
   CameraLink link;
   std::mutex mutex;
   std::vector<std::string> log;
+  std::optional<WatchStores> stores;
   std::optional<CameraWatch> watch;
 
   explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
@@ -57,23 +58,24 @@ struct Bench {
       entry.utc = "2026-01-01T00:00:00Z";
       REQUIRE(store.value().Append(entry));
     }
-    CameraConfig config;
+    VisionConfig vision;
+    CameraConfig& config = vision.cameras.emplace_back();
     config.kind = "recorded";
     config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
     config.zoom.period_s = 0.02;
     config.zoom.supervision.lost_after_s = 30;
-    config.tags.database.bodies = {CellMarks(), GripperBody()};
-    config.board.by_itself = false;
-    config.board.patience_s = patience_s;
-    auto devices = CameraDevicesFrom(config);
+    vision.tags.database.bodies = {CellMarks(), GripperBody()};
+    vision.board.by_itself = false;
+    vision.board.patience_s = patience_s;
+    auto devices = CameraDevicesFrom(config, vision.tags);
     REQUIRE(devices);
     devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
-    watch.emplace(config, std::move(devices).value(),
-                  CameraWatch::Places{folder.path(), "/bin/false"}, link,
-                  [this](const LogEntry& entry) {
-                    const std::lock_guard lock(mutex);
-                    log.push_back(entry.text);
-                  });
+    const auto sink = [this](const LogEntry& entry) {
+      const std::lock_guard lock(mutex);
+      log.push_back(entry.text);
+    };
+    stores.emplace(folder.path(), CellMarks(), sink);
+    watch.emplace(config, vision, std::move(devices).value(), *stores, "/bin/false", link, sink);
     watch->Start();
   }
   void ShowCell() const {
@@ -178,21 +180,23 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
     entry.utc = "2026-01-01T00:00:00Z";
     REQUIRE(store.value().Append(entry));
   }
-  CameraConfig config;
+  VisionConfig vision;
+  CameraConfig& config = vision.cameras.emplace_back();
   config.kind = "recorded";
   config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
   config.zoom.period_s = 0.02;
   config.zoom.supervision.lost_after_s = 30;
-  config.tags.database.bodies = {CellMarks(), GripperBody()};
-  config.tags.tool = "gripper";
-  config.board.by_itself = false;
-  auto devices = CameraDevicesFrom(config);
+  vision.tags.database.bodies = {CellMarks(), GripperBody()};
+  vision.tags.tool = "gripper";
+  vision.board.by_itself = false;
+  auto devices = CameraDevicesFrom(config, vision.tags);
   REQUIRE(devices);
   std::atomic<int> zoom{100};
   devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
   CameraLink link;
-  CameraWatch watch(config, std::move(devices).value(), {folder.path(), "/bin/false"}, link,
-                    [](const LogEntry&) {});
+  const auto sink = [](const LogEntry&) {};
+  WatchStores stores(folder.path(), CellMarks(), sink);
+  CameraWatch watch(config, vision, std::move(devices).value(), stores, "/bin/false", link, sink);
   watch.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < 6000; ++wait) {

@@ -34,14 +34,14 @@ Result<std::string> File(const std::string& path) {
 
 struct Read {
   FaultList faults;
-  std::optional<CameraConfig> camera;
+  VisionConfig vision;
 
   explicit Read(const std::string& text) {
     TomlDocument document(text, "/etc/plumbline.toml", faults);
     REQUIRE(document.parsed());
     const FileSource files = File;
-    camera =
-        CameraFromToml(document.Root(), NamedFiles("/etc/plumbline.toml", files, "/data"), faults);
+    vision =
+        VisionFromToml(document.Root(), NamedFiles("/etc/plumbline.toml", files, "/data"), faults);
     document.ReportUnknownKeys();
   }
   bool Says(const std::string& what) const {
@@ -54,7 +54,7 @@ constexpr const char* kLeast = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bod
 }  // namespace
 
 TEST_CASE("no [camera] is no camera; its tables alone are faults") {
-  CHECK_FALSE(Read("").camera);
+  CHECK(Read("").vision.cameras.empty());
   CHECK(Read("").faults.All().empty());
   const Read alone("[zoom]\nkind = \"none\"\n[tags]\nfile = \"bodies.toml\"\n");
   CHECK(alone.Says("zoom"));
@@ -66,16 +66,16 @@ TEST_CASE("the least that a camera needs, and its defaults") {
   const Read read(kLeast);
   INFO(FaultsText(read.faults));
   CHECK(read.faults.All().empty());
-  REQUIRE(read.camera);
-  CHECK(read.camera->kind == "v4l2");
-  CHECK(read.camera->connection.v4l2.device == "cam");
-  CHECK(read.camera->zoom.kind.empty());
-  CHECK(read.camera->board.board.columns == 17);
-  CHECK(read.camera->board.board.kind == BoardKind::kChessboard);
-  CHECK(read.camera->board.by_itself);
-  CHECK(read.camera->tags.cell == "cell");
-  CHECK(read.camera->tags.database.bodies.size() == 2);
-  CHECK(read.camera->tags.tool.empty());
+  REQUIRE(read.vision.cameras.size() == 1);
+  CHECK(read.vision.cameras[0].kind == "v4l2");
+  CHECK(read.vision.cameras[0].connection.v4l2.device == "cam");
+  CHECK(read.vision.cameras[0].zoom.kind.empty());
+  CHECK(read.vision.board.board.columns == 17);
+  CHECK(read.vision.board.board.kind == BoardKind::kChessboard);
+  CHECK(read.vision.board.by_itself);
+  CHECK(read.vision.tags.cell == "cell");
+  CHECK(read.vision.tags.database.bodies.size() == 2);
+  CHECK(read.vision.tags.tool.empty());
 }
 
 TEST_CASE("everything, in SI") {
@@ -92,7 +92,9 @@ TEST_CASE("everything, in SI") {
       "tool = \"gripper\"\ntip_mm = [0.0, 0.0, 120.0]\n");
   INFO(FaultsText(read.faults));
   REQUIRE(read.faults.All().empty());
-  const CameraConfig& camera = *read.camera;
+  const VisionConfig& vision = read.vision;
+  REQUIRE(vision.cameras.size() == 1);
+  const CameraConfig& camera = vision.cameras[0];
   CHECK(camera.connection.v4l2.mode.size == ImageSize{1920, 1080});
   CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
   CHECK(camera.zoom.connection.visca.baud == 38400);
@@ -100,19 +102,19 @@ TEST_CASE("everything, in SI") {
   CHECK(camera.zoom.period_s == Approx(0.15));
   CHECK(camera.zoom.supervision.zoom_band_counts == 5);
   CHECK(camera.zoom.supervision.settle_s == Approx(0.5));
-  CHECK(camera.board.board.square_m == Approx(0.025));
-  CHECK(*camera.board.distance_m == Approx(1.5));
-  CHECK_FALSE(camera.board.by_itself);
-  CHECK(camera.tags.X_WK.p.x() == Approx(1));
-  CHECK(camera.tags.X_WK.R(1, 0) == Approx(1));
-  CHECK(camera.tags.place_sd_m == Approx(1e-4));
-  CHECK(*camera.tags.database.bodies[0].place_sd_m == Approx(1e-4));  // it does not say
-  CHECK(*camera.tags.database.bodies[1].place_sd_m == Approx(5e-5));
+  CHECK(vision.board.board.square_m == Approx(0.025));
+  CHECK(*vision.board.distance_m == Approx(1.5));
+  CHECK_FALSE(vision.board.by_itself);
+  CHECK(vision.tags.X_WK.p.x() == Approx(1));
+  CHECK(vision.tags.X_WK.R(1, 0) == Approx(1));
+  CHECK(vision.tags.place_sd_m == Approx(1e-4));
+  CHECK(*vision.tags.database.bodies[0].place_sd_m == Approx(1e-4));  // it does not say
+  CHECK(*vision.tags.database.bodies[1].place_sd_m == Approx(5e-5));
   std::string silent(kTags);
   silent.erase(silent.find("place_sd_mm = 0.05\n"), 19);
   FaultList faults;
   CHECK_FALSE(TagDatabaseFromText(silent, "bodies.toml", faults)->bodies[1].place_sd_m);
-  CHECK(camera.tags.tip_T.z() == Approx(0.12));
+  CHECK(vision.tags.tip_T.z() == Approx(0.12));
 }
 
 TEST_CASE("each fault has its own words") {
@@ -166,12 +168,12 @@ TEST_CASE("boards of the other kinds") {
                      "mark_mm = 15.0\nfamily = \"aruco-5x5-100\"\n");
   INFO(FaultsText(charuco.faults));
   CHECK(charuco.faults.All().empty());
-  CHECK(WordsOf(charuco.camera->board.board) == "charuco 9x6, 20 mm, mark 15 mm, aruco-5x5-100");
+  CHECK(WordsOf(charuco.vision.board.board) == "charuco 9x6, 20 mm, mark 15 mm, aruco-5x5-100");
   const Read circles(camera +
                      "[board]\nkind = \"acircles\"\ncolumns = 4\nrows = 11\nsquare_mm = 20.0\n"
                      "mark_mm = 15.0\n");
   CHECK(circles.faults.All().empty());
-  CHECK(WordsOf(circles.camera->board.board) == "acircles 4x11, 20 mm, mark 15 mm");
+  CHECK(WordsOf(circles.vision.board.board) == "acircles 4x11, 20 mm, mark 15 mm");
 
   const Read same(camera + "[board]\nkind = \"charuco\"\nmark_mm = 7.0\nfamily = \"36h11\"\n");
   CHECK_FALSE(same.faults.HasFaults());
@@ -179,7 +181,105 @@ TEST_CASE("boards of the other kinds") {
 }
 
 TEST_CASE("what a reload compares: the four tables and the tags' file") {
-  CHECK(Read(kLeast).camera->text == Read(kLeast).camera->text);
-  CHECK(Read(kLeast).camera->text !=
-        Read(std::string(kLeast) + "place_sd_mm = 0.3\n").camera->text);
+  CHECK(Read(kLeast).vision.text == Read(kLeast).vision.text);
+  CHECK(Read(kLeast).vision.text != Read(std::string(kLeast) + "place_sd_mm = 0.3\n").vision.text);
+}
+
+namespace {
+
+constexpr const char* kTwo = R"([[camera]]
+name = "side"
+device = "A1"
+[camera.zoom]
+kind = "visca"
+device = "/dev/ttyUSB0"
+[[camera]]
+name = "rear"
+device = "B2"
+[camera.zoom]
+kind = "visca"
+device = "/dev/ttyUSB1"
+[board]
+columns = 9
+[tags]
+file = "bodies.toml"
+)";
+
+std::string With(std::string text, const std::string& good, const std::string& wrong) {
+  const std::size_t at = text.find(good);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, good.size(), wrong);
+}
+
+}  // namespace
+
+TEST_CASE("two cameras: each with its device and zoom; board and tags are shared") {
+  const Read two(kTwo);
+  INFO(FaultsText(two.faults));
+  CHECK(two.faults.All().empty());
+  REQUIRE(two.vision.cameras.size() == 2);
+  CHECK(two.vision.cameras[0].name == CameraName::kSide);
+  CHECK(two.vision.cameras[1].name == CameraName::kRear);
+  CHECK(two.vision.cameras[0].connection.v4l2.device == "A1");
+  CHECK(two.vision.cameras[1].zoom.connection.visca.device == "/dev/ttyUSB1");
+  CHECK(two.vision.board.board.columns == 9);
+  CHECK(two.vision.text != Read(With(kTwo, "ttyUSB1", "ttyUSB2")).vision.text);
+}
+
+TEST_CASE("one camera: its zoom below it or beside it, not both; a name is its own affair") {
+  const Read below(std::string(kLeast) + "[camera.zoom]\nkind = \"v4l2\"\n");
+  CHECK(below.faults.All().empty());
+  CHECK(below.vision.cameras[0].zoom.connection.v4l2.device == "cam");
+  const Read list("[[camera]]\ndevice = \"cam\"\n[zoom]\nkind = \"v4l2\"\n" +
+                  With(kLeast, "[camera]\ndevice = \"cam\"\n", ""));
+  CHECK(list.faults.All().empty());
+  CHECK(list.vision.cameras[0].zoom.kind == "v4l2");
+  CHECK(Read(std::string(kLeast) + "[camera.zoom]\nkind = \"none\"\n[zoom]\nkind = \"none\"\n")
+            .Says("camera.zoom: stands beside [zoom]; keep one of them"));
+  CHECK(Read(With(kLeast, "[camera]\n", "[camera]\nname = \"top\"\n")).faults.All().empty());
+  CHECK(Read("camera = 3\n[tags]\nfile = \"bodies.toml\"\n").Says("write [[camera]]"));
+}
+
+TEST_CASE("two cameras in each other's way: one fault, with its line and what to do") {
+  struct Clash {
+    const char *good, *wrong, *fault;
+  };
+  const Clash clashes[] = {
+      {"\"rear\"", "\"side\"",
+       "/etc/plumbline.toml:8 camera[2].name: \"side\" is the name of two cameras; give each its "
+       "own: \"side\", \"rear\", \"front\" or \"top\""},
+      {"name = \"rear\"\n", "",
+       "/etc/plumbline.toml:7 camera[2].name: missing; expected \"side\", \"rear\", \"front\" or "
+       "\"top\""},
+      {"\"rear\"", "\"left\"", "/etc/plumbline.toml:8 camera[2].name: \"left\" is not one of"},
+      {"\"B2\"", "\"A1\"",
+       "/etc/plumbline.toml:9 camera[2].device: \"A1\" is the device of two cameras; `plumbline "
+       "cameras` shows the name of each, with its port where two have one serial number"},
+      {"ttyUSB1", "ttyUSB0",
+       "/etc/plumbline.toml:10 camera[2].zoom: is sensed at /dev/ttyUSB0, as that of another "
+       "camera "
+       "is; each needs a sensor of its own"},
+      {"[board]", "[zoom]\nkind = \"none\"\n[board]",
+       "/etc/plumbline.toml:13 zoom: is of one camera: write [camera.zoom] below each [[camera]]"},
+      {"[board]", "[[camera]]\nname = \"top\"\ndevice = \"C3\"\n[board]",
+       "/etc/plumbline.toml:13 camera[3]: is one camera too many: there may be 2"},
+  };
+  for (const Clash& clash : clashes) {
+    CAPTURE(clash.wrong);
+    const Read read(With(kTwo, clash.good, clash.wrong));
+    INFO(FaultsText(read.faults));
+    CHECK(read.faults.All().size() == 1);
+    CHECK(read.Says(clash.fault));
+  }
+}
+
+TEST_CASE("two recordings need two serial numbers: lenses are kept by them") {
+  const std::string one = "[[camera]]\nkind = \"recorded\"\n";
+  const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const std::string side = one + "name = \"side\"\npath = \"a\"\n";
+  const std::string rear = one + "name = \"rear\"\npath = \"b\"\n";
+  CHECK(Read(side + rear + tags).Says("camera[2].serial: is the serial number of two cameras"));
+  CHECK(Read(side + "serial = \"S\"\n" + rear + "serial = \"S\"\n" + tags)
+            .Says("\"S\" is the serial number of two cameras"));
+  CHECK(Read(side + "serial = \"S\"\n" + rear + tags).faults.All().empty());
 }

@@ -1,11 +1,21 @@
 #include <catch2/catch.hpp>
 
+#include "app/config/camera_config.h"
 #include "app/config/named_files.h"
 #include "app/config/overlay_config.h"
 
 using namespace plumbline;
 
 namespace {
+
+/// The cameras that a configuration has.
+VisionConfig Two() {
+  VisionConfig vision;
+  vision.cameras.resize(2);
+  vision.cameras[0].name = CameraName::kSide;
+  vision.cameras[1].name = CameraName::kRear;
+  return vision;
+}
 
 struct Read {
   FaultList faults;
@@ -18,7 +28,7 @@ struct Read {
       return Result<std::string>(Error{"none is opened"});
     };
     overlay = OverlayFromToml(*document.Root().Table("overlay"),
-                              NamedFiles("/etc/plumbline.toml", files, "/data"));
+                              NamedFiles("/etc/plumbline.toml", files, "/data"), Two());
     document.ReportUnknownKeys();
   }
   bool Says(const std::string& what) const {
@@ -90,4 +100,14 @@ TEST_CASE("all faults of [overlay] at once") {
   CHECK(read.Says("overlay.nominal: \"left\""));
   CHECK(read.Says("overlay.http_port: 70000"));
   CHECK(read.Says("overlay.exagerration: unknown key"));
+}
+
+TEST_CASE("[overlay] camera: one by its name, both by default, none that there is not") {
+  CHECK_FALSE(Read("").overlay.camera);
+  CHECK_FALSE(Read("camera = \"both\"\n").overlay.camera);
+  CHECK(Read("camera = \"rear\"\n").overlay.camera == CameraName::kRear);
+  CHECK(Read("camera = \"top\"\n")
+            .Says("overlay.camera: \"top\" is the name of no [[camera]]; give it to one, or "
+                  "\"both\" here"));
+  CHECK(Read("camera = \"left\"\n").Says("is not one of"));
 }

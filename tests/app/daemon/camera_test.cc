@@ -9,12 +9,11 @@
 #include "app/lens/calibration.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
-#include "tests/app/camera/camera_scene.h"
+#include "tests/app/daemon/camera_cell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/daemon/status_text.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
-#include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
 using namespace plumbline::test;
@@ -23,37 +22,6 @@ using virtual_cell::RegisterClient;
 using virtual_cell::RunningCell;
 
 namespace {
-
-constexpr int kKnown = 4000, kOtherKnown = 6000, kNever = 9000;
-const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
-
-renderer::Camera CameraAt(int zoom) {
-  return renderer::ZoomLens(zoom == kKnown ? 2600 : zoom == kOtherKnown ? 3000 : 2200);
-}
-
-virtual_cell::VirtualCellOptions Idle() {
-  virtual_cell::VirtualCellOptions options;
-  options.profile = virtual_cell::Profile::kUr;
-  options.idle = true;
-  options.time_scale = 4;
-  return options;
-}
-
-void KeepLenses(const std::string& state) {
-  std::filesystem::create_directories(state);
-  auto store = LensStore::Open(state + "/lenses.sqlite");
-  REQUIRE(store);
-  for (const int zoom : {kKnown, kOtherKnown}) {
-    LensEntry entry;
-    entry.key = {"test camera", "test mode", zoom, 0};
-    entry.lens = TrueLens(CameraAt(zoom));
-    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    entry.image = {1920, 1080};
-    entry.board = "none";
-    entry.utc = "2026-01-01T00:00:00Z";
-    REQUIRE(store.value().Append(entry));
-  }
-}
 
 std::string ConfigText(const std::string& robot, const std::string& folder, const std::string& zoom,
                        const std::string& board) {
@@ -66,10 +34,7 @@ std::string ConfigText(const std::string& robot, const std::string& folder, cons
          "/frames\"\nrepeat = true\n"
          "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n"
          "[zoom]\nlost_after_ms = 5000\n" +
-         zoom + "[board]\nviews = 12\n" + board + "[tags]\nfile = \"" + folder +
-         "/bodies.toml\"\ntool = \"gripper\"\n"
-         "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
-         "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n";
+         zoom + "[board]\nviews = 12\n" + board + TagsTable(folder + "/bodies.toml");
 }
 
 struct Station {
@@ -86,7 +51,7 @@ struct Station {
   /// @param before  what is done to the lens store before the daemon starts
   explicit Station(const std::string& replay = "", const std::string& board = "",
                    const std::function<void(const std::string& store)>& before = {}) {
-    KeepLenses(folder.path() + "/state");
+    KeepLenses(folder.path() + "/state", "test camera");
     if (before) before(Store());
     ShowCell();
     std::ofstream(folder.path() + "/zoom.csv") << replay;

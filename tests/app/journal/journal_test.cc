@@ -133,7 +133,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   const Case cases[] = {
       {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
        "not a database"},
-      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 4"); }, "newer"},
+      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 5"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
        "no plumbline journal"},
   };
@@ -309,6 +309,7 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
     REQUIRE(raw.ok());
     REQUIRE(
         raw.value().Run("DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
+                        "ALTER TABLE measurement DROP COLUMN camera;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 1"));
   }
@@ -427,7 +428,8 @@ TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
   {
     auto raw = Database::Open(file, Database::Mode::kWrite);
     REQUIRE(
-        raw.value().Run("ALTER TABLE measurement DROP COLUMN covariance_mm2;"
+        raw.value().Run("ALTER TABLE measurement DROP COLUMN camera;"
+                        "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 2"));
   }
   CHECK_FALSE(Journal::OpenForReading(file).ok());
@@ -438,10 +440,13 @@ TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
   row.covariance_W = Mat3::Zero();
   row.covariance_W->diagonal() << 1e-9, 2e-9, 3e-8;
   (*row.covariance_W)(0, 2) = (*row.covariance_W)(2, 0) = -1e-10;
+  row.camera = "side+rear";
   REQUIRE(journal.value().Append({row}, Joints()).ok());
   const auto rows = journal.value().Read({}, Joints());
   REQUIRE((rows.ok() && rows->size() == 2));
   CHECK_FALSE((*rows)[0].covariance_W);
+  CHECK((*rows)[0].camera.empty());
+  CHECK((*rows)[1].camera == "side+rear");
   CHECK((*rows)[1].source == JournalRow::Source::kCamera);
   REQUIRE((*rows)[1].covariance_W);
   CHECK(((*rows)[1].covariance_W.value() - *row.covariance_W).norm() < 1e-18);

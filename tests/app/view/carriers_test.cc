@@ -38,11 +38,11 @@ TEST_CASE("the cell's frame from its marks, the tip where the loaded arm has it"
 TEST_CASE("what is hidden stays for a moment, is stale, and is forgotten; the cell's frame stays") {
   ViewScene scene;
   scene.Placed();
-  scene.state.camera.bodies.clear();
-  scene.state.camera.tags.clear();
+  scene.state.cameras[0].bodies.clear();
+  scene.state.cameras[0].tags.clear();
   const auto later = [&](double s) {
     scene.state.now_s = ViewScene::kNow_s + s - 0.02;
-    scene.state.camera.image->time_s = ViewScene::kNow_s + s - 0.03;
+    scene.state.cameras[0].image->time_s = ViewScene::kNow_s + s - 0.03;
     return scene.Placed(ViewScene::kNow_s + s);
   };
   const Carrier gripper{Carrier::Kind::kBody, "gripper", 0};
@@ -61,9 +61,9 @@ TEST_CASE("what is hidden stays for a moment, is stale, and is forgotten; the ce
 TEST_CASE("another lens forgets all that was seen through the former") {
   ViewScene scene;
   scene.Placed();
-  scene.state.camera.bodies.clear();
-  scene.state.camera.tags.clear();
-  scene.state.camera.lens->fx += 1;
+  scene.state.cameras[0].bodies.clear();
+  scene.state.cameras[0].tags.clear();
+  scene.state.cameras[0].lens->fx += 1;
   const Carriers carriers = scene.Placed();
   CHECK_FALSE(carriers.world);
   CHECK_FALSE(carriers.flange);
@@ -73,7 +73,7 @@ TEST_CASE("another lens forgets all that was seen through the former") {
 TEST_CASE("a lens that is not valid, an old image, an untrusted robot: stale") {
   ViewScene scene;
   SECTION("lens") {
-    scene.state.watch.state = ZoomState::kMoving;
+    scene.state.cameras[0].watch.state = ZoomState::kMoving;
     const Carriers carriers = scene.Placed();
     CHECK(carriers.lens_stale);
     CHECK(carriers.world->stale);
@@ -107,7 +107,7 @@ TEST_CASE("a lens that is not valid, an old image, an untrusted robot: stale") {
     CHECK_FALSE(scene.Placed().tool);
   }
   SECTION("an ambiguous body is not taken") {
-    scene.state.camera.bodies[0].ambiguous = true;
+    scene.state.cameras[0].bodies[0].ambiguous = true;
     CHECK_FALSE(scene.Placed().world);
   }
 }
@@ -129,4 +129,96 @@ TEST_CASE("the model is the version that the daemon has in force, and nothing is
   REQUIRE(model);
   CHECK(model->config.machine.cell.robot.name == "another");
   CHECK(model->version == 3);
+}
+
+namespace {
+
+/// A second camera, to the right of the first and turned towards the same place.
+const Pose kRearFromSide{RotationFromVector(Vec3(0, 0.5, 0)), Vec3(-0.7, 0, 0.2)};
+
+/// The scene with it; it sees the cell alone.
+struct TwoEyes : ViewScene {
+  std::array<CarrierMemory, 2> memories;
+
+  TwoEyes() {
+    state.cameras.push_back(state.cameras[0]);
+    ViewCamera& rear = state.cameras[1];
+    rear.lens->fx = 2400;
+    rear.bodies = {{"cell", kRearFromSide * X_CW * kMarksInW, false}};
+    rear.tags.clear();
+  }
+  std::vector<Carriers> Placed(double now_s = kNow_s) {
+    std::vector<Carriers> placed;
+    for (std::size_t k = 0; k < 2; ++k) {
+      placed.push_back(memories[k].Take(state, k, &*model, now_s));
+    }
+    return placed;
+  }
+};
+
+const Carrier kGripper{Carrier::Kind::kBody, "gripper", 0}, kTag{Carrier::Kind::kTag, "", 20};
+
+}  // namespace
+
+TEST_CASE("what one camera sees is placed in the other's picture, by the cell that both see") {
+  TwoEyes scene;
+  std::vector<Carriers> eyes = scene.Placed();
+  CHECK(eyes[1].Find(kGripper) == nullptr);
+  const Pose own = eyes[0].Find(kGripper)->X_CK;
+  ShareSights(eyes);
+  for (const Carrier& carrier : {kGripper, kTag}) {
+    const PlacedCarrier* const lent = eyes[1].Find(carrier);
+    REQUIRE(lent != nullptr);
+    CHECK_FALSE(lent->stale);
+    const Pose expected = kRearFromSide * eyes[0].Find(carrier)->X_CK;
+    CHECK((lent->X_CK.p - expected.p).norm() < 1e-9);
+    CHECK((lent->X_CK.R - expected.R).norm() < 1e-9);
+  }
+  CHECK(eyes[0].Find(kGripper)->X_CK.p == own.p);
+
+  SECTION("what it sees itself stays as it sees it") {
+    scene.state.cameras[1].bodies.push_back({"gripper", {Mat3::Identity(), Vec3(9, 9, 9)}, false});
+    eyes = scene.Placed();
+    ShareSights(eyes);
+    CHECK(eyes[1].Find(kGripper)->X_CK.p == Vec3(9, 9, 9));
+    CHECK(eyes[0].Find(kGripper)->X_CK.p == own.p);
+  }
+  SECTION("nothing is given by a camera whose lens is stale, or taken by one") {
+    for (const std::size_t stale : {0, 1}) {
+      scene.state.cameras[stale].watch.state = ZoomState::kStale;
+      eyes = scene.Placed();
+      ShareSights(eyes);
+      CHECK(eyes[1].Find(kGripper) == nullptr);
+      scene.state.cameras[stale].watch.state = ZoomState::kValid;
+    }
+  }
+}
+
+TEST_CASE("in the measurement frame a thing stands where it is seen largest") {
+  TwoEyes scene;
+  const auto gripper_W = [&] { return InMeasurementFrame(scene.Placed()).InWorld(kGripper); };
+  const Vec3 by_side = scene.X_CW.Inverse() * scene.state.cameras[0].bodies[1].X_CK.p;
+  REQUIRE(gripper_W());
+  CHECK((gripper_W()->p - by_side).norm() < 1e-9);
+  // The rear one sees it too, a little elsewhere: its focal length is longer, and it is nearer.
+  Pose X_RK = kRearFromSide * scene.state.cameras[0].bodies[1].X_CK;
+  X_RK.p.y() += 0.001;
+  scene.state.cameras[1].bodies.push_back({"gripper", X_RK, false});
+  const Vec3 by_rear = (kRearFromSide * scene.X_CW).Inverse() * X_RK.p;
+  CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
+  scene.state.cameras[1].lens->fx = 300;
+  CHECK((gripper_W()->p - by_side).norm() < 1e-9);
+  scene.state.cameras[0].watch.state = ZoomState::kStale;
+  CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
+  scene.state.cameras[1].watch.state = ZoomState::kStale;
+  CHECK_FALSE(gripper_W());
+  // Of one camera it is what that one sees.
+  ViewScene one;
+  const Carriers own = one.Placed();
+  const Carriers merged = InMeasurementFrame(std::span(&own, 1));
+  for (const Carrier& carrier : {kGripper, kTag, Carrier{Carrier::Kind::kBase, "", 0},
+                                 Carrier{Carrier::Kind::kFlange, "", 0}}) {
+    REQUIRE(merged.InWorld(carrier));
+    CHECK((merged.InWorld(carrier)->p - own.InWorld(carrier)->p).norm() < 1e-9);
+  }
 }

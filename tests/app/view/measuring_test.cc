@@ -101,7 +101,7 @@ TEST_CASE("begin and end of interference are told once each, nearness too") {
   CHECK_THAT(watched.told[0], Catch::Contains("box and wall are near: 2"));
 
   // The cell's marks out of sight: what stands on the flange and in W is placed by the robot.
-  watched.view.state.camera.bodies.clear();
+  watched.view.state.cameras[0].bodies.clear();
   CHECK(watched.Measure().pairs[0].separation);
   // The robot is not trusted: nothing is measured, and nothing has ended.
   watched.view.state.alarms = alarm::kRobotStale;

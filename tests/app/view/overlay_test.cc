@@ -22,14 +22,15 @@ struct Composed {
            const Measured* measured = nullptr)
       : carriers(scene.Placed()), layout(LayoutOf(size)) {
     facts.state = &scene.state;
-    facts.carriers = &carriers;
+    facts.carriers = std::span(&carriers, 1);
     facts.model = &*scene.model;
     facts.table = table;
     facts.measured = measured;
     facts.now_s = ViewScene::kNow_s;
     const std::vector<int> meshes = {11, 12, 13};
     static const std::vector<std::uint8_t> pixels(std::size_t{1920} * 1080, 90);
-    AddOverlay({facts, scene.model->config.overlay, meshes, pixels.data()}, layout, list, labels);
+    AddOverlay({facts, scene.model->config.overlay, meshes, {pixels.data()}}, 0, layout, list,
+               labels);
   }
   bool Labelled(const std::string& text) const {
     return std::any_of(labels.begin(), labels.end(), [&](const Label& label) {
@@ -155,7 +156,7 @@ TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
   const ObjectTable table = Table();
   const Colour grey = Greyed({1, 1, 1, 1});
   SECTION("lens") {
-    scene.state.watch.state = ZoomState::kVerifying;
+    scene.state.cameras[0].watch.state = ZoomState::kVerifying;
     const Composed composed(scene, {1280, 720}, &table);
     for (const DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
     for (const DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);
@@ -168,7 +169,7 @@ TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
     CHECK(composed.list.meshes[1].colour.r == Approx(0.6));
   }
   SECTION("no lens") {
-    scene.state.camera.lens.reset();
+    scene.state.cameras[0].lens.reset();
     const Composed composed(scene, {1280, 720}, &table);
     CHECK(composed.list.meshes.empty());
     CHECK(composed.list.lines.empty());

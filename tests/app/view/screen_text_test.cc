@@ -17,22 +17,28 @@ float WidthOf(const std::string& text, float height_px) {
 }
 
 struct Drawn {
-  Carriers carriers;
+  std::vector<Carriers> carriers;
   ViewFacts facts;
   PictureLayout layout;
   DisplayList list;
 
   Drawn(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
         const Measured* measured = nullptr)
-      : carriers(scene.Placed()), layout(LayoutOf(size)) {
+      : layout(LayoutOf(size)) {
+    facts.shown.clear();
+    for (std::size_t k = 0; k < scene.state.cameras.size(); ++k) {
+      CarrierMemory memory;
+      carriers.push_back(memory.Take(scene.state, k, &*scene.model, ViewScene::kNow_s));
+      facts.shown.push_back(k);
+    }
     facts.state = &scene.state;
-    facts.carriers = &carriers;
+    facts.carriers = carriers;
     facts.model = &*scene.model;
     facts.table = table;
     facts.measured = measured;
     facts.now_s = ViewScene::kNow_s;
     const std::vector<int> meshes;
-    list = PictureOf({facts, scene.model->config.overlay, meshes, nullptr}, layout, WidthOf);
+    list = PictureOf({facts, scene.model->config.overlay, meshes, {}}, layout, WidthOf);
   }
   bool Says(const std::string& words) const {
     return std::any_of(list.texts.begin(), list.texts.end(), [&](const DrawnText& text) {
@@ -71,13 +77,13 @@ void ExpectTidy(const Drawn& drawn) {
 void MakeEverythingLong(ViewScene& scene) {
   const std::string word(400, 'W');
   scene.state.cell = word;
-  scene.state.camera.serial = word;
+  scene.state.cameras[0].serial = word;
   for (std::uint64_t k = 0; k < 40; ++k) scene.state.lines.push_back({k, 1.8e9, 3, word});
   scene.state.alarms = 0xFFFF;
   scene.state.warnings = 0xFFFF;
-  scene.state.watch.prompt = BoardPrompt::kUpperLeft;
+  scene.state.cameras[0].watch.prompt = BoardPrompt::kUpperLeft;
   for (int k = 0; k < 60; ++k) {
-    scene.state.camera.bodies.push_back({word + std::to_string(k), {}, false});
+    scene.state.cameras[0].bodies.push_back({word + std::to_string(k), {}, false});
     scene.state.points.push_back({100 + k, false, false, CorrectionCode::kTooLarge, {}, {}, 0});
   }
 }
@@ -134,10 +140,10 @@ TEST_CASE("all is well: one word, and every panel") {
 TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
   SECTION("lens, and the prompt of a calibration") {
     ViewScene scene;
-    scene.state.watch.state = ZoomState::kCalibrating;
-    scene.state.watch.reason = ZoomReason::kBoardStarted;
-    scene.state.watch.prompt = BoardPrompt::kTiltLeft;
-    scene.state.watch.board_views = 7;
+    scene.state.cameras[0].watch.state = ZoomState::kCalibrating;
+    scene.state.cameras[0].watch.reason = ZoomReason::kBoardStarted;
+    scene.state.cameras[0].watch.prompt = BoardPrompt::kTiltLeft;
+    scene.state.cameras[0].watch.board_views = 7;
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: the lens is calibrating"));
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
@@ -160,7 +166,7 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {
       ViewScene scene("exaggeration = 25.0\n");
       CHECK(Drawn(scene, size).Says("deflection shown x 25"));
-      scene.state.watch.state = ZoomState::kMoving;
+      scene.state.cameras[0].watch.state = ZoomState::kMoving;
       CHECK(Drawn(scene, size).Says("deflection shown x 25"));
     }
   }
@@ -195,4 +201,59 @@ TEST_CASE("without a daemon the picture says so") {
   const DisplayList list = PictureWithoutState(facts, layout, WidthOf);
   CHECK(std::any_of(list.texts.begin(), list.texts.end(),
                     [](const DrawnText& text) { return text.text.rfind("NO DAEMON: ", 0) == 0; }));
+}
+
+TEST_CASE("two cameras: each in a part of its own, named; each line says whose it is") {
+  ViewScene scene;
+  scene.state.cameras.push_back(scene.state.cameras[0]);
+  scene.state.cameras[0].watch.name = CameraName::kSide;
+  scene.state.cameras[1].watch.name = CameraName::kRear;
+  scene.state.cameras[1].watch.state = ZoomState::kStale;
+  scene.state.cameras[1].watch.reason = ZoomReason::kZoomChanged;
+  for (const ImageSize size : {ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+    CAPTURE(size.width);
+    const Drawn drawn(scene, size);
+    ExpectTidy(drawn);
+    REQUIRE(drawn.list.beside.size() == 1);
+    REQUIRE(drawn.list.area);
+    REQUIRE(drawn.list.beside[0].area);
+    const Area a = *drawn.list.area, b = *drawn.list.beside[0].area;
+    const Area& image = drawn.layout.image;
+    for (const Area& part : {a, b}) {
+      CHECK(part.x >= image.x);
+      CHECK(part.y >= image.y);
+      CHECK(part.right() <= image.right() + 0.01F);
+      CHECK(part.bottom() <= image.bottom() + 0.01F);
+      CHECK(part.width == a.width);
+    }
+    CHECK((b.x >= a.right() || b.y >= a.bottom()));
+    CHECK(drawn.list.beside[0].size == size);
+    CHECK(drawn.Says("side"));
+    CHECK(drawn.Says("side: valid"));
+    CHECK(drawn.Says("rear: stale"));
+    // The one that is stale is marked, the other is not.
+    int in_a = 0, in_b = 0;
+    for (const DrawnText& text : drawn.list.texts) {
+      if (text.text.rfind("STALE", 0) != 0 || text.y < image.y) continue;
+      in_a += text.x >= a.x && text.x < a.right() && text.y > a.y && text.y <= a.bottom() ? 1 : 0;
+      in_b += text.x >= b.x && text.x < b.right() && text.y > b.y && text.y <= b.bottom() ? 1 : 0;
+    }
+    CHECK(in_a == 0);
+    CHECK(in_b == 1);
+  }
+}
+
+TEST_CASE("two images are put beside or below each other, whichever leaves them larger") {
+  const Area wide{0, 0, 1000, 300}, high{10, 20, 400, 600};
+  const std::vector<Area> beside = PartsOf(wide, 2, {1920, 1080}, 10);
+  CHECK(beside[1].x == 505);
+  CHECK(beside[1].width == 495);
+  CHECK(beside[1].height == 300);
+  const std::vector<Area> below = PartsOf(high, 2, {1920, 1080}, 10);
+  CHECK(below[1].y == 325);
+  CHECK(below[1].height == 295);
+  CHECK(below[1].width == 400);
+  const std::vector<Area> one = PartsOf(high, 1, {1920, 1080}, 10);
+  CHECK(one[0].width == 400);
+  CHECK(one[0].height == 600);
 }

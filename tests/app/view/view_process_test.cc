@@ -73,18 +73,19 @@ constexpr const char* kCuboid =
 struct Station {
   TemporaryFolder folder;
   ShownImage image{folder.path()};
+  std::optional<ShownImage> rear;
   RunningCell cell{Idle()};
   std::optional<DaemonProcess> daemon;
   std::optional<RegisterClient> plc;
 
-  explicit Station(const std::string& overlay = "") {
+  explicit Station(const std::string& overlay = "", bool second = false) {
     const renderer::Camera camera = renderer::ZoomLens(1700);
     std::filesystem::create_directories(folder.path() + "/state");
-    {
+    for (const char* const serial : {"test camera", "rear camera"}) {
       auto store = LensStore::Open(folder.path() + "/state/lenses.sqlite");
       REQUIRE(store);
       LensEntry entry;
-      entry.key = {"test camera", "test mode", 0, 0};
+      entry.key = {serial, "test mode", 0, 0};
       entry.lens = TrueLens(camera);
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
       entry.image = {1920, 1080};
@@ -93,18 +94,30 @@ struct Station {
       REQUIRE(store.value().Append(entry));
     }
     image.Show(DrawCell(camera, CellInCamera(), GripperInCamera()));
+    if (second) {  // from 0.35 m beside the first
+      const Vec3 middle(0, 0, 1.4);
+      const Mat3 R = RotationFromVector(Vec3(0.05, 0.25, 0));
+      const Pose X_RS{R, middle - R * middle};
+      rear.emplace(folder.path() + "/rear");
+      rear->Show(DrawCell(camera, X_RS * CellInCamera(), X_RS * GripperInCamera()));
+    }
     std::ofstream(folder.path() + "/bodies.toml") << TagsText();
     std::ofstream(folder.path() + "/objects.toml") << kObjects;
     std::ofstream(folder.path() + "/fixture.obj") << kCuboid;
     daemon.emplace(Config(overlay));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
   }
+  std::string Camera(const std::string& serial, const ShownImage& shown,
+                     const std::string& name) const {
+    return (rear ? "[[camera]]\nname = \"" + name + "\"\n" : std::string("[camera]\n")) +
+           "kind = \"recorded\"\npath = \"" + shown.path() + "\"\nrepeat = true\nserial = \"" +
+           serial + "\"\nmode = \"test mode\"\nrate_hz = 20.0\n";
+  }
   std::string Config(const std::string& overlay) const {
     return WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "", "state_directory",
                     "\"" + folder.path() + "/state\"") +
-           "\n[camera]\nkind = \"recorded\"\npath = \"" + folder.path() +
-           "/frames\"\nrepeat = true\nserial = \"test camera\"\nmode = \"test mode\"\n"
-           "rate_hz = 20.0\n[tags]\nfile = \"" +
+           "\n" + Camera("test camera", image, "side") +
+           (rear ? Camera("rear camera", *rear, "rear") : "") + "[tags]\nfile = \"" +
            folder.path() +
            "/bodies.toml\"\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
            "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n"
@@ -240,6 +253,42 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   CHECK(Png(small).width == 640);
   Keep(small, "cell-640x480.png");
   CHECK(Run(Snapshot(station.daemon->ConfigFile(), "--out /nonexistent/a.png")).code == 2);
+}
+
+TEST_CASE("two cameras: both in one picture, or the one that is named") {
+  if (!CanDraw()) return;
+  Station station("", true);
+  INFO(station.daemon->Log());
+  REQUIRE(station.LensIsValid());
+  REQUIRE(Eventually([&] { return station.plc->Read(700, 24).Word(0) == 4; }));
+  const auto shot = [&](const std::string& name, const std::string& arguments) {
+    const std::string out = station.folder.path() + "/" + name + ".png";
+    const Ran ran = Run(Snapshot(station.daemon->ConfigFile(),
+                                 "--out " + out + " --size 1280x720 --json " + arguments));
+    INFO(ran.text);
+    REQUIRE(ran.code == 0);
+    Keep(out, name + ".png");
+    const auto json = nlohmann::json::parse(ran.text);
+    CHECK(json.at("stale_because").empty());
+    CHECK(json.at("panels").at("Lens")[0].get<std::string>().rfind("side: valid", 0) == 0);
+    CHECK(json.at("panels").at("Lens")[1].get<std::string>().rfind("rear: valid", 0) == 0);
+    std::string names;
+    for (const auto& camera : json.at("cameras"))
+      names += camera.at("name").get<std::string>() + " ";
+    return std::pair(names, Png(out).Count(IsMagenta));
+  };
+  const auto both = shot("both", ""), side = shot("side", "--camera side"),
+             rear = shot("rear", "--camera rear");
+  CHECK(both.first == "side rear ");
+  CHECK(side.first == "side ");
+  CHECK(rear.first == "rear ");
+  // The fixture hangs on the cell's marks, which each of them sees; the part in both pictures.
+  CHECK(side.second > 1000);
+  CHECK(rear.second > 1000);
+  CHECK(both.second > 500);
+  const Ran none = Run(Snapshot(station.daemon->ConfigFile(), "--out a.png --camera top"));
+  CHECK(none.code == 2);
+  CHECK_THAT(none.text, Catch::Contains("--camera top: there is both, side, rear"));
 }
 
 TEST_CASE("the shipped example of an object table, exaggerated and coloured by stress") {

@@ -67,34 +67,35 @@ struct ViewScene {
       told.uncertainty_m = 0.0003;
       state.points.push_back(told);
     }
-    state.watch.configured = true;
-    state.watch.state = ZoomState::kValid;
-    state.watch.reason = ZoomReason::kMarksGood;
-    state.watch.zoom_counts = 4000;
-    state.watch.lens_id = 1;
+    state.cameras.resize(1);
+    state.cameras[0].watch.configured = true;
+    state.cameras[0].watch.state = ZoomState::kValid;
+    state.cameras[0].watch.reason = ZoomReason::kMarksGood;
+    state.cameras[0].watch.zoom_counts = 4000;
+    state.cameras[0].watch.lens_id = 1;
     // Beside the tip, the image's right along W's x.
     LoadedState loaded;
     REQUIRE(model->arm.AtCommanded(state.q, {*state.payload_kg, state.payload_cog_F}, {}, loaded));
     X_CW.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
     X_CW.p = Vec3(0.02, -0.03, 1.5) - X_CW.R * loaded.X_WT.p;
-    state.camera.serial = "test camera";
-    state.camera.mode = "test mode";
-    state.camera.lens = Lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
-    state.camera.image = ViewImage{0, 7, 1920, 1080, false, kNow_s - 0.03, 70};
-    state.camera.bodies = {
+    state.cameras[0].serial = "test camera";
+    state.cameras[0].mode = "test mode";
+    state.cameras[0].lens = Lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
+    state.cameras[0].image = ViewImage{0, 7, 1920, 1080, false, kNow_s - 0.03, 70};
+    state.cameras[0].bodies = {
         {"cell", X_CW * kMarksInW, false},
         {"gripper", {RotationFromVector(Vec3(0.1, 0, 0)), Vec3(0, 0, 1.4)}, false}};
     for (const int id : {0, 1, 20}) {
       ViewTag tag;
       tag.id = id;
       tag.X_CM = Pose{Mat3::Identity(), Vec3(0.1 * id, 0, 1.5)};
-      state.camera.tags.push_back(tag);
+      state.cameras[0].tags.push_back(tag);
     }
     state.lines = {{1, 1.8e9 - 100, 5, "plumblined 0.1.0 with the demo cell"},
                    {2, 1.8e9 - 10, 4, "the zoom changed"}};
   }
   std::string ConfigFile() const { return folder.path() + "/plumbline.toml"; }
-  Carriers Placed(double now_s = kNow_s) { return memory.Take(state, &*model, now_s); }
+  Carriers Placed(double now_s = kNow_s) { return memory.Take(state, 0, &*model, now_s); }
 };
 
 }  // namespace plumbline::test

@@ -45,27 +45,29 @@ ViewState FullState() {
   point.uncertainty_m = 2e-4;
   state.points = {point};
   state.loop = {5, 3, 4, 1, 120, 0.6, Vec3(1e-4, 0, -2e-4)};
-  state.watch.configured = state.watch.tip_valid = true;
-  state.watch.state = ZoomState::kCalibrating;
-  state.watch.reason = ZoomReason::kBoardStarted;
-  state.watch.bits = 9;
-  state.watch.prompt = BoardPrompt::kTiltUpper;
-  state.watch.board_views = 11;
-  state.watch.zoom_counts = 4096;
-  state.watch.lens_id = 2;
-  state.watch.zoom_time_s = 12.4;
-  state.watch.tip_W = {1, 2, 3};
-  state.watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
-  state.camera.serial = "A-1";
-  state.camera.mode = "GREY 8x4@30";
-  state.camera.lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
+  state.cameras.resize(1);
+  state.cameras[0].watch.name = CameraName::kRear;
+  state.cameras[0].watch.configured = state.cameras[0].watch.tip_valid = true;
+  state.cameras[0].watch.state = ZoomState::kCalibrating;
+  state.cameras[0].watch.reason = ZoomReason::kBoardStarted;
+  state.cameras[0].watch.bits = 9;
+  state.cameras[0].watch.prompt = BoardPrompt::kTiltUpper;
+  state.cameras[0].watch.board_views = 11;
+  state.cameras[0].watch.zoom_counts = 4096;
+  state.cameras[0].watch.lens_id = 2;
+  state.cameras[0].watch.zoom_time_s = 12.4;
+  state.cameras[0].watch.tip_W = {1, 2, 3};
+  state.cameras[0].watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
+  state.cameras[0].serial = "A-1";
+  state.cameras[0].mode = "GREY 8x4@30";
+  state.cameras[0].lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
   ViewTag tag;
   tag.id = 17;
   tag.corners_px = {Vec2(1, 2), Vec2(3, 2), Vec2(3, 4), Vec2(1, 4)};
   tag.X_CM = point.X_BP_command;
   tag.ambiguous = true;
-  state.camera.tags = {tag, {18, tag.corners_px, {}, false}};
-  state.camera.bodies = {{"gripper", point.X_BP_command, true}};
+  state.cameras[0].tags = {tag, {18, tag.corners_px, {}, false}};
+  state.cameras[0].bodies = {{"gripper", point.X_BP_command, true}};
   state.lines = {{41, 1.7e9, 4, "robot link lost: no answer"}};
   return state;
 }
@@ -91,9 +93,9 @@ struct Ends {
   void Publish(const std::vector<std::uint8_t>& pixels, int width, std::uint64_t sequence) {
     ViewState state = FullState();
     const int height = static_cast<int>(pixels.size()) / width;
-    state.camera.image = publisher->Share({pixels.data(), width, height, width}, nullptr);
-    REQUIRE(state.camera.image);
-    state.camera.image->sequence = sequence;
+    state.cameras[0].image = publisher->Share(0, {pixels.data(), width, height, width}, nullptr);
+    REQUIRE(state.cameras[0].image);
+    state.cameras[0].image->sequence = sequence;
     publisher->Send(state);
   }
 };
@@ -106,11 +108,11 @@ TEST_CASE("A state survives the text whole") {
   const auto back = ViewOfJson(text);
   REQUIRE(back);
   CHECK(JsonOfView(*back) == text);
-  CHECK(back->camera.tags[1].id == 18);
-  CHECK_FALSE(back->camera.tags[1].X_CM);
+  CHECK(back->cameras[0].tags[1].id == 18);
+  CHECK_FALSE(back->cameras[0].tags[1].X_CM);
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
-  CHECK(back->watch.frame_time_s == PlcCamera::kNever);
-  CHECK(back->watch.tip_covariance_W == state.watch.tip_covariance_W);
+  CHECK(back->cameras[0].watch.frame_time_s == PlcCamera::kNever);
+  CHECK(back->cameras[0].watch.tip_covariance_W == state.cameras[0].watch.tip_covariance_W);
 }
 
 TEST_CASE("A text that is none is told, and why") {
@@ -119,7 +121,7 @@ TEST_CASE("A text that is none is told, and why") {
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":1"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":2"), 10, "\"schema\":9");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
@@ -135,8 +137,8 @@ TEST_CASE("The newest state comes with its image") {
   ends.Publish(second, 8, 2);
   View view;
   REQUIRE(ends.client.Read(1, view));
-  CHECK(view.state.camera.image->sequence == 2);
-  CHECK(view.pixels == second);
+  CHECK(view.state.cameras[0].image->sequence == 2);
+  CHECK(view.pixels[0].bytes == second);
   CHECK(ends.client.problem().empty());
   CHECK_FALSE(ends.client.Read(0.01, view));  // nothing newer
 }
@@ -149,7 +151,7 @@ TEST_CASE("A larger image takes another memory, which viewers are handed") {
   const auto large = Ramp(320, 240);
   ends.Publish(large, 320, 2);
   REQUIRE(ends.client.Read(1, view));
-  CHECK(view.pixels == large);
+  CHECK(view.pixels[0].bytes == large);
 }
 
 TEST_CASE("An image that was overtaken is not taken for another one") {
@@ -157,11 +159,44 @@ TEST_CASE("An image that was overtaken is not taken for another one") {
   ViewState state = FullState();
   const auto pixels = Ramp(8, 4);
   const LumaView luma{pixels.data(), 8, 4, 8};
-  state.camera.image = ends.publisher->Share(luma, nullptr);
-  for (int k = 0; k < ViewPublisher::kSlots; ++k) (void)ends.publisher->Share(luma, nullptr);
+  state.cameras[0].image = ends.publisher->Share(0, luma, nullptr);
+  for (int k = 0; k < ViewPublisher::kSlotsEach; ++k) (void)ends.publisher->Share(0, luma, nullptr);
   ends.publisher->Send(state);
   View view;
   CHECK_FALSE(ends.client.Read(0.2, view));
+}
+
+TEST_CASE("Two cameras: each has its own places, its image stays while the other's go round") {
+  Ends ends;
+  const auto side = Ramp(8, 4);
+  auto rear = Ramp(16, 2);
+  ViewState state = FullState();
+  state.cameras.push_back(state.cameras[0]);
+  state.cameras[0].image = ends.publisher->Share(0, {side.data(), 8, 4, 8}, nullptr);
+  const int memory = ends.publisher->memory_number();
+  View view;
+  for (int k = 0; k < 2 * ViewPublisher::kSlotsEach; ++k) {
+    rear[3] = static_cast<std::uint8_t>(100 + k);
+    state.cameras[1].image = ends.publisher->Share(1, {rear.data(), 16, 2, 16}, nullptr);
+    ends.publisher->Send(state);
+    REQUIRE(ends.client.Read(1, view));
+    REQUIRE(view.pixels.size() == 2);
+    CHECK(view.pixels[0].bytes == side);
+    CHECK(view.pixels[1].bytes == rear);
+    CHECK(view.state.cameras[1].image->width == 16);
+  }
+  CHECK(ends.publisher->memory_number() == memory);
+  // A larger image takes another memory: who holds images of the former must let them go.
+  const auto large = Ramp(320, 240);
+  state.cameras[1].image = ends.publisher->Share(1, {large.data(), 320, 240, 320}, nullptr);
+  CHECK(ends.publisher->memory_number() != memory);
+  state.cameras[0].image.reset();
+  ends.publisher->Send(state);
+  REQUIRE(ends.client.Read(1, view));
+  CHECK(view.pixels[0].bytes.empty());
+  CHECK(view.pixels[1].bytes == large);
+  state.cameras.push_back(state.cameras[0]);
+  CHECK_THAT(ViewOfJson(JsonOfView(state)).error(), Catch::Contains("more cameras"));
 }
 
 TEST_CASE("Who looks cannot write") {
@@ -219,7 +254,7 @@ TEST_CASE("A daemon that ends is told, and found again") {
   publisher->Send(FullState());
   REQUIRE(client.Read(1, view));
   CHECK(view.state.cell == FullState().cell);
-  CHECK(view.pixels.empty());
+  CHECK(view.pixels.at(0).bytes.empty());
   publisher.reset();
   CHECK_FALSE(client.Read(1, view));
   CHECK_FALSE(client.connected());

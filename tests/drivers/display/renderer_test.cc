@@ -378,3 +378,46 @@ TEST_CASE("pictures of other sizes follow one another") {
     CHECK(Greenish(corner) == (size.width < 50));
   }
 }
+
+TEST_CASE(
+    "two cameras in one picture: each in its area, with its image, over nothing of the other") {
+  test::Drawing drawing;
+  if (!drawing.renderer) return;
+  const std::vector<std::uint8_t> dark(std::size_t{64} * 48, 60), light(std::size_t{64} * 48, 180);
+  const int square = drawing.renderer->LoadMesh(test::Square(4.0F)).value();
+  const auto view_of = [&](const Area& area, const std::vector<std::uint8_t>& luma) {
+    DisplayList view = test::EmptyList(kSize);
+    view.area = area;
+    view.background.luma = {luma.data(), 64, 48, 64};
+    view.background.sequence = 7;  // the same number in each: they do not take each other's place
+    return view;
+  };
+  DisplayList list = view_of({0, 0, 300, 480}, dark);
+  list.beside = {view_of({320, 100, 320, 300}, light)};
+  // A line through the whole picture, and a square that fills it, in the right one alone.
+  list.beside[0].lines = {
+      {.points_C = {{-5, -0.1, 1}, {5, -0.1, 1}}, .colour = kGreen, .width_px = 5}};
+  DrawnMesh mesh;
+  mesh.mesh = square;
+  mesh.X_CF.p = Vec3(0, 2.2, 1);
+  mesh.colour = kRed;
+  list.beside[0].meshes = {mesh};
+  for (int again = 0; again < 2; ++again) {
+    const RgbImage picture = Drawn(drawing, list);
+    CHECK(At(picture, 100, 240).r == 60);
+    CHECK(At(picture, 299, 240).r == 60);
+    CHECK(At(picture, 310, 240).g < 40);  // between them
+    CHECK(At(picture, 400, 110).r == 180);
+    CHECK(At(picture, 400, 90).r < 40);  // above the right one
+    const int line_v = static_cast<int>(Project(list.pinhole, Vec3(0, -0.1, 1)).y());
+    CHECK(Greenish(At(picture, 400, line_v)));
+    CHECK_FALSE(Greenish(At(picture, 200, line_v)));
+    CHECK(Reddish(At(picture, 400, 390)));
+    CHECK_FALSE(Reddish(At(picture, 200, 390)));
+    CHECK_FALSE(Reddish(At(picture, 400, 410)));
+  }
+  list.beside.clear();
+  list.area.reset();
+  const RgbImage alone = Drawn(drawing, list);
+  CHECK(At(alone, 400, 240).r == 60);
+}

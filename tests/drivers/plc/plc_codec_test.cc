@@ -78,6 +78,9 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   const auto bodies = plc_map::kBodySize * PlcCamera::kMostBodies;
   CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
   CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
+  CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCamera + plc_map::kCameraStride);
+  CHECK(plc_map::kBodies + bodies + plc_map::kCameraStride * (kMostCameras - 1) <=
+        plc_map::kCommands);
   check(plc_map::SceneFields(), plc_map::kScene, plc_map::kScene + plc_map::kSceneSize - 1);
   CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCommands);
   check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
@@ -160,7 +163,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   PlcEnvironment environment;
   environment.now_s = 100;
   CHECK(encoder.Encode(SomeSnapshot(), environment)[500] == 0);
-  PlcCamera& camera = environment.camera;
+  PlcCamera& camera = environment.cameras[0];
   camera.configured = true;
   camera.state = ZoomState::kValid;
   camera.reason = ZoomReason::kMarksGood;
@@ -209,6 +212,31 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.tip_W.x() = std::nan("");
   CHECK(std::isfinite(
       ValueOfField(FieldType::kFloat, encoder.Encode(SomeSnapshot(), environment), 514, false)));
+}
+
+TEST_CASE("the second camera has the same blocks 200 registers further, the first keeps its own") {
+  PlcEncoder encoder({}, {1, 2});
+  PlcEnvironment environment;
+  for (std::size_t k = 0; k < kMostCameras; ++k) {
+    PlcCamera& camera = environment.cameras[k];
+    camera.configured = true;
+    camera.name = k == 0 ? CameraName::kSide : CameraName::kRear;
+    camera.state = k == 0 ? ZoomState::kValid : ZoomState::kStale;
+    camera.lens_id = static_cast<std::uint32_t>(11 + k);
+    camera.bodies_configured = 6;
+    camera.bodies[5] = {
+        true, false, {Mat3::Identity(), Vec3(1.0 + static_cast<double>(k), 0, 0)}, 1e-4, 0};
+  }
+  const auto& image = encoder.Encode(SomeSnapshot(), environment);
+  CHECK(image[500] == 4);
+  CHECK(image[700] == 5);
+  CHECK(image[511] == 11);
+  CHECK(image[711] == 12);
+  CHECK(image[524] == 1);
+  CHECK(image[724] == 2);
+  CHECK(ValueOfField(FieldType::kFloat, image, 540 + 80 + 2, false) == 1000);
+  CHECK(ValueOfField(FieldType::kFloat, image, 740 + 80 + 2, false) == 2000);
+  CHECK(image[640] == 0);  // of virtual objects, between them
 }
 
 TEST_CASE("the command window is decoded") {

@@ -1,0 +1,48 @@
+#include "app/camera/watch_stores.h"
+
+#include "drivers/clock.h"
+
+namespace plumbline {
+
+bool LensShelf::Open() {
+  if (store_) return true;
+  const double now_s = MonotonicSeconds();
+  if (now_s - tried_s_ < kRetry_s) return false;
+  tried_s_ = now_s;
+  auto opened = LensStore::Open(path_);
+  if (!opened) {
+    problem_ = opened.error();
+    return false;
+  }
+  store_.emplace(std::move(opened).value());
+  if (!store_->notice().empty())
+    sink_({Event::kLensStoreMended, "lens store: " + store_->notice()});
+  return true;
+}
+
+Result<std::optional<LensFound>> LensShelf::Find(const LensKey& key,
+                                                 const LensTolerance& tolerance) {
+  const std::lock_guard lock(mutex_);
+  if (!Open()) return Error{problem_};
+  auto found = store_->Find(key, tolerance);
+  if (!found) {
+    problem_ = found.error();
+    store_.reset();
+  }
+  return found;
+}
+
+Result<std::int64_t> LensShelf::Append(const LensEntry& entry) {
+  const std::lock_guard lock(mutex_);
+  if (!store_) tried_s_ = -1e300;  // a lens is worth an attempt
+  if (!Open()) return Error{problem_};
+  return store_->Append(entry);
+}
+
+WatchStores::WatchStores(const std::string& state_directory, const Body& cell, const LogSink& sink)
+    : lenses(state_directory + "/lenses.sqlite", sink),
+      marks(state_directory + "/fixed_marks.json", cell, marks_problem) {
+  if (!marks_problem.empty()) sink({Event::kMarksFile, "fixed marks: " + marks_problem});
+}
+
+}  // namespace plumbline

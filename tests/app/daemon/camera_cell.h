@@ -1,0 +1,55 @@
+// The cell that the cameras of the daemon's tests see: zooms, lenses that are known, a robot at
+// rest.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+
+#include "app/lens_store/lens_store.h"
+#include "tests/app/camera/camera_scene.h"
+#include "tests/virtual_cell/running_cell.h"
+
+namespace plumbline::test {
+
+inline constexpr int kKnown = 4000, kOtherKnown = 6000, kNever = 9000;
+inline const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
+
+inline renderer::Camera CameraAt(int zoom) {
+  return renderer::ZoomLens(zoom == kKnown ? 2600 : zoom == kOtherKnown ? 3000 : 2200);
+}
+
+inline virtual_cell::VirtualCellOptions Idle() {
+  virtual_cell::VirtualCellOptions options;
+  options.profile = virtual_cell::Profile::kUr;
+  options.idle = true;
+  options.time_scale = 4;
+  return options;
+}
+
+/// Adds two lenses of a camera to the store.
+inline void KeepLenses(const std::string& state, const std::string& serial) {
+  std::filesystem::create_directories(state);
+  auto store = LensStore::Open(state + "/lenses.sqlite");
+  REQUIRE(store);
+  for (const int zoom : {kKnown, kOtherKnown}) {
+    LensEntry entry;
+    entry.key = {serial, "test mode", zoom, 0};
+    entry.lens = TrueLens(CameraAt(zoom));
+    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.image = {1920, 1080};
+    entry.board = "none";
+    entry.utc = "2026-01-01T00:00:00Z";
+    REQUIRE(store.value().Append(entry));
+  }
+}
+
+/// [tags] of that cell. @param file  that TagsText() was written to
+inline std::string TagsTable(const std::string& file) {
+  return "[tags]\nfile = \"" + file +
+         "\"\ntool = \"gripper\"\n"
+         "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
+         "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n";
+}
+
+}  // namespace plumbline::test
