@@ -9,6 +9,7 @@
 #include "app/config/camera_config.h"
 #include "app/config/loop_config.h"
 #include "app/config/overlay_config.h"
+#include "app/config/page_config.h"
 #include "drivers/modbus/rtu_slave.h"
 #include "drivers/modbus/tcp_server.h"
 #include "drivers/plc/register_map.h"
@@ -38,6 +39,7 @@ struct DaemonConfig {
   LoopConfig loop;
   VisionConfig vision;    ///< changed by a restart only
   OverlayConfig overlay;  ///< of plumbline-view; the daemon only checks it
+  PageConfig page;        ///< likewise
   /// Corrected points written into the controller's registers, in the order of the profile's
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;

@@ -1,4 +1,4 @@
-// [overlay] of plumbline.toml: what plumbline-view shows, where, and to whom.
+// [overlay] of plumbline.toml: what plumbline-view shows, and where.
 #pragma once
 
 #include <optional>
@@ -30,13 +30,7 @@ struct OverlayConfig {
   bool stress = false;            ///< objects that bend are coloured by stress
   double stress_full_Pa = 250e6;  ///< the top of the colour scale
   double near_m = 0;              ///< of pairs of the object table that state none
-  std::string http_listen = "127.0.0.1";
-  std::optional<int> http_port;  ///< nothing: no page
-  std::string token;             ///< asked of whoever looks from another computer; empty: none
 };
-
-/// An address that only this computer reaches.
-bool IsLoopback(const std::string& address);
 
 /// @param vision  whose cameras may be named
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,

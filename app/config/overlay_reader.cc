@@ -1,6 +1,3 @@
-#include <arpa/inet.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "app/config/camera_config.h"
@@ -15,7 +12,6 @@ constexpr double kPaPerMPa = 1e6;
 constexpr NumberRange kExaggeration{0.1, 1000};
 constexpr NumberRange kStress{0.1, 10000, kPaPerMPa};
 constexpr NumberRange kNear{0, 10000, kMetrePerMm};
-constexpr std::size_t kShortestToken = 16, kLongestToken = 200;
 
 void SizeFromToml(const TomlTable& table, OverlayConfig& overlay) {
   const auto width = table.Integer("width_px", 640, 1920);
@@ -37,40 +33,7 @@ void ShownFromToml(const TomlTable& table, const VisionConfig& vision, OverlayCo
   }
 }
 
-void PageFromToml(const TomlTable& table, OverlayConfig& overlay) {
-  overlay.http_port = table.Integer("http_port", 0, 65535);
-  const auto listen = table.String("http_listen");
-  overlay.http_listen = listen.value_or(overlay.http_listen);
-  in6_addr address;
-  const bool is_address = inet_pton(AF_INET, overlay.http_listen.c_str(), &address) == 1 ||
-                          inet_pton(AF_INET6, overlay.http_listen.c_str(), &address) == 1;
-  if (!is_address) {
-    table.AddFault("http_listen",
-                   "is not an address such as 127.0.0.1, or 0.0.0.0 for every network");
-  }
-  const auto token = table.String("token");
-  overlay.token = token.value_or("");
-  const auto plain = [](char c) { return c > ' ' && c < 127; };
-  // The fault must not tell the token: faults go to the log.
-  if (token && (token->size() < kShortestToken || token->size() > kLongestToken ||
-                !std::all_of(token->begin(), token->end(), plain))) {
-    table.AddFault("", fmt::format("token is not {}..{} letters, digits and signs without spaces",
-                                   kShortestToken, kLongestToken));
-  }
-  if (is_address && !IsLoopback(overlay.http_listen) && !table.Has("token")) {
-    table.AddFault("http_listen",
-                   "is reached from other computers: it needs a token = \"...\" that is asked for");
-  }
-}
-
 }  // namespace
-
-bool IsLoopback(const std::string& address) {
-  in_addr v4{};
-  if (inet_pton(AF_INET, address.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
-  in6_addr v6{};
-  return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
-}
 
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
                               const VisionConfig& vision) {
@@ -100,7 +63,6 @@ OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
   overlay.stress_full_Pa =
       table.Number("stress_full_MPa", kStress).value_or(overlay.stress_full_Pa);
   overlay.near_m = table.Number("near_mm", kNear).value_or(overlay.near_m);
-  PageFromToml(table, overlay);
   return overlay;
 }
 

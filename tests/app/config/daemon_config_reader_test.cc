@@ -561,7 +561,7 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
   CHECK(config->overlay.stress == overlay.stress);
   CHECK(config->overlay.stress_full_Pa == Approx(overlay.stress_full_Pa));
   CHECK(config->overlay.near_m == Approx(overlay.near_m));
-  CHECK(config->overlay.http_listen == overlay.http_listen);
+  CHECK(config->page.listen == defaults.page.listen);
   CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
   CHECK(config->state_directory == defaults.state_directory);
 }

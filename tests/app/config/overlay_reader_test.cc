@@ -42,8 +42,7 @@ TEST_CASE("[overlay]: every key, in SI; files lie beside the configuration") {
   const Read read(
       "display = \"kms\"\ndevice = \"/dev/dri/card1\"\nwidth_px = 640\nheight_px = 480\n"
       "objects = \"objects.toml\"\nbackground = false\nexaggeration = 10.0\n"
-      "nominal = \"beside\"\nstress = true\nstress_full_MPa = 100.0\nnear_mm = 25.0\n"
-      "http_listen = \"0.0.0.0\"\nhttp_port = 8080\ntoken = \"0123456789abcdef\"\n");
+      "nominal = \"beside\"\nstress = true\nstress_full_MPa = 100.0\nnear_mm = 25.0\n");
   INFO(FaultsText(read.faults));
   CHECK(read.faults.All().empty());
   const OverlayConfig& overlay = read.overlay;
@@ -58,47 +57,27 @@ TEST_CASE("[overlay]: every key, in SI; files lie beside the configuration") {
   CHECK(overlay.stress);
   CHECK(overlay.stress_full_Pa == Approx(100e6));
   CHECK(overlay.near_m == Approx(0.025));
-  CHECK(overlay.http_listen == "0.0.0.0");
-  CHECK(overlay.http_port == 8080);
-  CHECK(overlay.token == "0123456789abcdef");
 }
 
-TEST_CASE("[overlay] without keys: no display, no page, nothing exaggerated") {
+TEST_CASE("[overlay] without keys: no display, nothing exaggerated") {
   const Read read("");
   CHECK(read.faults.All().empty());
   CHECK(read.overlay.display == OverlayConfig::Display::kNone);
   CHECK_FALSE(read.overlay.size);
   CHECK(read.overlay.objects_file.empty());
   CHECK(read.overlay.exaggeration == 1);
-  CHECK(read.overlay.http_listen == "127.0.0.1");
-  CHECK_FALSE(read.overlay.http_port);
-}
-
-TEST_CASE("a page that other computers reach needs a token, which no fault tells") {
-  CHECK(Read("http_listen = \"0.0.0.0\"\nhttp_port = 80\n")
-            .Says("plumbline.toml:2 overlay.http_listen: \"0.0.0.0\" is reached from other "
-                  "computers: it needs a token"));
-  CHECK(Read("http_listen = \"192.168.0.10\"\n").Says("needs a token"));
-  CHECK(Read("http_listen = \"::\"\n").Says("needs a token"));
-  CHECK(Read("http_listen = \"127.1.2.3\"\n").faults.All().empty());
-  CHECK(Read("http_listen = \"::1\"\n").faults.All().empty());
-  CHECK(Read("http_listen = \"office\"\n").Says("is not an address"));
-  const Read weak("http_listen = \"0.0.0.0\"\ntoken = \"secret\"\n");
-  CHECK(weak.Says("token is not 16..200"));
-  CHECK_FALSE(weak.Says("secret"));
 }
 
 TEST_CASE("all faults of [overlay] at once") {
   const Read read(
       "display = \"screen\"\ndevice = \"card0\"\nwidth_px = 320\nexaggeration = 0.0\n"
-      "nominal = \"left\"\nhttp_port = 70000\nexagerration = 2.0\n");
+      "nominal = \"left\"\nexagerration = 2.0\n");
   CHECK(read.Says("overlay.display: \"screen\""));
   CHECK(read.Says("overlay.device: \"card0\" is not an absolute path"));
   CHECK(read.Says("overlay.width_px: 320 is outside 640..1920"));
   CHECK(read.Says("and height_px must stand together"));
   CHECK(read.Says("overlay.exaggeration: 0"));
   CHECK(read.Says("overlay.nominal: \"left\""));
-  CHECK(read.Says("overlay.http_port: 70000"));
   CHECK(read.Says("overlay.exagerration: unknown key"));
 }
 

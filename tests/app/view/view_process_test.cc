@@ -352,7 +352,7 @@ TEST_CASE("snapshots that cannot be: no daemon, faults, a wrong size") {
     CHECK_THAT(none.text, Catch::Contains("is plumblined running"));
     CHECK_FALSE(std::filesystem::exists(folder.path() + "/a.png"));
   }
-  write("display = \"television\"\nhttp_listen = \"0.0.0.0\"\n");
+  write("display = \"television\"\n[page]\nlisten = \"0.0.0.0\"\n");
   const Ran faults = Run(Snapshot(file, "--out a.png"));
   CHECK(faults.code == 1);
   CHECK_THAT(faults.text, Catch::Contains("overlay.display") && Catch::Contains("needs a token"));

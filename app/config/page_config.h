@@ -1,0 +1,24 @@
+// [page] of plumbline.toml: to whom plumbline-view shows itself over HTTP.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumbline {
+
+class TomlTable;
+
+struct PageConfig {
+  std::string listen = "127.0.0.1";  ///< an address of this computer
+  std::optional<int> port;           ///< 0: any free one; nothing: no page but by a socket unit
+  std::string token;                 ///< asked of everybody; empty: only this computer may look
+  std::vector<std::string> hosts;    ///< names by which browsers reach it, in small letters
+};
+
+/// An address that only this computer reaches.
+bool IsLoopback(const std::string& address);
+
+PageConfig PageFromToml(const TomlTable& table);
+
+}  // namespace plumbline

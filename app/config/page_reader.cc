@@ -1,0 +1,68 @@
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "app/config/page_config.h"
+#include "app/config/toml_reader.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kShortestToken = 16, kLongestToken = 200;
+
+bool IsHostName(const std::string& name) {
+  return name.size() <= 253 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '-' || c == '.';
+         });
+}
+
+void TokenFromToml(const TomlTable& table, PageConfig& page) {
+  const auto token = table.String("token");
+  const auto plain = [](char c) { return c > ' ' && c < 127; };
+  // The fault must not tell the token: faults go to the log.
+  if (token && (token->size() < kShortestToken || token->size() > kLongestToken ||
+                !std::all_of(token->begin(), token->end(), plain))) {
+    table.AddFault("", fmt::format("token is not {}..{} letters, digits and signs without spaces",
+                                   kShortestToken, kLongestToken));
+  }
+  page.token = token.value_or("");
+}
+
+}  // namespace
+
+bool IsLoopback(const std::string& address) {
+  in_addr v4{};
+  if (inet_pton(AF_INET, address.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
+  in6_addr v6{};
+  return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
+
+PageConfig PageFromToml(const TomlTable& table) {
+  PageConfig page;
+  page.port = table.Integer("port", 0, 65535);
+  page.listen = table.String("listen").value_or(page.listen);
+  in6_addr address;
+  const bool is_address = inet_pton(AF_INET, page.listen.c_str(), &address) == 1 ||
+                          inet_pton(AF_INET6, page.listen.c_str(), &address) == 1;
+  if (!is_address) {
+    table.AddFault("listen", "is not an address such as 127.0.0.1, or 0.0.0.0 for every network");
+  }
+  TokenFromToml(table, page);
+  if (is_address && !IsLoopback(page.listen) && !table.Has("token")) {
+    table.AddFault("listen",
+                   "is reached from other computers: it needs a token = \"...\" that is asked for");
+  }
+  page.hosts = table.Strings("hosts").value_or(page.hosts);
+  for (std::string& name : page.hosts) {
+    if (!IsHostName(name)) {
+      table.AddFault("hosts",
+                     fmt::format("\"{}\" is not a name such as cell7.plant.example", name));
+    }
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return page;
+}
+
+}  // namespace plumbline

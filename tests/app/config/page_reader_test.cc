@@ -1,0 +1,64 @@
+#include <catch2/catch.hpp>
+
+#include "app/config/page_config.h"
+#include "app/config/toml_reader.h"
+
+using namespace plumbline;
+
+namespace {
+
+struct ReadPage {
+  FaultList faults;
+  PageConfig page;
+
+  explicit ReadPage(const std::string& lines) {
+    TomlDocument document("[page]\n" + lines, "/etc/plumbline.toml", faults);
+    REQUIRE(document.parsed());
+    page = PageFromToml(*document.Root().Table("page"));
+    document.ReportUnknownKeys();
+  }
+  bool Says(const std::string& what) const {
+    return FaultsText(faults).find(what) != std::string::npos;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("[page]: every key; without keys there is no page, and it would be for this computer") {
+  const ReadPage read(
+      "listen = \"0.0.0.0\"\nport = 8080\ntoken = \"0123456789abcdef\"\n"
+      "hosts = [\"Cell7.plant.example\"]\n");
+  INFO(FaultsText(read.faults));
+  CHECK(read.faults.All().empty());
+  CHECK(read.page.listen == "0.0.0.0");
+  CHECK(read.page.port == 8080);
+  CHECK(read.page.token == "0123456789abcdef");
+  CHECK(read.page.hosts == std::vector<std::string>{"cell7.plant.example"});
+  const ReadPage empty("");
+  CHECK(empty.faults.All().empty());
+  CHECK(empty.page.listen == "127.0.0.1");
+  CHECK_FALSE(empty.page.port);
+  CHECK(empty.page.token.empty());
+}
+
+TEST_CASE("a page that other computers reach needs a token, which no fault tells") {
+  CHECK(ReadPage("listen = \"0.0.0.0\"\nport = 80\n")
+            .Says("plumbline.toml:2 page.listen: \"0.0.0.0\" is reached from other computers: it "
+                  "needs a token"));
+  CHECK(ReadPage("listen = \"192.168.0.10\"\n").Says("needs a token"));
+  CHECK(ReadPage("listen = \"::\"\n").Says("needs a token"));
+  CHECK(ReadPage("listen = \"127.1.2.3\"\n").faults.All().empty());
+  CHECK(ReadPage("listen = \"::1\"\n").faults.All().empty());
+  CHECK(ReadPage("listen = \"office\"\n").Says("is not an address"));
+  const ReadPage weak("listen = \"0.0.0.0\"\ntoken = \"secret\"\n");
+  CHECK(weak.Says("token is not 16..200"));
+  CHECK_FALSE(weak.Says("secret"));
+}
+
+TEST_CASE("all faults of [page] at once") {
+  const ReadPage read("port = 70000\nhosts = [\"a b\", \"fine\"]\nlisen = \"::1\"\n");
+  CHECK(read.Says("page.port: 70000"));
+  CHECK(read.Says("\"a b\" is not a name"));
+  CHECK_FALSE(read.Says("\"fine\" is"));
+  CHECK(read.Says("page.lisen: unknown key"));
+}
