@@ -66,6 +66,7 @@ void ViewSide::Configure(const DaemonConfig& config) {
 void ViewSide::Start(const CyclicLoop& loop) {
   const std::lock_guard lock(mutex_);
   loop_ = &loop;
+  start_s_ = MonotonicSeconds();
 }
 
 bool ViewSide::Watched() {
@@ -111,6 +112,9 @@ void ViewSide::Send() {
   state.version = PLUMBLINE_VERSION;
   state.cell = cell_;
   TakeSnapshot(*loop_->ReadSnapshot(), point_ids_, state);
+  const LoopCounters counters = loop_->counters();
+  state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
+                 counters.overruns};
   state.loop = *link_.told.Read();
   state.model_version = state.loop.applied;
   for (std::size_t k = 0; k < cameras_.size(); ++k) {

@@ -43,6 +43,7 @@ class ViewSide {
   std::vector<int> point_ids_;
   std::vector<ViewCamera> cameras_;
   double sent_s_ = -1e300;
+  double start_s_ = 0;
   double scene_s_ = -1e300;  ///< of what was told of virtual objects
 };
 

@@ -268,6 +268,18 @@ PlcLoop LoopOf(const Json& json) {
   return loop;
 }
 
+Json CycleJson(const ViewCycle& cycle) {
+  return {{"uptime_s", NumberJson(cycle.uptime_s)},
+          {"longest_s", NumberJson(cycle.longest_s)},
+          {"cycles", cycle.cycles},
+          {"late", cycle.late}};
+}
+
+ViewCycle CycleOf(const Json& json) {
+  return {NumberOf(json.at("uptime_s")), NumberOf(json.at("longest_s")),
+          json.at("cycles").get<std::uint64_t>(), json.at("late").get<std::uint64_t>()};
+}
+
 Json LinesJson(const std::vector<ViewLine>& lines) {
   Json list = Json::array();
   for (const ViewLine& line : lines) {
@@ -295,6 +307,7 @@ ViewState StateOf(const Json& json) {
   state.alarms = json.at("alarms").get<std::uint16_t>();
   state.warnings = json.at("warnings").get<std::uint16_t>();
   state.data_age_s = NumberOf(json.at("data_age_s"));
+  state.cycle = CycleOf(json.at("cycle"));
   const Json& q = ListAt(json, "q");
   if (q.size() > kMaxJoints) throw std::out_of_range("more joints than an arm may have");
   state.q.resize(static_cast<Eigen::Index>(q.size()));
@@ -327,6 +340,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"alarms", state.alarms},
                      {"warnings", state.warnings},
                      {"data_age_s", NumberJson(state.data_age_s)},
+                     {"cycle", CycleJson(state.cycle)},
                      {"q", VectorJson(state.q)},
                      {"payload_kg", OptionalJson(state.payload_kg)},
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},

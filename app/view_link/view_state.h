@@ -68,6 +68,12 @@ struct ViewPoint {
   double uncertainty_m = 0;
 };
 
+/// How the machine cycle keeps its time, since the daemon started.
+struct ViewCycle {
+  double uptime_s = 0, longest_s = 0;  ///< of computation, without the wait for the robot
+  std::uint64_t cycles = 0, late = 0;
+};
+
 /// One moment of the daemon. SI; times are of the monotonic clock of this computer where not UTC.
 struct ViewState {
   double now_s = 0, utc_s = 0;
@@ -75,6 +81,7 @@ struct ViewState {
   int model_version = 0;  ///< in force; 0: the cell file, not known to the model store
   std::uint16_t status = 0, alarms = 0, warnings = 0;  ///< bits as in the register map
   double data_age_s = 0;                               ///< of the robot reading
+  ViewCycle cycle;
   JointVector q;  ///< of the last trusted reading; may be empty
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();

@@ -58,6 +58,7 @@ ViewState FullState() {
   state.cameras[0].watch.zoom_time_s = 12.4;
   state.cameras[0].watch.tip_W = {1, 2, 3};
   state.cameras[0].watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
+  state.cycle = {12.5, 0.0007, 1250, 3};
   state.cameras[0].serial = "A-1";
   state.cameras[0].mode = "GREY 8x4@30";
   state.cameras[0].lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
@@ -111,6 +112,8 @@ TEST_CASE("A state survives the text whole") {
   CHECK(back->cameras[0].tags[1].id == 18);
   CHECK_FALSE(back->cameras[0].tags[1].X_CM);
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
+  CHECK(back->cycle.cycles == 1250);
+  CHECK(back->cycle.late == 3);
   CHECK(back->cameras[0].watch.frame_time_s == PlcCamera::kNever);
   CHECK(back->cameras[0].watch.tip_covariance_W == state.cameras[0].watch.tip_covariance_W);
 }
