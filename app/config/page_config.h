@@ -14,6 +14,8 @@ struct PageConfig {
   std::optional<int> port;           ///< 0: any free one; nothing: no page but by a socket unit
   std::string token;                 ///< asked of everybody; empty: only this computer may look
   std::vector<std::string> hosts;    ///< names by which browsers reach it, in small letters
+
+  bool operator==(const PageConfig&) const = default;
 };
 
 /// An address that only this computer reaches.

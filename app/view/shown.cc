@@ -2,22 +2,48 @@
 
 namespace plumbline {
 
-void Shown::Put(std::shared_ptr<const ViewState> state) {
-  const std::lock_guard lock(mutex_);
-  state_ = std::move(state);
+ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
+  ShownNow now;
+  now.time_s = facts.now_s;
+  if (facts.state != nullptr) now.state = std::make_shared<const ViewState>(*facts.state);
+  now.link_problem = facts.link_problem;
+  now.picture_problem = std::move(picture_problem);
+  now.headline = Headline(facts);
+  now.panels = PanelsOf(facts);
+  now.own_lines = facts.own_lines;
+  if (facts.model != nullptr) {
+    for (const AssemblyPoint& point : facts.model->config.machine.points) {
+      if (!point.name.empty()) now.point_names[point.id] = point.name;
+    }
+  }
+  if (facts.measured != nullptr && facts.now_s - facts.measured->time_s <= kMeasuredFresh_s) {
+    now.pairs = facts.measured->pairs;
+  }
+  now.frames_per_s = facts.frames_per_s;
+  return now;
 }
 
-void Shown::Put(std::shared_ptr<const RgbImage> picture) {
+void Shown::Put(std::shared_ptr<const ShownNow> now) {
+  const std::lock_guard lock(mutex_);
+  now_ = std::move(now);
+}
+
+void Shown::Put(std::shared_ptr<const ShownPicture> picture) {
   const std::lock_guard lock(mutex_);
   picture_ = std::move(picture);
 }
 
-std::shared_ptr<const ViewState> Shown::state() const {
+std::shared_ptr<const ShownNow> Shown::Now() const {
   const std::lock_guard lock(mutex_);
-  return state_;
+  return now_;
 }
 
-std::shared_ptr<const RgbImage> Shown::Picture(double now_s) {
+std::shared_ptr<const ShownPicture> Shown::picture() const {
+  const std::lock_guard lock(mutex_);
+  return picture_;
+}
+
+std::shared_ptr<const ShownPicture> Shown::AskPicture(double now_s) {
   const std::lock_guard lock(mutex_);
   asked_s_ = now_s;
   return picture_;

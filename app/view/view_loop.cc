@@ -9,8 +9,11 @@
 
 #include <csignal>
 
+#include "app/config/daemon_config_reader.h"
 #include "app/log/log.h"
+#include "app/daemon/service_manager.h"
 #include "app/version.h"
+#include "app/view/page_side.h"
 #include "app/view/screen_text.h"
 #include "drivers/clock.h"
 
@@ -20,6 +23,8 @@ namespace {
 constexpr double kStateWait_s = 0.05, kScreenWait_s = 0.02;
 constexpr double kOldest_s = 0.5;  ///< a picture on a screen: ages and clocks go on
 constexpr double kUnseen_s = 1.0;  ///< from picture to picture where nobody looks
+constexpr double kShared_s = 0.1;  ///< from picture to picture for who looks from elsewhere
+constexpr double kTold_s = 0.2;    ///< from word to word for them
 constexpr ImageSize kWithoutDisplay{1280, 720};
 
 void Tell(bool bad, const std::string& text) {
@@ -88,8 +93,9 @@ bool ViewLoop::on_screen() const {
 }
 
 bool ViewLoop::Due(double now_s) const {
-  if (on_screen() || shown_.Asked(now_s)) return fresh_ || now_s - drawn_s_ >= kOldest_s;
-  return now_s - drawn_s_ >= kUnseen_s;
+  if (on_screen()) return fresh_ || now_s - drawn_s_ >= kOldest_s;
+  if (!shown_.Asked(now_s)) return now_s - drawn_s_ >= kUnseen_s;
+  return now_s - drawn_s_ >= (fresh_ ? kShared_s : kOldest_s);
 }
 
 void ViewLoop::DrawOne(ImageSize size, bool show) {
@@ -106,15 +112,20 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
                                        : PictureWithoutState(facts, layout, drawing_.text_width()));
   if (!drawn) return;
   if (show) TellDisplay(display_->Show(drawing_.renderer()));
-  const bool keep = alarms_->Due(now_s), asked = shown_.Asked(now_s);
-  if (!keep && !asked) return;
+  const bool keep = alarms_->Due(now_s);
+  const bool share = shown_.Asked(now_s) && now_s - shared_s_ >= kShared_s;
+  if (!keep && !share) return;
   RgbImage picture = drawing_.renderer().ReadBack();
-  if (asked) shown_.Put(std::make_shared<const RgbImage>(picture));
+  if (share) {
+    shared_s_ = now_s;
+    shown_.Put(std::make_shared<const ShownPicture>(ShownPicture{picture, now_s}));
+  }
   if (keep) alarms_->Remember(std::move(picture), now_s);
 }
 
 void ViewLoop::Round() {
   if (viewer_.Read(fresh_ && on_screen() ? 0 : kStateWait_s)) TakeState();
+  TellShown(MonotonicSeconds());
   const bool due = Due(MonotonicSeconds());
   // One that is lost is asked whether it is there again.
   DisplayResult screen = DisplayResult::kLost;
@@ -133,7 +144,12 @@ void ViewLoop::TakeState() {
   fresh_ = true;
   const ViewState& state = viewer_.view().state;
   alarms_->Observe(state.alarms, state.utc_s);
-  shown_.Put(std::make_shared<const ViewState>(state));
+}
+
+void ViewLoop::TellShown(double now_s) {
+  if (now_s - told_s_ < kTold_s) return;
+  told_s_ = now_s;
+  shown_.Put(std::make_shared<const ShownNow>(ShownOf(viewer_.Facts(), drawing_.problem())));
 }
 
 void ViewLoop::Reload() {
@@ -154,14 +170,20 @@ int RunView(const std::string& config_file) {
          fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
     return 1;
   }
+  ServiceManager manager;
   Shown shown;
+  PageSide page(shown, manager.TakeSocket("http"), Tell);
+  const DaemonConfig config = model->config;
   ViewLoop loop(config_file, std::move(*model), shown);
   Tell(false, fmt::format("plumbline-view {}", PLUMBLINE_VERSION));
+  page.Open(config);
   for (;;) {
     signalfd_siginfo info{};
     if (read(signals, &info, sizeof info) == sizeof info) {
       if (info.ssi_signo != SIGHUP) return 0;
       loop.Reload();
+      FaultList ignored;  // Reload() told them
+      if (const auto fresh = ReadDaemonConfig(config_file, ignored)) page.Open(*fresh);
     }
     loop.Round();
   }

@@ -31,6 +31,7 @@ class ViewLoop {
   bool Due(double now_s) const;
   void DrawOne(ImageSize size, bool show);
   void TellDisplay(DisplayResult result);
+  void TellShown(double now_s);
 
   Viewer viewer_;
   Drawing drawing_;
@@ -40,6 +41,8 @@ class ViewLoop {
   std::string display_problem_;  ///< empty: it shows pictures, or was not asked yet
   bool fresh_ = false;           ///< a state that was not drawn
   double drawn_s_ = -1e300;
+  double told_s_ = -1e300;    ///< to whom looks from elsewhere
+  double shared_s_ = -1e300;  ///< the last picture for them
 };
 
 /// Runs until SIGTERM or SIGINT; SIGHUP reads the configuration again.

@@ -1,0 +1,199 @@
+// Asks for the state once a second and puts it into the page. What comes is text, never markup.
+"use strict";
+
+const kPoll_ms = 1000, kPatience_ms = 4000, kLost_ms = 3000, kAsleep_ms = 6000, kRetry_ms = 3000;
+const kSlow_ms = 10000, kOldView_s = 3, kOldPicture_s = 3;
+const kMarks = {good: ["✓", "good: "], attention: ["▲", "attention: "], bad: ["✕", "bad: "],
+  faded: ["–", ""], plain: ["", ""]};
+const kLevels = {3: "bad", 4: "attention"};
+
+const byId = (id) => document.getElementById(id);
+let lastGood_ms = performance.now(), lastPoll_ms = performance.now(), lost = false, pictures = 0;
+let status = null, slow_ms = -kSlow_ms, retry = null;
+
+function element(tag, text, className) {
+  const made = document.createElement(tag);
+  if (text) made.textContent = text;
+  if (className) made.className = className;
+  return made;
+}
+
+// A sign and, for those who hear the page, a word: colour alone says nothing.
+function marked(parent, line) {
+  const [sign, word] = kMarks[line.tone] || kMarks.plain;
+  const mark = element("span", sign, "mark");
+  mark.setAttribute("aria-hidden", "true");
+  parent.replaceChildren(mark);
+  if (word) parent.append(element("span", word, "unseen"));
+  parent.append(line.text);
+}
+
+// Only what changed is touched: readers of the page are not thrown out of their line.
+function put(target, key, fill) {
+  const text = JSON.stringify(key);
+  if (target.dataset.key === text) return;
+  target.dataset.key = text;
+  fill(target);
+}
+
+const twoDigits = (number) => String(number).padStart(2, "0");
+
+function utcText(utc_s, withDate) {
+  const at = new Date(1000 * utc_s);
+  if (Number.isNaN(at.getTime())) return "";
+  const time = [at.getUTCHours(), at.getUTCMinutes(), at.getUTCSeconds()].map(twoDigits).join(":");
+  return withDate ? at.toISOString().slice(0, 10) + " " + time : time;
+}
+
+const ageText = (s) => s < 120 ? Math.round(s) + " s" : Math.round(s / 60) + " min";
+
+function listInto(target, lines) {
+  target.replaceChildren(...lines.map((line) => {
+    const item = element("li", "", line.tone);
+    marked(item, line);
+    return item;
+  }));
+}
+
+function showPanels(panels) {
+  put(byId("panels"), panels, (target) => {
+    target.replaceChildren(...panels.map((panel) => {
+      const section = element("section");
+      const list = element("ul");
+      listInto(list, panel.lines);
+      section.append(element("h2", panel.title), list);
+      return section;
+    }));
+  });
+}
+
+function showLog(log) {
+  put(byId("log"), log, (target) => {
+    target.replaceChildren(...log.slice().reverse().map((entry) => {
+      const tone = kLevels[Math.max(entry.level, 3)] || "plain";
+      const item = element("li", "", tone);
+      const from = entry.from === "plumblined" ? "" : "[view] ";
+      marked(item, {tone, text: utcText(entry.utc_s, true) + " " + from + entry.text});
+      return item;
+    }));
+  });
+}
+
+function showHeadline(line, about) {
+  byId("head").className = line.tone;
+  put(byId("headline"), line, (target) => marked(target, line));
+  byId("about").textContent = about;
+}
+
+function showPicture(picture) {
+  const old = picture.age_s === null || picture.age_s > kOldPicture_s;
+  byId("live").classList.toggle("old", old);
+  let words = "Live, as on the monitor.";
+  if (picture.age_s === null) words = "No picture yet.";
+  else if (old) words = "THE PICTURE IS OLD: from " + ageText(picture.age_s) + " ago.";
+  if (picture.problem) words = "NO PICTURE: " + picture.problem;
+  byId("caption").textContent = words;
+}
+
+function startPicture() {
+  clearTimeout(retry);
+  byId("picture").src = "live.mjpg?" + (++pictures);
+}
+
+function stopPicture() {
+  clearTimeout(retry);
+  byId("picture").removeAttribute("src");
+}
+
+function showLost(why) {
+  document.body.classList.toggle("is-lost", why !== "");
+  byId("lost").hidden = why === "";
+  if (byId("lost").textContent !== why) byId("lost").textContent = why;
+}
+
+function show() {
+  const silent_ms = performance.now() - lastGood_ms;
+  if (silent_ms > kLost_ms) {
+    lost = true;
+    showLost("This page has lost plumbline-view. What stands here is from " +
+      ageText(silent_ms / 1000) + " ago.");
+    document.title = "LOST - Plumbline";
+  }
+  if (silent_ms > kLost_ms || status === null) return;
+  const view_s = status.view.age_s;
+  showLost(view_s === null || view_s <= kOldView_s ? "" :
+    "plumbline-view stands still. What stands here is from " + ageText(view_s) + " ago.");
+  const cell = status.cell || "no cell yet";
+  showHeadline(status.headline, cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : ""));
+  document.title = status.headline.text.split(":")[0] + " - " + cell;
+  showPicture(status.picture);
+  showPanels(status.panels);
+  showLog(status.log);
+  byId("version").textContent = "Plumbline " + status.version;
+}
+
+function showReports(reports) {
+  put(byId("reports"), reports, (target) => {
+    const words = {diagnosis: "the newest diagnosis", model: "of model version ", alarm: "picture of an alarm: "};
+    target.replaceChildren(...reports.map((report) => {
+      const name = report.kind === "model" ? String(parseInt(report.name, 10)) :
+        report.kind === "alarm" ? report.name : "";
+      const item = element("li");
+      const link = element("a", words[report.kind] + name);
+      link.href = "reports/" + encodeURIComponent(report.name);
+      item.append(link, ", " + utcText(report.utc_s, true) + " UTC");
+      return item;
+    }));
+    if (reports.length === 0) target.replaceChildren(element("li", "none yet", "faded"));
+  });
+}
+
+async function ask(what) {
+  const abort = new AbortController();
+  const timer = setTimeout(() => abort.abort(), kPatience_ms);
+  try {
+    const answer = await fetch(what, {signal: abort.signal, cache: "no-store"});
+    if (answer.status === 401) location.reload();
+    return answer.ok ? await answer.json() : null;
+  } catch (error) {
+    return null;
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+async function askSlowly() {
+  slow_ms = performance.now();
+  const trend = await ask("trend.json");
+  if (trend) drawTrend(byId("trend"), byId("trend-words"), trend);
+  const reports = await ask("reports.json");
+  if (reports) showReports(reports.reports);
+}
+
+async function poll() {
+  const now_ms = performance.now();
+  const slept = now_ms - lastPoll_ms > kAsleep_ms;
+  lastPoll_ms = now_ms;
+  const fresh = await ask("status.json");
+  if (fresh) {
+    status = fresh;
+    lastGood_ms = performance.now();
+    // The stream does not come back by itself.
+    if ((lost || slept) && !document.hidden) startPicture();
+    lost = false;
+  }
+  show();
+  if (fresh && performance.now() - slow_ms >= kSlow_ms) askSlowly();
+  setTimeout(poll, kPoll_ms);
+}
+
+byId("picture").addEventListener("error", () => {
+  clearTimeout(retry);
+  if (!document.hidden) retry = setTimeout(startPicture, kRetry_ms);
+});
+// Nobody looks: nothing needs to be drawn for this page.
+document.addEventListener("visibilitychange", () => document.hidden ? stopPicture() : startPicture());
+window.addEventListener("resize", () => drawTrend(byId("trend"), byId("trend-words"), null));
+setInterval(show, kPoll_ms);
+if (!document.hidden) startPicture();
+poll();

@@ -1,0 +1,76 @@
+// Residuals of measured points, drawn as wide as there is room for.
+"use strict";
+
+const kHeight = 220, kLeft = 62, kRight = 8, kTop = 12, kBottom = 26, kMiddleOver = 9;
+let lastTrend = {points: []}, drawn = "";
+
+function shape(tag, attributes, text) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (text) made.textContent = text;
+  return made;
+}
+
+function median(values) {
+  const sorted = values.slice().sort((a, b) => a - b);
+  return sorted.length ? sorted[Math.floor((sorted.length - 1) / 2)] : 0;
+}
+
+// A round step that divides 0..top into two to five parts.
+function niceStep(top) {
+  const power = Math.pow(10, Math.floor(Math.log10(top)));
+  for (const factor of [0.2, 0.5, 1, 2]) if (top / (factor * power) <= 5) return factor * power;
+  return 5 * power;
+}
+
+function mark(point, x, y) {
+  const title = shape("title", {}, "row " + point.id + ": " + point.mm.toFixed(3) + " mm" +
+    (point.model ? ", model version " + point.model : "") + (point.wild ? ", wild" : "") +
+    (point.alarm ? ", drift alarm" : ""));
+  const made = point.alarm ?
+    shape("path", {class: "alarm", d: `M${x} ${y - 8}L${x + 7} ${y + 5}L${x - 7} ${y + 5}Z`}) :
+    shape("circle", {class: point.wild ? "wild" : "dot", cx: x, cy: y, r: point.wild ? 4 : 2.5});
+  made.append(title);
+  return made;
+}
+
+function drawTrend(target, words, trend) {
+  if (trend) lastTrend = trend;
+  const width = Math.max(200, target.clientWidth), points = lastTrend.points || [];
+  const key = width + JSON.stringify(lastTrend);
+  if (key === drawn) return;
+  drawn = key;
+  if (lastTrend.problem || points.length === 0) {
+    target.replaceChildren();
+    words.textContent = lastTrend.problem ? "The journal cannot be read: " + lastTrend.problem :
+      "No measured points yet.";
+    return;
+  }
+  const all = points.map((point) => point.mm), last = points[points.length - 1];
+  const top = Math.max(...all) || 1, step = niceStep(top), high = step * Math.ceil(top / step);
+  const digits = Math.max(0, -Math.floor(Math.log10(step)));
+  const x = (k) => kLeft + (width - kLeft - kRight) * (points.length > 1 ? k / (points.length - 1) : 0.5);
+  const y = (mm) => kHeight - kBottom - (kHeight - kTop - kBottom) * mm / high;
+  const said = `Newest ${last.mm.toFixed(3)} mm. Middle of the newest ${Math.min(20, all.length)}: ` +
+    `${median(all.slice(-20)).toFixed(3)} mm; of all ${all.length}: ${median(all).toFixed(3)} mm.`;
+  const svg = shape("svg", {viewBox: `0 0 ${width} ${kHeight}`, height: kHeight, role: "img",
+    "aria-label": "Residuals of the newest measured points. " + said});
+  for (let mm = 0; mm <= high * 1.001; mm += step) {
+    svg.append(shape("line", {class: "grid", x1: kLeft, x2: width - kRight, y1: y(mm), y2: y(mm)}),
+      shape("text", {x: kLeft - 6, y: y(mm) + 4, "text-anchor": "end"}, mm.toFixed(digits) + " mm"));
+  }
+  points.forEach((point, k) => {
+    if (k === 0 || point.model === points[k - 1].model) return;
+    const at = (x(k) + x(k - 1)) / 2;
+    svg.append(shape("line", {class: "version", x1: at, x2: at, y1: kTop, y2: kHeight - kBottom}),
+      shape("text", {x: at, y: kTop - 1, "text-anchor": k > points.length / 2 ? "end" : "start"},
+        "model " + (point.model || "none")));
+  });
+  const middle = all.map((_, k) => median(all.slice(Math.max(0, k - kMiddleOver + 1), k + 1)));
+  svg.append(shape("polyline", {class: "middle", points: middle.map((mm, k) => x(k) + "," + y(mm)).join(" ")}));
+  points.forEach((point, k) => svg.append(mark(point, x(k), y(point.mm))));
+  svg.append(shape("text", {x: kLeft, y: kHeight - 6}, "row " + points[0].id),
+    shape("text", {x: width - kRight, y: kHeight - 6, "text-anchor": "end"}, "row " + last.id));
+  target.replaceChildren(svg);
+  words.textContent = said + ` Line: middle of ${kMiddleOver}. Circle: wild. Triangle: drift alarm.`;
+}

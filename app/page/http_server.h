@@ -1,0 +1,80 @@
+// HTTP by cpp-httplib on a socket of our own: it parses and formats; who may connect, how many, how
+// long and how much is decided here.
+#pragma once
+
+#include <httplib.h>
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "app/page/http_stream.h"
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// cpp-httplib's parser and formatter without its sockets.
+class HttpFormat : public httplib::Server {
+ public:
+  /// @param answer  fills in the answer to every request whose head could be read
+  using Answer = std::function<void(const httplib::Request&, httplib::Response&)>;
+  explicit HttpFormat(Answer answer);
+
+  /// Reads one request and writes its answer.
+  void Serve(httplib::Stream& stream);
+  /// Ends answers that go on and on.
+  void End() { svr_sock_ = INVALID_SOCKET; }
+};
+
+/// A socket that listens. @return  or why not, with a remedy
+Result<int> ListenForHttp(const std::string& address, int port);
+
+/// "192.168.0.3:8080" of a listening socket, its address alone, and its port.
+struct ListeningAt {
+  std::string address;
+  int port = 0;
+  std::string Text() const;
+};
+ListeningAt WhereListens(int fd);
+
+/// One request a connection, a thread for each, kMostConnections at a time and kMostOfOnePeer of
+/// one address; whoever comes beyond is told 503.
+class HttpServer {
+ public:
+  static constexpr std::size_t kMostConnections = 32, kMostOfOnePeer = 16;
+
+  /// @param listen_fd  owned from then on
+  HttpServer(int listen_fd, StreamLimits limits, HttpFormat::Answer answer);
+  ~HttpServer();
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  void Start();
+  int connections() const { return connections_; }
+  std::uint64_t turned_away() const { return turned_away_; }
+
+ private:
+  struct Place {
+    std::thread thread;
+    std::string peer;
+    int fd = -1;  ///< of the accepting thread
+    std::atomic<bool> done{true};
+  };
+  void Run();
+  void Admit(int fd, const std::string& peer);
+  void Serve(Place& place);
+  static void Free(Place& place);
+
+  HttpFormat format_;
+  const StreamLimits limits_;
+  const int listen_fd_, wake_fd_;
+  std::array<Place, kMostConnections> places_;
+  std::atomic<int> connections_{0};
+  std::atomic<std::uint64_t> turned_away_{0};
+  std::thread thread_;
+};
+
+}  // namespace plumbline

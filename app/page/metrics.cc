@@ -1,0 +1,197 @@
+#include "app/page/metrics.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/page/camera_facts.h"
+#include "app/version.h"
+#include "drivers/plc/register_map.h"
+
+namespace plumbline {
+namespace {
+
+using Type = MetricsWriter::Type;
+
+std::string EscapedLabel(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\' || c == '"') escaped += '\\';
+    if (c == '\n') {
+      escaped += "\\n";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string NumberText(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
+  return fmt::format("{}", value);
+}
+
+/// One sample a bit, 0 or 1, labelled by what it means.
+void AddWord(MetricsWriter& writer, std::string_view name, std::string_view help,
+             std::string_view label, std::uint16_t word, std::span<const BitMeaning> bits) {
+  writer.Begin(name, Type::kGauge, help);
+  for (const BitMeaning& bit : bits) {
+    writer.Add((word & bit.mask) != 0 ? 1 : 0, {{label, bit.meaning}});
+  }
+}
+
+void AddPoints(MetricsWriter& writer, const ShownNow& now) {
+  const auto labels = [&](const ViewPoint& point) {
+    const auto name = now.point_names.find(point.id);
+    return MetricsWriter::Labels{
+        {"point", std::to_string(point.id)},
+        {"name", name == now.point_names.end() ? std::string() : name->second}};
+  };
+  const std::vector<ViewPoint>& points = now.state->points;
+  writer.Begin("point_valid", Type::kGauge, "Whether the point has a correction.");
+  for (const ViewPoint& point : points) writer.Add(point.valid ? 1 : 0, labels(point));
+  writer.Begin("point_correction_meters", Type::kGauge,
+               "How far the command is moved from the wanted position.");
+  for (const ViewPoint& point : points) {
+    if (point.valid) writer.Add(point.translation_B.norm(), labels(point));
+  }
+  writer.Begin("point_uncertainty_meters", Type::kGauge,
+               "Radius that holds 95 % of where the tip lands.");
+  for (const ViewPoint& point : points) {
+    if (point.valid && point.uncertainty_m > 0) writer.Add(point.uncertainty_m, labels(point));
+  }
+}
+
+void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
+  const std::vector<CameraFacts> cameras = CamerasOf(now);
+  if (cameras.empty()) return;
+  writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
+  for (const CameraFacts& facts : cameras) {
+    writer.Add(facts.watch->state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
+  }
+  writer.Begin("camera_image_age_seconds", Type::kGauge, "Since the newest image was taken.");
+  for (const CameraFacts& facts : cameras) {
+    if (!facts.camera->image) continue;
+    writer.Add(std::max(0.0, now_s - facts.camera->image->time_s), {{"camera", facts.name}});
+  }
+  writer.Begin("camera_image_rate_hertz", Type::kGauge, "Images a second, as they arrive.");
+  for (const CameraFacts& facts : cameras) {
+    writer.Add(facts.images_per_s, {{"camera", facts.name}});
+  }
+  writer.Begin("tags_seen", Type::kGauge, "Tags in the newest image.");
+  for (const CameraFacts& facts : cameras) {
+    writer.Add(static_cast<double>(facts.camera->tags.size()), {{"camera", facts.name}});
+  }
+}
+
+void AddPairs(MetricsWriter& writer, const ShownNow& now) {
+  if (now.pairs.empty()) return;
+  const auto labels = [](const MeasuredPair& pair) {
+    return MetricsWriter::Labels{{"a", pair.a}, {"b", pair.b}};
+  };
+  writer.Begin("interference", Type::kGauge, "Whether two virtual objects touch.");
+  for (const MeasuredPair& pair : now.pairs) {
+    if (pair.separation) writer.Add(pair.separation->touching ? 1 : 0, labels(pair));
+  }
+  writer.Begin("distance_meters", Type::kGauge, "Between two virtual objects; 0 where they touch.");
+  for (const MeasuredPair& pair : now.pairs) {
+    if (!pair.separation) continue;
+    writer.Add(pair.separation->touching ? 0 : pair.separation->distance_m, labels(pair));
+  }
+}
+
+void AddLoop(MetricsWriter& writer, const ViewState& state) {
+  const PlcLoop& loop = state.loop;
+  writer.Gauge("model_version", "Version of the model in force; 0: the cell file.",
+               state.model_version);
+  writer.Gauge("model_proposed_version", "Version that waits for approval; 0: none.",
+               loop.proposed);
+  if ((loop.state & loop_state::kRecording) == 0) return;
+  writer.Begin("probes_total", Type::kCounter, "Measured points since the daemon started.");
+  writer.Add(loop.probes);
+  writer.Gauge("drift_ratio", "The drift monitor's statistic; it alarms above 1.", loop.statistic);
+  writer.Gauge("diagnosis_running", "Whether the diagnosis is at work.",
+               (loop.state & loop_state::kDiagnosing) != 0 ? 1 : 0);
+  if (loop.probes == 0) return;
+  writer.Begin("residual_meters", Type::kGauge,
+               "Of the last measured point, measured minus predicted, in the measurement frame.");
+  constexpr std::array kAxes = {"x", "y", "z"};
+  for (std::size_t k = 0; k < kAxes.size(); ++k) {
+    writer.Add(loop.residual_m[static_cast<Eigen::Index>(k)], {{"axis", kAxes[k]}});
+  }
+}
+
+void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
+  const ViewState& state = *now.state;
+  writer.Begin("daemon_info", Type::kGauge, "Of the daemon; always 1.");
+  writer.Add(1, {{"version", state.version}, {"cell", state.cell}});
+  writer.Gauge("daemon_uptime_seconds", "Since the daemon started.", state.cycle.uptime_s);
+  writer.Begin("cycles_total", Type::kCounter, "Machine cycles since the daemon started.");
+  writer.Add(static_cast<double>(state.cycle.cycles));
+  writer.Begin("late_cycles_total", Type::kCounter, "Machine cycles that started late.");
+  writer.Add(static_cast<double>(state.cycle.late));
+  writer.Gauge("longest_cycle_seconds", "Longest computation of a cycle since the start.",
+               state.cycle.longest_s);
+  AddWord(writer, "alarm", "Alarms, each 1 while it stands.", "alarm", state.alarms,
+          plc_map::AlarmBits());
+  AddWord(writer, "warning", "Warnings, each 1 while it stands.", "warning", state.warnings,
+          plc_map::WarningBits());
+  if ((state.alarms & alarm::kRobotMissing) == 0) {
+    writer.Gauge("robot_data_age_seconds", "Age of the robot's reading.", state.data_age_s);
+  }
+  if (state.payload_kg) writer.Gauge("payload_kilograms", "Payload in force.", *state.payload_kg);
+  if (state.temp_C) {
+    writer.Gauge("temperature_celsius", "As the robot reports it.", *state.temp_C);
+  }
+  AddPoints(writer, now);
+  AddLoop(writer, state);
+  AddCameras(writer, now, now_s);
+  AddPairs(writer, now);
+}
+
+}  // namespace
+
+void MetricsWriter::Begin(std::string_view name, Type type, std::string_view help) {
+  name_ = fmt::format("plumbline_{}", name);
+  text_ += fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name_, help,
+                       type == Type::kCounter ? "counter" : "gauge");
+}
+
+void MetricsWriter::Add(double value, const Labels& labels) {
+  text_ += name_;
+  const char* before = "{";
+  for (const auto& [label, word] : labels) {
+    text_ += fmt::format("{}{}=\"{}\"", before, label, EscapedLabel(word));
+    before = ",";
+  }
+  text_ += fmt::format("{} {}\n", labels.empty() ? "" : "}", NumberText(value));
+}
+
+void MetricsWriter::Gauge(std::string_view name, std::string_view help, double value) {
+  Begin(name, Type::kGauge, help);
+  Add(value);
+}
+
+bool DaemonIsThere(const ShownNow* now, double now_s) {
+  return now != nullptr && now->state && now_s - now->state->now_s <= kPageStateOld_s;
+}
+
+std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s) {
+  MetricsWriter writer;
+  const bool up = DaemonIsThere(now, now_s);
+  writer.Gauge("up", "Whether the daemon tells its state now.", up ? 1 : 0);
+  writer.Begin("view_info", Type::kGauge, "Of plumbline-view, which tells this; always 1.");
+  writer.Add(1, {{"version", PLUMBLINE_VERSION}});
+  writer.Begin("page_requests_total", Type::kCounter, "Requests to the page.");
+  writer.Add(static_cast<double>(page.requests));
+  writer.Begin("page_refused_total", Type::kCounter,
+               "Of those, without token, of another host, or beyond a limit.");
+  writer.Add(static_cast<double>(page.refused));
+  writer.Gauge("page_connections", "Connections to the page now.", page.connections);
+  writer.Gauge("page_viewers", "Of those, of the live picture.", page.viewers);
+  if (up) AddState(writer, *now, now_s);
+  return writer.Take();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,317 @@
+#include "app/page/page.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/page/page_files.h"
+#include "app/page/report_files.h"
+#include "app/page/request_parts.h"
+#include "app/page/residual_trend.h"
+#include "app/page/status_json.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kKept_s = 5;            ///< trend and list of reports
+constexpr double kPictureWait_s = 0.05;  ///< from look to look for a newer picture
+constexpr double kPictureOld_s = 10;     ///< live: none that is older is begun with
+constexpr double kTold_s = 60;           ///< between lines of the log on wrong tokens
+constexpr int kCookieLives_s = 30 * 86400;
+constexpr const char* kHtml = "text/html; charset=utf-8";
+constexpr const char* kJson = "application/json";
+constexpr const char* kMetricsText = "text/plain; version=0.0.4; charset=utf-8";
+/// Nothing from elsewhere, nothing inline, in nobody's frame.
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+    "form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
+/// A report is a page by itself, with its own style and drawings: it may run nothing at all.
+constexpr const char* kReportPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+struct StaticFile {
+  const char* path;
+  std::string_view text;
+  const char* type;
+};
+
+const StaticFile* StaticFileAt(const std::string& path) {
+  static const std::array kFiles = {
+      StaticFile{"/", page_files::kPage, kHtml},
+      StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
+      // These three serve the login as well.
+      StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
+      StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/icon.svg", page_files::kIcon, "image/svg+xml"},
+  };
+  const auto* const found = std::find_if(kFiles.begin(), kFiles.end(),
+                                         [&](const StaticFile& f) { return path == f.path; });
+  return found == kFiles.end() ? nullptr : found;
+}
+
+bool IsOfLogin(const std::string& path) {
+  return path == "/page.css" || path == "/login.js" || path == "/icon.svg";
+}
+
+std::string OwnName() {
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  std::string small(name);
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return small;
+}
+
+void SetHeader(httplib::Response& response, const char* key, const std::string& value) {
+  response.headers.erase(key);
+  response.set_header(key, value);
+}
+
+/// "--frame", its headers, and the picture.
+std::string PartOf(const JpegPicture& picture) {
+  return fmt::format("--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n",
+                     picture.bytes.size()) +
+         picture.bytes + "\r\n";
+}
+
+}  // namespace
+
+std::string KeptText::Get(double now_s, double period_s, const std::function<std::string()>& make) {
+  const std::lock_guard lock(mutex_);
+  if (now_s - made_s_ >= period_s) {
+    text_ = make();
+    made_s_ = now_s;
+  }
+  return text_;
+}
+
+Page::Page(PageOptions options, Shown& shown, Sink sink)
+    : options_(std::move(options)),
+      sink_(std::move(sink)),
+      cookie_value_(CookieValueOf(options_.config.token)),
+      shown_(shown),
+      feed_(shown),
+      own_names_(options_.config.hosts) {
+  const std::string name = OwnName();
+  own_names_.push_back(name);
+  own_names_.push_back(name + ".local");
+}
+
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Sink sink) {
+  int fd = options.listen_fd;
+  if (fd < 0) {
+    const Result<int> own = ListenForHttp(options.config.listen, options.config.port.value_or(0));
+    if (!own) return Error{own.error()};
+    fd = *own;
+  }
+  const ListeningAt at = WhereListens(fd);
+  if (options.config.token.empty() && !IsLoopback(at.address)) {
+    close(fd);
+    return Error{fmt::format(
+        "{} is reached from other computers: it needs token = \"...\" under [page]", at.Text())};
+  }
+  const StreamLimits limits = options.limits;
+  std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
+  page->at_ = at;
+  // Browsers tell cookies of one computer's ports not apart.
+  page->cookie_name_ = fmt::format("plumbline-{}", at.port);
+  page->server_ = std::make_unique<HttpServer>(
+      fd, limits, [raw = page.get()](const httplib::Request& request, httplib::Response& response) {
+        raw->Answer(request, response);
+      });
+  page->server_->Start();
+  return page;
+}
+
+void Page::Refuse(httplib::Response& response, int status, const std::string& why) {
+  ++refused_;
+  response.status = status;
+  response.set_content(why + "\n", "text/plain; charset=utf-8");
+}
+
+bool Page::IsKnown(const httplib::Request& request) const {
+  const std::string& token = options_.config.token;
+  if (token.empty()) return true;
+  const auto bearer = request.get_header_value("Authorization");
+  if (const auto given = BearerOf(bearer)) return SameSecret(*given, token);
+  const auto cookies = request.get_header_value("Cookie");
+  const auto cookie = CookieOf(cookies, cookie_name_);
+  return cookie && SameSecret(*cookie, cookie_value_);
+}
+
+void Page::AskForToken(const httplib::Request& request, httplib::Response& response) {
+  const bool tried = request.has_header("Authorization") || request.has_param("token");
+  if (request.path == "/") {
+    ++refused_;
+    response.status = 401;
+    response.set_content(std::string(page_files::kLogin), kHtml);
+  } else {
+    Refuse(response, 401, "this page asks for its token: Authorization: Bearer ...");
+  }
+  SetHeader(response, "WWW-Authenticate", "Bearer");
+  if (!tried) return;
+  const std::lock_guard lock(told_mutex_);
+  const double now_s = MonotonicSeconds();
+  if (now_s - told_s_ < kTold_s) return;
+  told_s_ = now_s;
+  sink_(true, fmt::format("the page was asked with a wrong token by {}", request.remote_addr));
+}
+
+/// The right token in the address becomes a cookie, and leaves the address.
+void Page::Exchange(httplib::Response& response) const {
+  response.status = 303;
+  SetHeader(response, "Location", "/");
+  SetHeader(response, "Set-Cookie",
+            fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict", cookie_name_,
+                        cookie_value_, kCookieLives_s));
+}
+
+void Page::Answer(const httplib::Request& request, httplib::Response& response) {
+  ++requests_;
+  SetHeader(response, "Content-Security-Policy", kPolicy);
+  SetHeader(response, "X-Content-Type-Options", "nosniff");
+  SetHeader(response, "Referrer-Policy", "no-referrer");
+  SetHeader(response, "Cross-Origin-Resource-Policy", "same-origin");
+  SetHeader(response, "Cache-Control", "no-store");
+  if (request.method != "GET" && request.method != "HEAD") {
+    Refuse(response, 405, "this page is to look at: GET and HEAD");
+    SetHeader(response, "Allow", "GET, HEAD");
+    return;
+  }
+  const auto host = HostOf(request.get_header_value("Host"));
+  if (request.get_header_value_count("Host") != 1 || !host) {
+    Refuse(response, 400, "no host");
+  } else if (!IsOwnHost(*host, own_names_)) {
+    Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
+  } else if (IsOfLogin(request.path)) {
+    AnswerKnown(request, response);
+  } else if (!options_.config.token.empty() && request.has_param("token") &&
+             SameSecret(request.get_param_value("token"), options_.config.token)) {
+    Exchange(response);
+  } else if (!IsKnown(request)) {
+    AskForToken(request, response);
+  } else if (request.path == "/login") {
+    Exchange(response);
+  } else {
+    AnswerKnown(request, response);
+  }
+}
+
+void Page::AnswerKnown(const httplib::Request& request, httplib::Response& response) {
+  constexpr std::string_view kReports = "/reports/";
+  const double now_s = MonotonicSeconds();
+  const std::string& path = request.path;
+  if (const StaticFile* const file = StaticFileAt(path)) {
+    response.set_content(std::string(file->text), file->type);
+  } else if (path == "/status.json") {
+    response.set_content(Status(), kJson);
+  } else if (path == "/metrics") {
+    response.set_content(Metrics(now_s), kMetricsText);
+  } else if (path == "/healthz") {
+    Health(response);
+  } else if (path == "/trend.json") {
+    response.set_content(
+        trend_.Get(
+            now_s, kKept_s,
+            [this] { return TrendJson(ReadTrend(options_.state_directory, options_.joints)); }),
+        kJson);
+  } else if (path == "/reports.json") {
+    response.set_content(reports_.Get(now_s, kKept_s, [this] { return Reports(); }), kJson);
+  } else if (path.starts_with(kReports)) {
+    AnswerReport(path.substr(kReports.size()), response);
+  } else if (path == "/live.mjpg") {
+    AnswerLive(response);
+  } else if (path == "/picture.jpg") {
+    const auto picture = feed_.Newest(now_s);
+    if (picture && now_s - picture->drawn_s < kPictureOld_s) {
+      response.set_content(picture->bytes, "image/jpeg");
+    } else {
+      Refuse(response, 503, "no picture yet; ask again");
+    }
+  } else {
+    Refuse(response, 404, "there is no such thing here");
+  }
+}
+
+void Page::AnswerLive(httplib::Response& response) {
+  if (viewers_.fetch_add(1) >= kMostViewers) {
+    --viewers_;
+    Refuse(response, 503, fmt::format("{} others look already", kMostViewers));
+    return;
+  }
+  // The first picture twice: browsers show a part when the next one begins.
+  response.set_content_provider(
+      "multipart/x-mixed-replace; boundary=frame",
+      [this, number = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+        const double now_s = MonotonicSeconds();
+        const auto picture = feed_.Newest(now_s);
+        const bool old = !picture || now_s - picture->drawn_s > kPictureOld_s;
+        if (old || picture->number == number) {
+          SleepSeconds(kPictureWait_s);
+          return sink.is_writable();
+        }
+        const std::string part = PartOf(*picture);
+        if (number == 0 && !sink.write(part.data(), part.size())) return false;
+        number = picture->number;
+        return sink.write(part.data(), part.size());
+      },
+      [this](bool) { --viewers_; });
+}
+
+void Page::AnswerReport(const std::string& name, httplib::Response& response) const {
+  const Result<std::string> bytes = ReadReport(options_.state_directory, name);
+  if (!bytes) {
+    response.status = 404;
+    response.set_content(bytes.error() + "\n", "text/plain; charset=utf-8");
+    return;
+  }
+  SetHeader(response, "Content-Security-Policy", kReportPolicy);
+  response.set_content(*bytes,
+                       ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
+}
+
+std::string Page::Status() {
+  const double now_s = MonotonicSeconds();
+  const auto now = shown_.Now();
+  const auto picture = shown_.picture();
+  if (now) log_.Take(*now);
+  PictureFacts facts;
+  if (picture) facts = {picture->image.size, now_s - picture->time_s};
+  return StatusJson(now.get(), facts, log_.Lines(), now_s);
+}
+
+std::string Page::Reports() const {
+  nlohmann::ordered_json json = {{"reports", nlohmann::ordered_json::array()}};
+  for (const ReportFile& report : ReportsIn(options_.state_directory)) {
+    const char* const kind = report.kind == ReportKind::kModel       ? "model"
+                             : report.kind == ReportKind::kDiagnosis ? "diagnosis"
+                                                                     : "alarm";
+    json["reports"].push_back(
+        {{"name", report.name}, {"kind", kind}, {"bytes", report.bytes}, {"utc_s", report.utc_s}});
+  }
+  return json.dump();
+}
+
+std::string Page::Metrics(double now_s) const {
+  PageCounts counts;
+  counts.requests = requests_;
+  counts.refused = refused_ + server_->turned_away();
+  counts.connections = server_->connections();
+  counts.viewers = viewers_;
+  return MetricsText(shown_.Now().get(), counts, now_s);
+}
+
+void Page::Health(httplib::Response& response) const {
+  const auto now = shown_.Now();
+  const bool well = DaemonIsThere(now.get(), MonotonicSeconds());
+  response.status = well ? 200 : 503;
+  response.set_content(well ? "the daemon tells its state\n" : "the daemon is silent\n",
+                       "text/plain; charset=utf-8");
+}
+
+}  // namespace plumbline

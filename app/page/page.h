@@ -1,0 +1,85 @@
+// The page: what plumbline-view tells a browser, Prometheus, or a script. To look only.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "app/config/page_config.h"
+#include "app/page/http_server.h"
+#include "app/page/log_tail.h"
+#include "app/page/metrics.h"
+#include "app/page/picture_feed.h"
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline {
+
+struct PageOptions {
+  PageConfig config;
+  std::string state_directory;
+  std::vector<Joint> joints;  ///< of the cell, for the journal's rows
+  StreamLimits limits;
+  int listen_fd = -1;  ///< of the service manager, owned by the page from then on; -1: its own
+};
+
+/// Text that is made anew at most every so often, however many ask.
+class KeptText {
+ public:
+  std::string Get(double now_s, double period_s, const std::function<std::string()>& make);
+
+ private:
+  std::mutex mutex_;
+  double made_s_ = -1e300;
+  std::string text_;
+};
+
+/// Serves until it is destroyed; several threads. Everything but the login's three files asks for
+/// the token where there is one.
+class Page {
+ public:
+  using Sink = std::function<void(bool bad, const std::string&)>;
+  static constexpr int kMostViewers = 8;  ///< of the live picture
+
+  /// @return  or why it is not served, with a remedy: the port, or no token though other computers
+  ///          reach the socket
+  static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, Sink sink);
+
+  const ListeningAt& at() const { return at_; }
+
+  /// Fills in the answer to one request; what the server's threads call.
+  void Answer(const httplib::Request& request, httplib::Response& response);
+
+ private:
+  Page(PageOptions options, Shown& shown, Sink sink);
+  bool IsKnown(const httplib::Request& request) const;
+  void AskForToken(const httplib::Request& request, httplib::Response& response);
+  void Exchange(httplib::Response& response) const;
+  void AnswerKnown(const httplib::Request& request, httplib::Response& response);
+  void AnswerLive(httplib::Response& response);
+  void AnswerReport(const std::string& name, httplib::Response& response) const;
+  void Refuse(httplib::Response& response, int status, const std::string& why);
+  std::string Status();
+  std::string Reports() const;
+  std::string Metrics(double now_s) const;
+  void Health(httplib::Response& response) const;
+
+  const PageOptions options_;
+  const Sink sink_;
+  const std::string cookie_value_;
+  Shown& shown_;
+  PictureFeed feed_;
+  LogTail log_;
+  KeptText trend_, reports_;
+  std::vector<std::string> own_names_;
+  ListeningAt at_;
+  std::string cookie_name_;
+  std::atomic<std::uint64_t> requests_{0}, refused_{0};
+  std::atomic<int> viewers_{0};
+  std::mutex told_mutex_;
+  double told_s_ = -1e300;
+  std::unique_ptr<HttpServer> server_;  ///< goes first: its threads use the rest
+};
+
+}  // namespace plumbline

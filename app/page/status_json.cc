@@ -1,0 +1,193 @@
+#include "app/page/status_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/page/camera_facts.h"
+#include "app/page/metrics.h"
+#include "app/version.h"
+#include "drivers/plc/register_map.h"
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* ToneWord(Tone tone) {
+  return tone == Tone::kGood        ? "good"
+         : tone == Tone::kAttention ? "attention"
+         : tone == Tone::kBad       ? "bad"
+         : tone == Tone::kFaded     ? "faded"
+                                    : "plain";
+}
+
+Json LineJson(const PanelLine& line) {
+  return {{"text", line.text}, {"tone", ToneWord(line.tone)}};
+}
+
+Json FiniteJson(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+template <typename T>
+Json KnownJson(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+template <typename Vector>
+Json ListJson(const Vector& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(FiniteJson(value));
+  return list;
+}
+
+Json WordsJson(std::uint16_t word, std::span<const BitMeaning> bits) {
+  Json list = Json::array();
+  for (const BitMeaning& bit : bits) {
+    if ((word & bit.mask) != 0) list.push_back(bit.meaning);
+  }
+  return list;
+}
+
+Json PointsJson(const ShownNow& now) {
+  Json list = Json::array();
+  for (const ViewPoint& point : now.state->points) {
+    const auto name = now.point_names.find(point.id);
+    Json entry = {{"id", point.id},
+                  {"name", name == now.point_names.end() ? "" : name->second},
+                  {"valid", point.valid},
+                  {"reason", std::string(Describe(point.code))},
+                  {"extrapolated", point.extrapolated}};
+    if (point.valid) {
+      entry["p_B_m"] = ListJson(point.X_BP_command.p);
+      entry["translation_B_m"] = ListJson(point.translation_B);
+      entry["uncertainty_m"] = point.uncertainty_m > 0 ? Json(point.uncertainty_m) : Json(nullptr);
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json CamerasJson(const ShownNow& now, double now_s) {
+  Json list = Json::array();
+  for (const CameraFacts& facts : CamerasOf(now)) {
+    const ViewCamera& camera = *facts.camera;
+    const PlcCamera& watch = *facts.watch;
+    Json tags = Json::array();
+    for (const ViewTag& tag : camera.tags) tags.push_back(tag.id);
+    Json entry = {{"name", facts.name},
+                  {"serial", camera.serial},
+                  {"mode", camera.mode},
+                  {"images_per_s", FiniteJson(facts.images_per_s)},
+                  {"image_age_s", nullptr},
+                  {"lens_state", std::string(ZoomStateText(watch.state))},
+                  {"lens_reason", std::string(ZoomReasonText(watch.reason))},
+                  {"lens_valid", watch.state == ZoomState::kValid},
+                  {"lens_id", watch.lens_id},
+                  {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
+                  {"prompt", std::string(BoardPromptText(watch.prompt))},
+                  {"board_views", watch.board_views},
+                  {"zoom_counts", KnownJson(watch.zoom_counts)},
+                  {"focus_counts", KnownJson(watch.focus_counts)},
+                  {"tags", tags}};
+    if (camera.image) {
+      entry["width"] = camera.image->width;
+      entry["height"] = camera.image->height;
+      entry["image_age_s"] = std::max(0.0, now_s - camera.image->time_s);
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json PairsJson(const std::vector<MeasuredPair>& pairs) {
+  Json list = Json::array();
+  for (const MeasuredPair& pair : pairs) {
+    Json entry = {{"a", pair.a}, {"b", pair.b}, {"measured", pair.separation.has_value()}};
+    if (pair.separation) {
+      entry["touching"] = pair.separation->touching;
+      entry["distance_m"] = FiniteJson(pair.separation->distance_m);
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+void AddStateTo(Json& json, const ShownNow& now, double now_s) {
+  const ViewState& state = *now.state;
+  json["cell"] = state.cell;
+  json["utc_s"] = state.utc_s;
+  json["alarms"] = {{"word", state.alarms},
+                    {"says", WordsJson(state.alarms, plc_map::AlarmBits())},
+                    {"do", state.alarms != 0 ? AdviceOf(state.alarms) : ""}};
+  json["warnings"] = {{"word", state.warnings},
+                      {"says", WordsJson(state.warnings, plc_map::WarningBits())}};
+  const bool read = (state.alarms & alarm::kRobotMissing) == 0;
+  json["robot"] = {{"data_age_s", read ? FiniteJson(state.data_age_s) : Json(nullptr)},
+                   {"q", ListJson(state.q)},
+                   {"payload_kg", KnownJson(state.payload_kg)},
+                   {"temperature_C", KnownJson(state.temp_C)}};
+  json["cycle"] = {{"uptime_s", FiniteJson(state.cycle.uptime_s)},
+                   {"cycles", state.cycle.cycles},
+                   {"late", state.cycle.late},
+                   {"longest_s", FiniteJson(state.cycle.longest_s)}};
+  json["points"] = PointsJson(now);
+  const PlcLoop& loop = state.loop;
+  json["model"] = {{"version", state.model_version},
+                   {"proposed", loop.proposed},
+                   {"recording", (loop.state & loop_state::kRecording) != 0},
+                   {"probes", loop.probes},
+                   {"drift", FiniteJson(loop.statistic)},
+                   {"drift_alarm", (loop.state & loop_state::kAlarm) != 0},
+                   {"diagnosing", (loop.state & loop_state::kDiagnosing) != 0},
+                   {"residual_m", ListJson(loop.residual_m)}};
+  json["cameras"] = CamerasJson(now, now_s);
+  json["pairs"] = PairsJson(now.pairs);
+}
+
+Json LogJson(const std::vector<TailLine>& log) {
+  Json list = Json::array();
+  for (const TailLine& line : log) {
+    list.push_back(
+        {{"utc_s", line.utc_s}, {"level", line.level}, {"from", line.from}, {"text", line.text}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
+                       const std::vector<TailLine>& log, double now_s) {
+  const bool there = DaemonIsThere(now, now_s);
+  Json json = {{"schema", kStatusSchema},
+               {"version", PLUMBLINE_VERSION},
+               {"daemon", {{"there", there}, {"age_s", nullptr}, {"problem", ""}}},
+               {"view", {{"age_s", now != nullptr ? Json(now_s - now->time_s) : Json(nullptr)}}},
+               {"picture", {{"age_s", nullptr}, {"problem", ""}}},
+               {"headline", LineJson({"STARTING: nothing was put together yet", Tone::kFaded})},
+               {"panels", Json::array()}};
+  if (picture.size.width > 0) {
+    json["picture"]["age_s"] = picture.age_s;
+    json["picture"]["width"] = picture.size.width;
+    json["picture"]["height"] = picture.size.height;
+  }
+  if (now != nullptr) {
+    json["daemon"]["problem"] = now->link_problem;
+    json["picture"]["problem"] = now->picture_problem;
+    json["headline"] = LineJson(now->headline);
+    for (const Panel& panel : now->panels) {
+      Json lines = Json::array();
+      for (const PanelLine& line : panel.lines) lines.push_back(LineJson(line));
+      json["panels"].push_back({{"title", panel.title}, {"lines", lines}});
+    }
+    if (now->state) {
+      json["daemon"]["age_s"] = now_s - now->state->now_s;
+      json["daemon"]["version"] = now->state->version;
+      AddStateTo(json, *now, now_s);
+    }
+  }
+  json["log"] = LogJson(log);
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace plumbline

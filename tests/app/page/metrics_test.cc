@@ -1,0 +1,119 @@
+#include "app/page/metrics.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/app/page/exposition.h"
+#include "tests/app/page/page_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+TEST_CASE("the grammar's test finds what is wrong") {
+  CHECK(Exposition("# HELP a b\n# TYPE a gauge\na 1\n").problem.empty());
+  CHECK(Exposition("# HELP a b\n# TYPE a gauge\na{x=\"\\\\ \\\" \\n\",y=\"\"} -1.5e-07\n")
+            .problem.empty());
+  for (const char* const wrong :
+       {"", "a 1", "# HELP a b\n# TYPE a gauge\na 1", "a 1\n", "# TYPE a gauge\na 1\n",
+        "# HELP a b\n# TYPE a counter\na 1\n",
+        "# HELP a_total b\n# TYPE a_total gauge\na_total 1\n", "# HELP a b\n# TYPE a gauge\nb 1\n",
+        "# HELP a b\n# TYPE a gauge\na 1\na 2\n", "# HELP a b\n# TYPE a gauge\na{x=\"\"\"} 1\n",
+        "# HELP a b\n# TYPE a gauge\na{x=\"\\x\"} 1\n", "# HELP a b\n# TYPE a gauge\na inf\n",
+        "# HELP a b\n# TYPE a gauge\na{1=\"\"} 1\n", "# HELP a b\n# TYPE a gauge\na  1\n",
+        "# HELP a b\n# TYPE a gauge\n\na 1\n",
+        "# HELP a b\n# TYPE a gauge\na 1\n# HELP a b\n# TYPE a gauge\n"}) {
+    INFO(wrong);
+    CHECK_FALSE(Exposition(wrong).problem.empty());
+  }
+}
+
+TEST_CASE("labels and numbers as they may be") {
+  MetricsWriter writer;
+  writer.Begin("a", MetricsWriter::Type::kGauge, "Help.");
+  writer.Add(0.1, {{"name", "quote \" backslash \\ line\nend"}});
+  writer.Add(std::numeric_limits<double>::infinity(), {{"name", "inf"}});
+  writer.Add(std::nan(""), {{"name", "nan"}});
+  writer.Add(-1e-9, {{"name", "\xc3\xa4"}});
+  const std::string text = writer.Take();
+  const Exposition read(text);
+  INFO(text);
+  CHECK(read.problem.empty());
+  CHECK(read.samples.at("plumbline_a{name=\"quote \\\" backslash \\\\ line\\nend\"}") == "0.1");
+  CHECK(read.samples.at("plumbline_a{name=\"inf\"}") == "+Inf");
+  CHECK(read.samples.at("plumbline_a{name=\"nan\"}") == "NaN");
+}
+
+TEST_CASE("metrics of a cell in which everything is well") {
+  PageScene scene;
+  scene.scene.state.cycle = {3600, 0.0007, 360000, 2};
+  scene.scene.state.loop.state = loop_state::kRecording;
+  scene.scene.state.loop.probes = 12;
+  scene.scene.state.loop.residual_m = Vec3(1e-4, -2e-4, 3e-4);
+  scene.scene.state.temp_C = 21.5;
+  scene.Tell();
+  auto now = std::make_shared<ShownNow>(*scene.shown.Now());
+  MeasuredPair pair;
+  pair.a = "fixture";
+  pair.b = "part";
+  pair.separation = Separation{};
+  pair.separation->distance_m = 0.012;
+  now->pairs = {pair};
+  const std::string text = MetricsText(now.get(), {7, 2, 1, 0}, MonotonicSeconds());
+  const Exposition read(text);
+  INFO(text);
+  REQUIRE(read.problem.empty());
+  CHECK(read.Value("plumbline_up") == 1);
+  CHECK(read.Value("plumbline_daemon_info{version=\"0.1.0\",cell=\"demo cell\"}") == 1);
+  CHECK(read.types.at("plumbline_cycles_total") == "counter");
+  CHECK(read.Value("plumbline_cycles_total") == 360000);
+  CHECK(read.Value("plumbline_late_cycles_total") == 2);
+  CHECK(read.Value("plumbline_longest_cycle_seconds") == Approx(0.0007));
+  CHECK(read.Value("plumbline_alarm{alarm=\"payload unknown\"}") == 0);
+  CHECK(read.Value("plumbline_payload_kilograms") == 40);
+  CHECK(read.Value("plumbline_temperature_celsius") == 21.5);
+  CHECK(read.Value("plumbline_probes_total") == 12);
+  CHECK(read.Value("plumbline_residual_meters{axis=\"y\"}") == Approx(-2e-4));
+  CHECK(read.Value("plumbline_lens_valid{camera=\"camera\"}") == 1);
+  CHECK(read.Value("plumbline_tags_seen{camera=\"camera\"}") == 3);
+  CHECK(read.Value("plumbline_distance_meters{a=\"fixture\",b=\"part\"}") == 0.012);
+  CHECK(read.Value("plumbline_interference{a=\"fixture\",b=\"part\"}") == 0);
+  CHECK(read.Value("plumbline_page_requests_total") == 7);
+  const ViewPoint& point = scene.scene.state.points.front();
+  const std::string labels =
+      "{point=\"" + std::to_string(point.id) + "\",name=\"" + now->point_names.at(point.id) + "\"}";
+  CHECK(read.Value("plumbline_point_valid" + labels) == 1);
+  CHECK(read.Value("plumbline_point_correction_meters" + labels) ==
+        Approx(point.translation_B.norm()));
+  CHECK(read.Value("plumbline_point_uncertainty_meters" + labels) == Approx(0.0003));
+}
+
+TEST_CASE("an old state, or none, leaves no number that looks like a present one") {
+  PageScene scene;
+  scene.Tell(10);
+  for (const ShownNow* now : {scene.shown.Now().get(), static_cast<const ShownNow*>(nullptr)}) {
+    const std::string text = MetricsText(now, {}, MonotonicSeconds());
+    const Exposition read(text);
+    CHECK(read.problem.empty());
+    CHECK(read.Value("plumbline_up") == 0);
+    CHECK_FALSE(read.types.contains("plumbline_payload_kilograms"));
+    CHECK_FALSE(read.types.contains("plumbline_alarm"));
+  }
+}
+
+TEST_CASE("alarms stand as ones; a point without correction has no numbers") {
+  PageScene scene;
+  scene.scene.state.alarms = alarm::kRobotMissing | alarm::kPointRefused;
+  scene.scene.state.points.front().valid = false;
+  scene.scene.state.payload_kg.reset();
+  scene.Tell();
+  const auto now = scene.shown.Now();
+  const Exposition read(MetricsText(now.get(), {}, MonotonicSeconds()));
+  CHECK(read.problem.empty());
+  CHECK(read.Value("plumbline_alarm{alarm=\"nothing read from the robot\"}") == 1);
+  CHECK_FALSE(read.types.contains("plumbline_robot_data_age_seconds"));
+  CHECK_FALSE(read.types.contains("plumbline_payload_kilograms"));
+  const ViewPoint& point = scene.scene.state.points.front();
+  const std::string labels =
+      "{point=\"" + std::to_string(point.id) + "\",name=\"" + now->point_names.at(point.id) + "\"}";
+  CHECK(read.Value("plumbline_point_valid" + labels) == 0);
+  CHECK_FALSE(read.samples.contains("plumbline_point_correction_meters" + labels));
+}

@@ -1,0 +1,234 @@
+// Who may look, and what hostile or broken clients try, on real sockets.
+#include "app/page/request_parts.h"
+#include "tests/app/page/exposition.h"
+#include "tests/app/page/page_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+using Catch::Contains;
+
+namespace {
+
+constexpr const char* kToken = "a-long-word;=of+our-own";
+
+}  // namespace
+
+TEST_CASE("the token: header, cookie, address; without it nothing but the way to it") {
+  PageScene scene;
+  scene.Write("models/0007.html", "<p>seven</p>");
+  scene.StartWithToken(kToken);
+  scene.Tell();
+  for (const char* const path :
+       {"/status.json", "/metrics", "/live.mjpg", "/picture.jpg", "/healthz", "/trend.json",
+        "/reports.json", "/reports/0007.html", "/page.js", "/login", "/nothing"}) {
+    INFO(path);
+    const PageAnswer answer = scene.Get(path);
+    CHECK(answer.status == 401);
+    CHECK(answer.Has("WWW-Authenticate: Bearer"));
+    CHECK_THAT(answer.body, !Contains("demo") && !Contains("seven"));
+  }
+  const PageAnswer login = scene.Get("/");
+  CHECK(login.status == 401);
+  CHECK_THAT(login.body, Contains("type=\"password\""));
+  CHECK(scene.Get("/page.css").status == 200);
+  CHECK(scene.Get("/login.js").status == 200);
+
+  const std::string bearer = std::string("Authorization: Bearer ") + kToken + "\r\n";
+  CHECK(scene.Get("/status.json", bearer).status == 200);
+  CHECK(scene.Get("/status.json", "Authorization: Bearer wrong\r\n").status == 401);
+  CHECK(
+      scene.Get("/status.json", std::string("Authorization: Bearer ") + kToken + "x\r\n").status ==
+      401);
+  CHECK(scene.Get("/status.json", std::string("Authorization: Basic ") + kToken + "\r\n").status ==
+        401);
+
+  const std::string name = "plumbline-" + std::to_string(scene.port());
+  const std::string cookie = name + "=" + CookieValueOf(kToken);
+  for (const PageAnswer& exchanged :
+       {scene.Get("/?token=a-long-word%3B%3Dof%2Bour-own"), scene.Get("/login", bearer)}) {
+    CHECK(exchanged.status == 303);
+    CHECK(exchanged.Has("Location: /\r\n"));
+    CHECK(exchanged.Has("Set-Cookie: " + cookie + "; "));
+    CHECK(exchanged.Has("HttpOnly"));
+    CHECK(exchanged.Has("SameSite=Strict"));
+    CHECK_THAT(exchanged.head, !Contains(kToken));
+  }
+  CHECK(scene.Get("/?token=wrong").status == 401);
+  CHECK(scene.Get("/status.json", "Cookie: a=b; " + cookie + "\r\n").status == 200);
+  CHECK(scene.Get("/", "Cookie: " + cookie + "\r\n").body.find("headline") != std::string::npos);
+  CHECK(scene.Get("/status.json", "Cookie: " + cookie + "0\r\n").status == 401);
+  CHECK(scene.Get("/status.json", "Cookie: " + name + "=\r\n").status == 401);
+  CHECK(scene.Get("/status.json", "Cookie: " + name + "=" + kToken + "\r\n").status == 401);
+  // Wrong ones are told, once a minute, and never what they were.
+  const std::lock_guard lock(scene.told_mutex);
+  REQUIRE(scene.told.size() == 1);
+  CHECK_THAT(scene.told[0], Contains("wrong token by 127.0.0.1"));
+}
+
+TEST_CASE("without a token the page listens for this computer alone") {
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.config.listen = "0.0.0.0";
+  const auto refused = Page::Start(options, scene.shown, nullptr);
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(refused.error(), Contains("is reached from other computers: it needs token"));
+  // A service manager's socket, too, whatever the configuration says.
+  const Result<int> held = ListenForHttp("0.0.0.0", 0);
+  REQUIRE(held);
+  options = scene.Options();
+  options.listen_fd = *held;
+  CHECK_FALSE(Page::Start(options, scene.shown, nullptr));
+  options = scene.Options();
+  const Result<int> local = ListenForHttp("127.0.0.1", 0);
+  REQUIRE(local);
+  const int port = WhereListens(*local).port;
+  options.listen_fd = *local;
+  scene.Start(options);
+  CHECK(scene.port() == port);
+  CHECK(scene.Get("/").status == 200);
+  options = scene.Options();
+  options.config.port = port;
+  const auto taken = Page::Start(options, scene.shown, nullptr);
+  REQUIRE_FALSE(taken);
+  CHECK_THAT(taken.error(), Contains("another program has it"));
+}
+
+TEST_CASE("a socket that somebody else holds listens on when the page has ended") {
+  PageScene scene;
+  const Result<int> held = ListenForHttp("127.0.0.1", 0);
+  REQUIRE(held);
+  for (int run = 0; run < 2; ++run) {
+    PageOptions options = scene.Options();
+    options.listen_fd = dup(*held);
+    if (run == 1) {
+      // Who comes while nobody serves waits.
+      PageConnection early(WhereListens(*held).port);
+      early.Send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+      scene.Start(options);
+      CHECK(PageAnswer(early.Read()).status == 503);
+    } else {
+      scene.Start(options);
+    }
+    CHECK(scene.Get("/").status == 200);
+    scene.page.reset();
+  }
+  close(*held);
+}
+
+TEST_CASE("another site's name that leads here is refused; so is a request without one") {
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.config.hosts = {"cell7.plant.example"};
+  scene.Start(options);
+  const auto host = [&](const std::string& name) {
+    return Ask(scene.port(), "/status.json", "", "GET", name).status;
+  };
+  CHECK(host("127.0.0.1:" + std::to_string(scene.port())) == 200);
+  CHECK(host("[::1]") == 200);
+  CHECK(host("CELL7.plant.example:80") == 200);
+  CHECK(host("evil.example") == 421);
+  CHECK(host("cell7.plant.example.evil.example") == 421);
+  CHECK(host("") == 400);
+  CHECK(host("a b") == 400);
+  CHECK(scene.Get("/", "Host: evil.example\r\n").status == 400);  // a second one
+  PageConnection none(scene.port());
+  none.Send("GET / HTTP/1.1\r\n\r\n");
+  CHECK(PageAnswer(none.Read()).status == 400);
+}
+
+TEST_CASE("nothing is done through the page: other methods are refused") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  for (const char* const method :
+       {"POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT"}) {
+    INFO(method);
+    const PageAnswer answer = Ask(scene.port(), "/status.json", "Content-Length: 5\r\n", method);
+    CHECK(answer.status == 405);
+    CHECK(answer.Has("Allow: GET, HEAD"));
+  }
+  CHECK(Ask(scene.port(), "/", "", "BREW").status == 400);
+}
+
+TEST_CASE("requests that are too long, and no requests") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  CHECK(scene.Get("/" + std::string(20000, 'a')).status >= 400);
+  const PageAnswer header = scene.Get("/", "X: " + std::string(20000, 'a') + "\r\n");
+  CHECK((header.status == 400 || header.status == 431));
+  std::string many;
+  for (int k = 0; k < 5000; ++k) many += "A: b\r\n";
+  const int status = scene.Get("/", many).status;
+  CHECK((status == 400 || status == 431));
+  // Ranges would be a way to have a small request answered by a huge one.
+  std::string ranges = "Range: bytes=0-";
+  for (int k = 0; k < 1000; ++k) ranges += ",0-";
+  const PageAnswer whole = scene.Get("/page.css", ranges + "\r\n");
+  CHECK((whole.status == 200 || whole.status == 416));
+  CHECK(whole.body.size() < 10000);
+  for (const std::string& none :
+       {std::string("\r\n\r\n"), std::string("GET\r\n\r\n"), std::string("GET / HTTP/9.9\r\n\r\n"),
+        std::string("\0\0\0\0\r\n\r\n", 8), std::string("\x16\x03\x01\x02\r\n\r\n"),
+        std::string("GET / HTTP/1.1\r\nbroken\r\n\r\n")}) {
+    PageConnection connection(scene.port());
+    connection.Send(none);
+    CHECK(PageAnswer(connection.Read()).status != 200);
+  }
+  CHECK(scene.Get("/").status == 200);
+}
+
+TEST_CASE("who sends slowly is cut off, and keeps nobody waiting") {
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.limits.request_s = 0.5;
+  scene.Start(options);
+  std::vector<std::unique_ptr<PageConnection>> slow;
+  for (std::size_t k = 0; k + 1 < HttpServer::kMostOfOnePeer; ++k) {
+    slow.push_back(std::make_unique<PageConnection>(scene.port()));
+    slow.back()->Send("GET / HTTP/1.1\r\n");
+  }
+  CHECK(scene.Get("/").status == 200);
+  // A byte now and then does not help.
+  PageConnection& patient = *slow.front();
+  std::string said;
+  REQUIRE(HoldsSoon([&] {
+    patient.Send("X");
+    said = patient.Read("", 0.05);
+    return patient.ended();
+  }));
+  CHECK_THAT(said, Contains("HTTP/1.1 4"));
+}
+
+TEST_CASE("more connections than one computer may have are turned away, and come back") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  std::vector<std::unique_ptr<PageConnection>> idle;
+  for (std::size_t k = 0; k < HttpServer::kMostOfOnePeer; ++k) {
+    idle.push_back(std::make_unique<PageConnection>(scene.port()));
+  }
+  REQUIRE(HoldsSoon([&] { return scene.Get("/").status != 200; }));
+  idle.clear();
+  REQUIRE(HoldsSoon([&] { return scene.Get("/").status == 200; }));
+}
+
+TEST_CASE("who does not read is dropped; another is served meanwhile") {
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.limits.write_s = 0.3;
+  scene.Start(options);
+  scene.Paint(1, 2, 3, 0, {1280, 720});
+  PageConnection stuck(scene.port());
+  stuck.Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  REQUIRE(HoldsSoon([&] {
+    scene.Paint(1, 2, 3, 0, {1280, 720});
+    return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 1;
+  }));
+  CHECK(HoldsSoon([&] {
+    auto noise = std::make_shared<ShownPicture>();
+    noise->image.size = {1280, 720};
+    noise->image.rgb.resize(1280 * 720 * 3);
+    for (std::uint8_t& byte : noise->image.rgb) byte = static_cast<std::uint8_t>(rand());
+    noise->time_s = MonotonicSeconds();
+    scene.shown.Put(std::shared_ptr<const ShownPicture>(noise));
+    return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 0;
+  }));
+}

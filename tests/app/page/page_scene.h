@@ -1,0 +1,96 @@
+// A page with the demo's cell behind it, as the viewer would put it together, and a painted
+// picture.
+#pragma once
+
+#include <fstream>
+#include <thread>
+
+#include "app/page/page.h"
+#include "drivers/clock.h"
+#include "tests/app/page/page_client.h"
+#include "tests/app/view/view_scene.h"
+
+namespace plumbline::test {
+
+/// Patience for a busy machine.
+template <typename Condition>
+bool HoldsSoon(Condition holds) {
+  for (int tries = 0; tries < 2000; ++tries) {
+    if (holds()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+struct PageScene {
+  ViewScene scene;
+  Shown shown;
+  std::vector<std::string> told;
+  std::mutex told_mutex;
+  std::unique_ptr<Page> page;
+
+  PageScene() { std::filesystem::create_directories(StateDirectory()); }
+
+  std::string StateDirectory() const { return scene.folder.path() + "/state"; }
+  void Write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = StateDirectory() + "/" + name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+
+  PageOptions Options() const {
+    PageOptions options;
+    options.config.port = 0;
+    options.state_directory = StateDirectory();
+    options.joints = scene.model->config.machine.cell.robot.joints;
+    return options;
+  }
+  void Start(PageOptions options) {
+    auto started = Page::Start(std::move(options), shown, [this](bool, const std::string& text) {
+      const std::lock_guard lock(told_mutex);
+      told.push_back(text);
+    });
+    INFO((started ? std::string() : started.error()));
+    REQUIRE(started);
+    page = std::move(started).value();
+  }
+  void StartWithToken(const std::string& token) {
+    PageOptions options = Options();
+    options.config.token = token;
+    Start(options);
+  }
+  int port() const { return page->at().port; }
+  PageAnswer Get(const std::string& path, const std::string& headers = "") const {
+    return Ask(port(), path, headers);
+  }
+
+  /// As the viewer tells five times a second. @param age_s  of the state
+  void Tell(double age_s = 0, const std::string& link_problem = "") {
+    const double now_s = MonotonicSeconds();
+    scene.state.now_s = now_s - age_s;
+    if (scene.state.camera.image) scene.state.camera.image->time_s = now_s - age_s - 0.03;
+    Carriers carriers = scene.Placed(now_s - age_s);
+    ViewFacts facts;
+    facts.state = &scene.state;
+    facts.carriers = &carriers;
+    facts.model = &*scene.model;
+    facts.now_s = now_s;
+    facts.link_problem = link_problem;
+    facts.frames_per_s = 30;
+    facts.own_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
+    shown.Put(std::make_shared<const ShownNow>(ShownOf(facts, "")));
+  }
+  /// A picture of one colour.
+  void Paint(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,
+             ImageSize size = {320, 180}) {
+    auto picture = std::make_shared<ShownPicture>();
+    picture->image.size = size;
+    for (int k = 0; k < size.width * size.height; ++k) {
+      picture->image.rgb.insert(picture->image.rgb.end(), {red, green, blue});
+    }
+    picture->time_s = MonotonicSeconds() - age_s;
+    shown.Put(std::shared_ptr<const ShownPicture>(std::move(picture)));
+  }
+};
+
+}  // namespace plumbline::test

@@ -1,0 +1,291 @@
+// The page on real sockets: every address and what it answers.
+#include "app/page/page.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/journal/journal.h"
+#include "drivers/camera/jpeg_image.h"
+#include "tests/app/page/exposition.h"
+#include "tests/app/page/page_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+using Catch::Contains;
+
+namespace {
+
+/// The JPEG files of a multipart stream, as its own lengths say.
+std::vector<std::string> PartsOf(const std::string& body) {
+  std::vector<std::string> parts;
+  constexpr std::string_view kHead = "--frame\r\nContent-Type: image/jpeg\r\nContent-Length: ";
+  std::size_t at = 0;
+  while (body.compare(at, kHead.size(), kHead) == 0) {
+    const std::size_t end = body.find("\r\n\r\n", at);
+    if (end == std::string::npos) break;
+    const std::size_t size = std::stoul(body.substr(at + kHead.size()));
+    if (end + 4 + size + 2 > body.size()) break;
+    parts.push_back(body.substr(end + 4, size));
+    at = end + 4 + size;
+    REQUIRE(body.substr(at, 2) == "\r\n");
+    at += 2;
+  }
+  return parts;
+}
+
+/// The mean luma of a JPEG that is as large as PageScene::Paint() makes it; libjpeg decodes it.
+double LumaOf(const std::string& jpeg) {
+  GreyImage image;
+  const auto problem =
+      DecodeJpegFile({reinterpret_cast<const std::uint8_t*>(jpeg.data()), jpeg.size()}, image);
+  INFO((problem ? problem->message : std::string()));
+  REQUIRE_FALSE(problem);
+  REQUIRE(image.width == 320);
+  REQUIRE(image.height == 180);
+  return image.grey[90 * 320 + 160];
+}
+
+}  // namespace
+
+TEST_CASE("the page, its files and its headers; nothing comes from elsewhere") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  const PageAnswer page = scene.Get("/");
+  CHECK(page.status == 200);
+  CHECK(page.Has("Content-Type: text/html"));
+  CHECK(page.Has("Content-Security-Policy: default-src 'none'; script-src 'self'"));
+  CHECK(page.Has("frame-ancestors 'none'"));
+  CHECK(page.Has("X-Content-Type-Options: nosniff"));
+  CHECK(page.Has("Cross-Origin-Resource-Policy: same-origin"));
+  CHECK(page.Has("Connection: close"));
+  CHECK_THAT(page.body, Contains("<h1 id=\"headline\"") && Contains("lang=\"en\""));
+  for (const char* const path : {"/page.css", "/page.js", "/trend.js", "/login.js", "/icon.svg"}) {
+    INFO(path);
+    const PageAnswer file = scene.Get(path);
+    CHECK(file.status == 200);
+    CHECK(file.body.size() > 100);
+    CHECK_THAT(file.body, !Contains("innerHTML") && !Contains("eval("));
+    // The one address is the name of SVG's elements.
+    const std::size_t address = file.body.find("http");
+    if (address != std::string::npos) {
+      CHECK(file.body.compare(address, 22, "http://www.w3.org/2000") == 0);
+    }
+  }
+  CHECK_THAT(page.body, !Contains("http:") && !Contains("https:"));
+  CHECK(scene.Get("/nothing").status == 404);
+  CHECK(scene.Get("/live.mjpg/").status == 404);
+  const PageAnswer head = Ask(scene.port(), "/", "", "HEAD");
+  CHECK(head.status == 200);
+  CHECK(head.Has("Content-Length: " + std::to_string(page.body.size())));
+  CHECK(head.body.empty());
+}
+
+TEST_CASE("the state: what the monitor says, the numbers, and the messages of several states") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  CHECK_THAT(nlohmann::json::parse(scene.Get("/status.json").body).at("headline").at("text"),
+             Contains("STARTING"));
+  CHECK(scene.Get("/healthz").status == 503);
+  scene.scene.state.warnings = warning::kDrift;
+  scene.Tell();
+  const PageAnswer answer = scene.Get("/status.json");
+  CHECK(answer.Has("Content-Type: application/json"));
+  auto json = nlohmann::json::parse(answer.body);
+  CHECK(json.at("daemon").at("there") == true);
+  CHECK(json.at("cell") == "demo cell");
+  CHECK(json.at("headline").at("tone") == "attention");
+  CHECK(json.at("panels").size() == 9);
+  CHECK(json.at("panels")[0].at("title") == "Alarms and warnings");
+  CHECK(json.at("robot").at("payload_kg") == 40);
+  CHECK(json.at("points")[0].at("uncertainty_m") == Approx(0.0003));
+  CHECK(json.at("cameras")[0].at("serial") == "test camera");
+  CHECK(json.at("cameras")[0].at("lens_valid") == true);
+  CHECK(json.at("cameras")[0].at("tags") == nlohmann::json{0, 1, 20});
+  CHECK(json.at("picture").at("age_s").is_null());
+  CHECK(json.at("log").size() == 3);
+  CHECK(scene.Get("/healthz").status == 200);
+  // The daemon comes anew and counts its lines from 1: the former ones stay.
+  scene.scene.state.lines = {{1, 1.8e9, 5, "plumblined 0.1.0 again"}};
+  scene.Tell();
+  json = nlohmann::json::parse(scene.Get("/status.json").body);
+  REQUIRE(json.at("log").size() == 4);
+  CHECK(json.at("log")[3].at("text") == "plumblined 0.1.0 again");
+}
+
+TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  scene.Tell(60, "the daemon has ended the connection");
+  scene.Paint(0, 0, 0, 90);
+  const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
+  CHECK(json.at("daemon").at("there") == false);
+  CHECK(json.at("daemon").at("age_s") > 59);
+  CHECK_THAT(json.at("headline").at("text"), Contains("NO DAEMON: the daemon has ended"));
+  CHECK(json.at("headline").at("tone") == "bad");
+  CHECK(json.at("picture").at("age_s") > 89);
+  CHECK(json.at("view").at("age_s") < 20);
+  CHECK(scene.Get("/healthz").status == 503);
+  CHECK(scene.Get("/picture.jpg").status == 503);
+  const Exposition metrics(scene.Get("/metrics").body);
+  CHECK(metrics.problem.empty());
+  CHECK(metrics.Value("plumbline_up") == 0);
+}
+
+TEST_CASE("metrics over HTTP") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  scene.Tell();
+  const PageAnswer answer = scene.Get("/metrics");
+  CHECK(answer.status == 200);
+  CHECK(answer.Has("Content-Type: text/plain; version=0.0.4"));
+  const Exposition read(answer.body);
+  CHECK(read.problem.empty());
+  CHECK(read.Value("plumbline_up") == 1);
+  CHECK(read.Value("plumbline_page_requests_total") == 1);
+  CHECK(read.Value("plumbline_page_connections") == 1);
+}
+
+TEST_CASE("the live picture: parts that libjpeg decodes, the newest only, encoded once") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  CHECK_FALSE(scene.shown.Asked(MonotonicSeconds()));
+  PageConnection first(scene.port()), second(scene.port());
+  for (const PageConnection* viewer : {&first, &second}) {
+    viewer->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  // Pictures are drawn only for whoever asks.
+  REQUIRE(HoldsSoon([&] { return scene.shown.Asked(MonotonicSeconds()); }));
+  scene.Paint(255, 255, 255);
+  const auto white = PartsOf(PageAnswer(first.Read("\r\n--frame")).body);
+  REQUIRE_FALSE(white.empty());
+  CHECK(LumaOf(white[0]) > 250);
+  scene.Paint(0, 0, 0);
+  std::vector<std::string> parts;
+  REQUIRE(HoldsSoon([&] {
+    parts = PartsOf(PageAnswer(first.Read("", 0.02)).body);
+    return parts.size() >= 3;
+  }));
+  CHECK(LumaOf(parts.back()) < 5);
+  std::vector<std::string> other;
+  REQUIRE(HoldsSoon([&] {
+    other = PartsOf(PageAnswer(second.Read("", 0.02)).body);
+    return !other.empty() && other.back() == parts.back();
+  }));
+  const Exposition metrics(scene.Get("/metrics").body);
+  CHECK(metrics.Value("plumbline_page_viewers") == 2);
+  const PageAnswer one = scene.Get("/picture.jpg");
+  CHECK(one.Has("Content-Type: image/jpeg"));
+  CHECK(one.body == parts.back());
+}
+
+TEST_CASE("pictures come no faster than the feed's period") {
+  PageScene scene;
+  PictureFeed feed(scene.shown);
+  CHECK(feed.Newest(0) == nullptr);
+  scene.Paint(10, 20, 30);
+  const auto first = feed.Newest(1);
+  REQUIRE(first);
+  CHECK(feed.Newest(1) == first);
+  scene.Paint(40, 50, 60);
+  CHECK(feed.Newest(1.05) == first);
+  CHECK(feed.Newest(1.1)->number == 2);
+  CHECK(feed.Newest(9)->number == 2);
+  CHECK(JpegOf({}).empty());
+  CHECK(JpegOf({{1, 2, 3}, {2, 2}}).empty());
+}
+
+TEST_CASE("viewers beyond the limit are told, and a place becomes free") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  std::vector<std::unique_ptr<PageConnection>> viewers;
+  for (int k = 0; k < Page::kMostViewers; ++k) {
+    viewers.push_back(std::make_unique<PageConnection>(scene.port()));
+    viewers.back()->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    viewers.back()->Read("\r\n\r\n");
+  }
+  CHECK(scene.Get("/live.mjpg").status == 503);
+  CHECK(scene.Get("/status.json").status == 200);
+  viewers.pop_back();
+  scene.Paint(1, 2, 3);  // who has left is noticed by writing
+  REQUIRE(HoldsSoon([&] {
+    scene.Paint(1, 2, 3);
+    return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") <
+           Page::kMostViewers;
+  }));
+}
+
+TEST_CASE("the trend comes from the journal; no journal is no fault, a broken one is told") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  CHECK(nlohmann::json::parse(scene.Get("/trend.json").body).at("points").empty());
+  scene.page.reset();
+  const std::vector<Joint>& joints = scene.scene.model->config.machine.cell.robot.joints;
+  {
+    auto journal = Journal::Open(scene.StateDirectory() + "/journal.sqlite");
+    REQUIRE(journal);
+    JournalRow row;
+    row.q = scene.scene.state.q;
+    row.unix_ms = 1'800'000'000'000;
+    row.session = "1";
+    row.predicted_W = Vec3(1, 2, 3);
+    row.measured_W = Vec3(1.0003, 2, 3.0004);
+    row.model_version = 2;
+    JournalRow unpredicted = row;
+    unpredicted.predicted_W.reset();
+    unpredicted.model_version.reset();
+    const auto last = journal.value().Append({row, unpredicted, row}, joints);
+    REQUIRE(last);
+    REQUIRE(journal.value().Mark(*last, true, true));
+  }
+  scene.Start(scene.Options());
+  const auto json = nlohmann::json::parse(scene.Get("/trend.json").body);
+  REQUIRE(json.at("points").size() == 2);
+  CHECK(json.at("points")[0].at("mm") == Approx(0.5));
+  CHECK(json.at("points")[0].at("model") == 2);
+  CHECK(json.at("points")[0].at("alarm") == false);
+  CHECK(json.at("points")[1].at("alarm") == true);
+  CHECK(json.at("points")[1].at("wild") == true);
+  scene.page.reset();
+  scene.Write("journal.sqlite", "no journal at all, but text that is long enough to be told");
+  scene.Start(scene.Options());
+  CHECK_FALSE(nlohmann::json::parse(scene.Get("/trend.json").body)
+                  .at("problem")
+                  .get<std::string>()
+                  .empty());
+}
+
+TEST_CASE("reports are listed and read, and no name leaves their folders") {
+  PageScene scene;
+  scene.Write("models/0007.html", "<p>seven</p>");
+  scene.Write("models/0008.html", "<p>eight</p>");
+  scene.Write("models/0008.toml", "secret");
+  scene.Write("diagnosis/report.html", "<p>newest</p>");
+  scene.Write("alarms/alarm-20261121T120000Z-0041-1.png", "png");
+  scene.Write("secret.html", "secret");
+  std::filesystem::create_symlink(scene.StateDirectory() + "/secret.html",
+                                  scene.StateDirectory() + "/models/0009.html");
+  std::filesystem::create_directory(scene.StateDirectory() + "/models/0010.html");
+  scene.Start(scene.Options());
+  const auto list = nlohmann::json::parse(scene.Get("/reports.json").body).at("reports");
+  REQUIRE(list.size() == 4);
+  CHECK(list[0].at("name") == "diagnosis.html");
+  CHECK(list[1].at("name") == "0008.html");
+  CHECK(list[2].at("name") == "0007.html");
+  CHECK(list[2].at("bytes") == 12);
+  CHECK(list[3].at("kind") == "alarm");
+  const PageAnswer report = scene.Get("/reports/0007.html");
+  CHECK(report.body == "<p>seven</p>");
+  CHECK(report.Has("Content-Security-Policy: default-src 'none'; style-src 'unsafe-inline'"));
+  CHECK(report.Has("sandbox"));
+  CHECK(scene.Get("/reports/diagnosis.html").body == "<p>newest</p>");
+  CHECK(scene.Get("/reports/alarm-20261121T120000Z-0041-1.png").Has("Content-Type: image/png"));
+  for (const char* const path :
+       {"/reports/", "/reports/0009.html", "/reports/0010.html", "/reports/0011.html",
+        "/reports/../secret.html", "/reports/%2e%2e/secret.html", "/reports/..%2fsecret.html",
+        "/reports/0008.toml", "/reports/0007.html%00.png", "/reports//etc/passwd", "/reports/%",
+        "/../etc/passwd", "/reports/....//secret.html", "/reports\\..\\secret.html"}) {
+    INFO(path);
+    const PageAnswer answer = scene.Get(path);
+    CHECK(answer.status == 404);
+    CHECK_THAT(answer.body, !Contains("secret"));
+  }
+}

@@ -1,0 +1,82 @@
+#include "app/page/request_parts.h"
+
+#include <catch2/catch.hpp>
+
+using namespace plumbline;
+
+TEST_CASE("secrets are the same only where every byte is") {
+  CHECK(SameSecret("0123456789abcdef", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("0123456789abcdeF", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("1123456789abcdef", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("0123456789abcde", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("0123456789abcdef0123456789abcdef", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("", "0123456789abcdef"));
+  CHECK_FALSE(SameSecret("x", ""));
+  CHECK_FALSE(SameSecret(std::string_view("\0", 1), ""));
+}
+
+TEST_CASE("a bearer's token") {
+  CHECK(BearerOf("Bearer abc") == "abc");
+  CHECK(BearerOf("  bearer   a;b=c  ") == "a;b=c");
+  CHECK_FALSE(BearerOf("Basic abc"));
+  CHECK_FALSE(BearerOf("Bearer"));
+  CHECK_FALSE(BearerOf("Bearer "));
+  CHECK_FALSE(BearerOf(""));
+  CHECK_FALSE(BearerOf("Bearerabc"));
+}
+
+TEST_CASE("a cookie among others") {
+  CHECK(CookieOf("plumbline-80=ab", "plumbline-80") == "ab");
+  CHECK(CookieOf("a=1; plumbline-80=ab;c=d", "plumbline-80") == "ab");
+  CHECK(CookieOf("plumbline-80=", "plumbline-80") == "");
+  CHECK(CookieOf(" plumbline-80 = ab ", "plumbline-80") == "ab");
+  CHECK(CookieOf("plumbline-80=first; plumbline-80=second", "plumbline-80") == "first");
+  CHECK_FALSE(CookieOf("xplumbline-80=ab", "plumbline-80"));
+  CHECK_FALSE(CookieOf("plumbline-8080=ab", "plumbline-80"));
+  CHECK_FALSE(CookieOf("plumbline-80", "plumbline-80"));
+  CHECK_FALSE(CookieOf(";;;", "plumbline-80"));
+  CHECK_FALSE(CookieOf("", "plumbline-80"));
+  CHECK(CookieValueOf("a;\xff") == "613bff");
+}
+
+TEST_CASE("the host that a browser means") {
+  CHECK(HostOf("Cell7.Plant.Example:8080") == "cell7.plant.example");
+  CHECK(HostOf("192.168.0.3") == "192.168.0.3");
+  CHECK(HostOf("[::1]:8080") == "::1");
+  CHECK(HostOf("[FE80::1]") == "fe80::1");
+  CHECK(HostOf("localhost:") == "localhost");
+  for (const char* const none : {"", ":80", "a b", "a/b", "[::1", "[name]", "[1.2.3.4]", "[::1]x",
+                                 "a:b", "a:123456", "a:80:80", "user@host", "a\tb"}) {
+    INFO(none);
+    CHECK_FALSE(HostOf(none));
+  }
+  CHECK_FALSE(HostOf(std::string(254, 'a')));
+}
+
+TEST_CASE("a name that leads here from another site is none of ours") {
+  const std::vector<std::string> own = {"cell7.plant.example", "cell7"};
+  for (const char* const ours :
+       {"127.0.0.1", "::1", "10.0.0.7", "localhost", "cell7", "cell7.plant.example"}) {
+    CHECK(IsOwnHost(ours, own));
+  }
+  for (const char* const other : {"evil.example", "cell7.plant.example.evil.example",
+                                  "127.0.0.1.nip.io", "cell", "localhost.evil.example", ""}) {
+    CHECK_FALSE(IsOwnHost(other, own));
+  }
+}
+
+TEST_CASE("names of reports, and nothing else") {
+  CHECK(ReportKindOf("0007.html") == ReportKind::kModel);
+  CHECK(ReportKindOf("12345.html") == ReportKind::kModel);
+  CHECK(ReportKindOf("diagnosis.html") == ReportKind::kDiagnosis);
+  CHECK(ReportKindOf("alarm-20261121T120000Z-0041-1.png") == ReportKind::kAlarmPicture);
+  for (const char* const none :
+       {"", "..", "../0007.html", "0007.toml", "007.html", "1234567890.html", "0007.html/..",
+        "/etc/passwd", "alarm-.png", "alarm-../x.png", "alarm-a/b.png", "alarm-a.b.png",
+        "x-alarm-1.png", "0007.HTML", "00\n7.html", "report.html", "journal.sqlite"}) {
+    INFO(none);
+    CHECK(ReportKindOf(none) == ReportKind::kNone);
+  }
+  CHECK(ReportKindOf("alarm-" + std::string(200, 'a') + ".png") == ReportKind::kNone);
+  CHECK(ReportKindOf(std::string_view("0007.html\0", 10)) == ReportKind::kNone);
+}
