@@ -34,7 +34,10 @@ bool HttpStream::is_readable() const {
 }
 
 bool HttpStream::is_writable() const {
-  return WaitFor(fd_, POLLOUT, MonotonicSeconds() + limits_.write_s);
+  if (!WaitFor(fd_, POLLOUT, MonotonicSeconds() + limits_.write_s)) return false;
+  pollfd now{fd_, POLLRDHUP, 0};
+  poll(&now, 1, 0);
+  return (now.revents & (POLLERR | POLLHUP | POLLRDHUP)) == 0;
 }
 
 ssize_t HttpStream::read(char* bytes, size_t size) {

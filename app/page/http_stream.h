@@ -22,7 +22,7 @@ class HttpStream final : public httplib::Stream {
   HttpStream(int fd, std::string peer, StreamLimits limits, double now_s);
 
   bool is_readable() const override;
-  bool is_writable() const override;
+  bool is_writable() const override;  ///< and the other side has not left
   ssize_t read(char* bytes, size_t size) override;
   ssize_t write(const char* bytes, size_t size) override;
   void get_remote_ip_and_port(std::string& ip, int& port) const override;

@@ -252,8 +252,9 @@ void Page::AnswerLive(httplib::Response& response) {
         const auto picture = feed_.Newest(now_s);
         const bool old = !picture || now_s - picture->drawn_s > kPictureOld_s;
         if (old || picture->number == number) {
+          if (!sink.is_writable()) return false;
           SleepSeconds(kPictureWait_s);
-          return sink.is_writable();
+          return true;
         }
         const std::string part = PartOf(*picture);
         if (number == 0 && !sink.write(part.data(), part.size())) return false;

@@ -4,7 +4,7 @@
 const kPoll_ms = 1000, kPatience_ms = 4000, kLost_ms = 3000, kAsleep_ms = 6000, kRetry_ms = 3000;
 const kSlow_ms = 10000, kOldView_s = 3, kOldPicture_s = 3;
 const kMarks = {good: ["✓", "good: "], attention: ["▲", "attention: "], bad: ["✕", "bad: "],
-  faded: ["–", ""], plain: ["", ""]};
+  faded: ["", ""], plain: ["", ""]};
 const kLevels = {3: "bad", 4: "attention"};
 
 const byId = (id) => document.getElementById(id);
@@ -79,10 +79,10 @@ function showLog(log) {
   });
 }
 
-function showHeadline(line, about) {
+function showHeadline(line, todo) {
   byId("head").className = line.tone;
   put(byId("headline"), line, (target) => marked(target, line));
-  byId("about").textContent = about;
+  put(byId("do"), todo, (target) => { target.textContent = todo ? "→ " + todo : ""; });
 }
 
 function showPicture(picture) {
@@ -105,31 +105,35 @@ function stopPicture() {
   byId("picture").removeAttribute("src");
 }
 
-function showLost(why) {
-  document.body.classList.toggle("is-lost", why !== "");
-  byId("lost").hidden = why === "";
-  if (byId("lost").textContent !== why) byId("lost").textContent = why;
+// What stands here is no longer true: no word above it may look as if it were.
+function showLost(what, age_s) {
+  document.body.classList.toggle("is-lost", what !== "");
+  if (what === "") return;
+  showHeadline({tone: "bad", text: "LOST: " + what}, "What stands below is from " + ageText(age_s) + " ago.");
+  document.title = "LOST - Plumbline";
 }
 
 function show() {
   const silent_ms = performance.now() - lastGood_ms;
   if (silent_ms > kLost_ms) {
     lost = true;
-    showLost("This page has lost plumbline-view. What stands here is from " +
-      ageText(silent_ms / 1000) + " ago.");
-    document.title = "LOST - Plumbline";
+    showLost("plumbline-view does not answer", silent_ms / 1000);
+    return;
   }
-  if (silent_ms > kLost_ms || status === null) return;
-  const view_s = status.view.age_s;
-  showLost(view_s === null || view_s <= kOldView_s ? "" :
-    "plumbline-view stands still. What stands here is from " + ageText(view_s) + " ago.");
+  if (status === null) return;
   const cell = status.cell || "no cell yet";
-  showHeadline(status.headline, cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : ""));
-  document.title = status.headline.text.split(":")[0] + " - " + cell;
+  byId("about").textContent = cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : "");
   showPicture(status.picture);
   showPanels(status.panels);
   showLog(status.log);
   byId("version").textContent = "Plumbline " + status.version;
+  if (status.view.age_s > kOldView_s) {
+    showLost("plumbline-view stands still", status.view.age_s);
+    return;
+  }
+  showLost("");
+  showHeadline(status.headline, status.daemon.there && status.alarms ? status.alarms.do : "");
+  document.title = status.headline.text.split(":")[0] + " - " + cell;
 }
 
 function showReports(reports) {

@@ -1,7 +1,7 @@
 // Residuals of measured points, drawn as wide as there is room for.
 "use strict";
 
-const kHeight = 220, kLeft = 62, kRight = 8, kTop = 12, kBottom = 26, kMiddleOver = 9;
+const kMiddleOver = 9;
 let lastTrend = {points: []}, drawn = "";
 
 function shape(tag, attributes, text) {
@@ -46,31 +46,35 @@ function drawTrend(target, words, trend) {
       "No measured points yet.";
     return;
   }
+  // As large as the text beside it.
+  const em = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const kHeight = 16 * em, kLeft = 5 * em, kRight = 0.6 * em, kTop = 1.6 * em, kBottom = 2 * em;
   const all = points.map((point) => point.mm), last = points[points.length - 1];
   const top = Math.max(...all) || 1, step = niceStep(top), high = step * Math.ceil(top / step);
   const digits = Math.max(0, -Math.floor(Math.log10(step)));
   const x = (k) => kLeft + (width - kLeft - kRight) * (points.length > 1 ? k / (points.length - 1) : 0.5);
   const y = (mm) => kHeight - kBottom - (kHeight - kTop - kBottom) * mm / high;
-  const said = `Newest ${last.mm.toFixed(3)} mm. Middle of the newest ${Math.min(20, all.length)}: ` +
-    `${median(all.slice(-20)).toFixed(3)} mm; of all ${all.length}: ${median(all).toFixed(3)} mm.`;
+  const present = points.filter((point) => point.model === last.model).map((point) => point.mm).slice(-20);
+  const said = `Newest ${last.mm.toFixed(3)} mm. Middle of the newest ${present.length}` +
+    (last.model ? ` under model version ${last.model}` : "") + `: ${median(present).toFixed(3)} mm.`;
   const svg = shape("svg", {viewBox: `0 0 ${width} ${kHeight}`, height: kHeight, role: "img",
     "aria-label": "Residuals of the newest measured points. " + said});
   for (let mm = 0; mm <= high * 1.001; mm += step) {
     svg.append(shape("line", {class: "grid", x1: kLeft, x2: width - kRight, y1: y(mm), y2: y(mm)}),
-      shape("text", {x: kLeft - 6, y: y(mm) + 4, "text-anchor": "end"}, mm.toFixed(digits) + " mm"));
+      shape("text", {x: kLeft - 0.5 * em, y: y(mm) + 0.35 * em, "text-anchor": "end"}, mm.toFixed(digits) + " mm"));
   }
   points.forEach((point, k) => {
     if (k === 0 || point.model === points[k - 1].model) return;
     const at = (x(k) + x(k - 1)) / 2;
     svg.append(shape("line", {class: "version", x1: at, x2: at, y1: kTop, y2: kHeight - kBottom}),
-      shape("text", {x: at, y: kTop - 1, "text-anchor": k > points.length / 2 ? "end" : "start"},
+      shape("text", {x: at, y: kTop - 0.3 * em, "text-anchor": k > points.length / 2 ? "end" : "start"},
         "model " + (point.model || "none")));
   });
   const middle = all.map((_, k) => median(all.slice(Math.max(0, k - kMiddleOver + 1), k + 1)));
   svg.append(shape("polyline", {class: "middle", points: middle.map((mm, k) => x(k) + "," + y(mm)).join(" ")}));
   points.forEach((point, k) => svg.append(mark(point, x(k), y(point.mm))));
-  svg.append(shape("text", {x: kLeft, y: kHeight - 6}, "row " + points[0].id),
-    shape("text", {x: width - kRight, y: kHeight - 6, "text-anchor": "end"}, "row " + last.id));
+  svg.append(shape("text", {x: kLeft, y: kHeight - 0.5 * em}, "row " + points[0].id),
+    shape("text", {x: width - kRight, y: kHeight - 0.5 * em, "text-anchor": "end"}, "row " + last.id));
   target.replaceChildren(svg);
   words.textContent = said + ` Line: middle of ${kMiddleOver}. Circle: wild. Triangle: drift alarm.`;
 }

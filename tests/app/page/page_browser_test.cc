@@ -1,0 +1,204 @@
+// The page as headless Chromium shows it: at a desk and on a phone, by day and by night, through
+// the loss of the daemon and of plumbline-view itself.
+#include "app/journal/journal.h"
+#include "tests/app/page/browser.h"
+#include "tests/app/page/page_scene.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+bool CanBrowse() {
+  if (BrowserProgram()) return true;
+  WARN("SKIPPED: chromium is not installed");
+  return false;
+}
+
+/// Tells and paints as plumbline-view does, five times a second.
+class Telling {
+ public:
+  explicit Telling(PageScene& scene) : scene_(scene) {
+    thread_ = std::thread([this] {
+      while (!end_) {
+        {
+          const std::lock_guard lock(scene_mutex);
+          if (!silent) scene_.Tell();
+          if (!silent) scene_.Paint(40, 90, 140, 0, {1280, 720});
+          if (silent) scene_.Tell(10, "the daemon has ended the connection");
+        }
+        SleepSeconds(0.2);
+      }
+    });
+  }
+  ~Telling() {
+    end_ = true;
+    thread_.join();
+  }
+  std::mutex scene_mutex;
+  bool silent = false;
+
+ private:
+  PageScene& scene_;
+  std::atomic<bool> end_{false};
+  std::thread thread_;
+};
+
+void FillJournal(const PageScene& scene) {
+  auto journal = Journal::Open(scene.StateDirectory() + "/journal.sqlite");
+  REQUIRE(journal);
+  std::vector<JournalRow> rows;
+  for (int k = 0; k < 80; ++k) {
+    JournalRow row;
+    row.q = scene.scene.state.q;
+    row.unix_ms = 1'800'000'000'000 + 60'000 * k;
+    row.session = "1";
+    row.predicted_W = Vec3(1, 2, 3);
+    const double off_m =
+        (k < 40 ? 0.8e-3 + 0.004e-3 * k : 0.12e-3) * (1 + 0.3 * ((k * 7) % 5 - 2) / 2.0);
+    row.measured_W = Vec3(1, 2, 3 + off_m);
+    row.model_version = k < 40 ? 1 : 2;
+    rows.push_back(row);
+  }
+  const auto last =
+      journal.value().Append(rows, scene.scene.model->config.machine.cell.robot.joints);
+  REQUIRE(last);
+  REQUIRE(journal.value().Mark(*last - 41, false, true));
+  REQUIRE(journal.value().Mark(*last - 20, true, false));
+}
+
+std::string AddressOf(const PageScene& scene) {
+  return "http://127.0.0.1:" + std::to_string(scene.port()) + "/";
+}
+
+/// Of every text that is seen, the least contrast with what lies under it [WCAG 2.1, 1.4.3].
+constexpr const char* kLeastContrast = R"((() => {
+  const parts = (text) => text.match(/[\d.]+/g).map(Number);
+  const light = (c) => { const l = c.slice(0, 3).map((v) => v / 255)
+    .map((v) => v <= 0.03928 ? v / 12.92 : Math.pow((v + 0.055) / 1.055, 2.4));
+    return 0.2126 * l[0] + 0.7152 * l[1] + 0.0722 * l[2]; };
+  const under = (e) => { for (; e; e = e.parentElement) {
+    const c = parts(getComputedStyle(e).backgroundColor); if (c.length < 4 || c[3] > 0) return c; }
+    return [255, 255, 255]; };
+  let least = 99;
+  for (const e of document.querySelectorAll("h1, h2, p, li, figcaption, a, footer, label")) {
+    if (!e.innerText || !e.offsetParent) continue;
+    const a = light(parts(getComputedStyle(e).color)), b = light(under(e));
+    least = Math.min(least, (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05));
+  }
+  return least; })())";
+
+}  // namespace
+
+TEST_CASE("everything is there, at a desk and on a phone, by day and by night") {
+  if (!CanBrowse()) return;
+  const bool phone = GENERATE(false, true), dark = GENERATE(false, true);
+  PageScene scene;
+  FillJournal(scene);
+  scene.Write("models/0002.html", "<h1>two</h1>");
+  scene.Start(scene.Options());
+  Telling telling(scene);
+  Browser browser(phone ? 390 : 1280, phone ? 844 : 800, phone, dark);
+  browser.Open(AddressOf(scene));
+  REQUIRE(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
+  CHECK(browser.Becomes("document.getElementById('picture').naturalWidth === 1280"));
+  CHECK(browser.Becomes("document.querySelectorAll('#trend circle').length === 79"));
+  CHECK(browser.Becomes("document.querySelectorAll('#reports a').length === 1"));
+  CHECK(browser.Evaluate("document.querySelectorAll('#panels section').length") == 9);
+  CHECK(browser.Evaluate("document.getElementById('about').innerText.startsWith('demo cell')") ==
+        true);
+  CHECK(browser.Evaluate(
+            "document.getElementById('panels').innerText.includes('payload 40.00 kg')") == true);
+  CHECK(browser.Evaluate("document.getElementById('log').innerText.includes('the zoom changed')") ==
+        true);
+  CHECK(browser.Evaluate("document.querySelectorAll('#trend .alarm').length") == 1);
+  CHECK(browser.Evaluate("document.querySelectorAll('#trend .wild').length") == 1);
+  CHECK(browser.Evaluate("document.getElementById('trend-words').innerText.startsWith('Newest')") ==
+        true);
+  // Nothing is wider than the screen, and nothing is smaller than it can be read.
+  CHECK(browser.Evaluate("document.documentElement.scrollWidth <= window.innerWidth") == true);
+  CHECK(browser.Evaluate("window.innerWidth") == (phone ? 390 : 1280));
+  CHECK(browser.Evaluate(
+            "parseFloat(getComputedStyle(document.getElementById('headline')).fontSize)") >=
+        (phone ? 21 : 40));
+  CHECK(browser.Evaluate(
+            "parseFloat(getComputedStyle(document.querySelector('#panels li')).fontSize)") >= 16);
+  CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
+  browser.Keep(std::string("page-") + (phone ? "phone" : "desk") + (dark ? "-dark" : ""), true);
+  INFO(nlohmann::json(browser.complaints()).dump());
+  CHECK(browser.complaints().empty());
+}
+
+TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
+  if (!CanBrowse()) return;
+  PageScene scene;
+  scene.Start(scene.Options());
+  const int port = scene.port();
+  Telling telling(scene);
+  Browser browser(1280, 800, false, false);
+  browser.Open(AddressOf(scene));
+  REQUIRE(browser.Becomes("document.getElementById('head').className === 'good'"));
+  {
+    const std::lock_guard lock(telling.scene_mutex);
+    scene.scene.state.alarms = alarm::kPayloadUnknown;
+  }
+  CHECK(browser.Becomes("document.getElementById('head').className === 'bad'"));
+  CHECK(
+      browser.Becomes("document.getElementById('headline').innerText.includes('payload unknown')"));
+  CHECK(browser.Evaluate("document.getElementById('do').innerText === '→ tell the payload'") ==
+        true);
+  CHECK(browser.Evaluate("document.querySelector('#headline .unseen').textContent === 'bad: '") ==
+        true);
+  CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
+  browser.Keep("page-alarm");
+  {
+    const std::lock_guard lock(telling.scene_mutex);
+    telling.silent = true;
+  }
+  CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('NO DAEMON')"));
+  CHECK(browser.Becomes(
+      "document.getElementById('caption').innerText.includes('THE PICTURE IS OLD')"));
+  browser.Keep("page-silent");
+  {
+    const std::lock_guard lock(telling.scene_mutex);
+    telling.silent = false;
+    scene.scene.state.alarms = 0;
+  }
+  CHECK(browser.Becomes("document.getElementById('head').className === 'good'"));
+  // plumbline-view goes, and comes back on its port.
+  scene.page.reset();
+  CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('LOST')"));
+  CHECK(browser.Evaluate("document.title") == "LOST - Plumbline");
+  browser.Keep("page-lost");
+  PageOptions options = scene.Options();
+  options.config.port = port;
+  scene.Start(options);
+  CHECK(browser.Becomes("!document.body.classList.contains('is-lost')"));
+  CHECK(browser.Becomes("document.getElementById('picture').naturalWidth === 1280"));
+  CHECK(browser.Becomes("document.getElementById('head').className === 'good'"));
+}
+
+TEST_CASE("a person gives the token once") {
+  if (!CanBrowse()) return;
+  const std::string token = "a-long-word;=of+our-own";
+  PageScene scene;
+  scene.StartWithToken(token);
+  Telling telling(scene);
+  Browser browser(390, 844, true, false);
+  browser.Open(AddressOf(scene));
+  REQUIRE(browser.Becomes("document.getElementById('form') !== null"));
+  CHECK(browser.Evaluate("document.documentElement.scrollWidth <= 390") == true);
+  browser.Keep("page-login");
+  const auto give = [&](const std::string& word) {
+    browser.Evaluate("document.getElementById('token').value = '" + word +
+                     "'; document.querySelector('button').click()");
+  };
+  give("wrong");
+  CHECK(browser.Becomes("document.getElementById('said').innerText === 'That is not the token.'"));
+  give(token);
+  REQUIRE(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
+  CHECK(browser.Evaluate("location.href") == AddressOf(scene));
+  CHECK(browser.Evaluate("document.cookie") == "");  // HttpOnly
+  browser.Open(AddressOf(scene));
+  CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
+}
