@@ -81,7 +81,7 @@ constexpr const char* kLeastContrast = R"((() => {
     const c = parts(getComputedStyle(e).backgroundColor); if (c.length < 4 || c[3] > 0) return c; }
     return [255, 255, 255]; };
   let least = 99;
-  for (const e of document.querySelectorAll("h1, h2, p, li, figcaption, a, footer, label")) {
+  for (const e of document.querySelectorAll("h1, h2, p, li, figcaption, a, footer, label, .mark")) {
     if (!e.innerText || !e.offsetParent) continue;
     const a = light(parts(getComputedStyle(e).color)), b = light(under(e));
     least = Math.min(least, (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05));

@@ -11,6 +11,9 @@
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
+#include "tests/app/page/browser.h"
+#include "tests/app/page/exposition.h"
+#include "tests/app/page/page_client.h"
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
@@ -391,6 +394,62 @@ TEST_CASE("the viewer: comes before the daemon, stays through its restart, keeps
   station.daemon->Signal(SIGTERM);
   REQUIRE(station.daemon->Wait() == 0);
   REQUIRE(view.Says("the daemon has ended the connection"));
+  view.Signal(SIGTERM);
+  CHECK(view.Wait() == 0);
+}
+
+TEST_CASE(
+    "the viewer's page: the drawn picture and the daemon's state, through its loss and reload") {
+  if (!CanDraw()) return;
+  Station station("exaggeration = 30.0\nnominal = \"behind\"\n[page]\nport = 0\n");
+  station.cell.Tell("payload 60");
+  for (const char* const name : {"objects.toml", "meshes"}) {
+    std::filesystem::copy(std::string("config/") + name, station.folder.path() + "/" + name,
+                          std::filesystem::copy_options::recursive |
+                              std::filesystem::copy_options::overwrite_existing);
+  }
+  const std::string config = station.daemon->ConfigFile();
+  ViewProcess view(config, station.folder.path() + "/view.log");
+  const std::string served = "the page is served on http://127.0.0.1:";
+  REQUIRE(view.Says(served));
+  const auto port_told = [&] {
+    const std::string log = view.Log();
+    return std::stoi(log.substr(log.rfind(served) + served.size()));
+  };
+  const int port = port_told();
+  REQUIRE(station.LensIsValid());
+  const auto metrics = [&] { return Exposition(Ask(port, "/metrics").body); };
+  REQUIRE(Eventually([&] { return metrics().Value("plumbline_up") == 1; }));
+  CHECK(metrics().problem.empty());
+  CHECK(metrics().Value("plumbline_cycles_total") > 10);
+  REQUIRE(Eventually([&] { return metrics().Value("plumbline_payload_kilograms") == 60; }));
+  const auto status = nlohmann::json::parse(Ask(port, "/status.json").body);
+  CHECK(status.at("cell") == "demo cell");
+  CHECK(status.at("cameras")[0].at("lens_valid") == true);
+  CHECK(status.at("points").size() == 2);
+  // Pictures are drawn because somebody looks.
+  PageConnection live(port);
+  live.Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  CHECK_THAT(live.Read("\xff\xd9\r\n"), Catch::Contains("Content-Type: image/jpeg"));
+  if (std::getenv("PLUMBLINE_KEEP_PICTURES") != nullptr && BrowserProgram()) {
+    Browser browser(1280, 1100, false, false);
+    browser.Open("http://127.0.0.1:" + std::to_string(port) + "/");
+    CHECK(browser.Becomes("document.getElementById('picture').naturalWidth > 0"));
+    CHECK(
+        browser.Becomes("document.getElementById('panels').innerText.includes('3 of 3 in place')"));
+    browser.Keep("page-real");
+  }
+  // Another token comes into force by SIGHUP, and is asked for.
+  station.daemon->Write(FileText(config) + "token = \"0123456789abcdef\"\n");
+  view.Signal(SIGHUP);
+  REQUIRE(Eventually([&] { return port_told() != port; }));
+  CHECK(view.Says("holds the page's token, and every user of this computer may read it"));
+  CHECK(Ask(port_told(), "/metrics").status == 401);
+  const std::string bearer = "Authorization: Bearer 0123456789abcdef\r\n";
+  CHECK(Ask(port_told(), "/healthz", bearer).status == 200);
+  station.daemon->Signal(SIGTERM);
+  REQUIRE(station.daemon->Wait() == 0);
+  CHECK(Eventually([&] { return Ask(port_told(), "/healthz", bearer).status == 503; }));
   view.Signal(SIGTERM);
   CHECK(view.Wait() == 0);
 }
