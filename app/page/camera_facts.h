@@ -10,15 +10,22 @@ namespace plumbline {
 
 struct CameraFacts {
   std::string name;
-  const ViewCamera* camera = nullptr;
-  const PlcCamera* watch = nullptr;  ///< its zoom and its lens
+  const ViewCamera* camera = nullptr;  ///< with its watch: the zoom and the lens
   double images_per_s = 0;
 };
 
 /// Of the configured cameras; valid as long as `now` is. None where there is no state.
 inline std::vector<CameraFacts> CamerasOf(const ShownNow& now) {
-  if (!now.state || !now.state->watch.configured) return {};
-  return {{"camera", &now.state->camera, &now.state->watch, now.frames_per_s}};
+  std::vector<CameraFacts> cameras;
+  if (!now.state) return cameras;
+  for (std::size_t k = 0; k < now.state->cameras.size(); ++k) {
+    const ViewCamera& camera = now.state->cameras[k];
+    if (!camera.watch.configured) continue;
+    const std::string name = CameraNameText(camera.watch.name);
+    cameras.push_back({name.empty() ? "camera" : name, &camera,
+                       k < now.frames_per_s.size() ? now.frames_per_s[k] : 0});
+  }
+  return cameras;
 }
 
 }  // namespace plumbline

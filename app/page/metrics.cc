@@ -68,7 +68,7 @@ void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
   if (cameras.empty()) return;
   writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
   for (const CameraFacts& facts : cameras) {
-    writer.Add(facts.watch->state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
+    writer.Add(facts.camera->watch.state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
   }
   writer.Begin("camera_image_age_seconds", Type::kGauge, "Since the newest image was taken.");
   for (const CameraFacts& facts : cameras) {

@@ -72,7 +72,7 @@ Json CamerasJson(const ShownNow& now, double now_s) {
   Json list = Json::array();
   for (const CameraFacts& facts : CamerasOf(now)) {
     const ViewCamera& camera = *facts.camera;
-    const PlcCamera& watch = *facts.watch;
+    const PlcCamera& watch = camera.watch;
     Json tags = Json::array();
     for (const ViewTag& tag : camera.tags) tags.push_back(tag.id);
     Json entry = {{"name", facts.name},

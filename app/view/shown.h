@@ -24,7 +24,7 @@ struct ShownNow {
   std::vector<ViewLine> own_lines;         ///< of the viewer's own log
   std::map<int, std::string> point_names;  ///< by id; of points that have one
   std::vector<MeasuredPair> pairs;         ///< empty: nothing was measured of late
-  double frames_per_s = 0;                 ///< of the camera, as they arrived
+  std::vector<double> frames_per_s;        ///< of each camera, as they arrived
 };
 
 /// Copies what `facts` point to.

@@ -149,7 +149,8 @@ class Scene {
     layout.image = {0, 0, static_cast<float>(camera_.width), static_cast<float>(camera_.height)};
     DisplayList list;
     std::vector<Label> labels;
-    AddOverlay({facts, model.config.overlay, {mesh}, image_.grey.data()}, layout, list, labels);
+    AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout, list,
+               labels);
     results.compose_s +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     Compare(renderer, list, carriers, results);

@@ -68,15 +68,17 @@ struct PageScene {
   void Tell(double age_s = 0, const std::string& link_problem = "") {
     const double now_s = MonotonicSeconds();
     scene.state.now_s = now_s - age_s;
-    if (scene.state.camera.image) scene.state.camera.image->time_s = now_s - age_s - 0.03;
+    for (ViewCamera& camera : scene.state.cameras) {
+      if (camera.image) camera.image->time_s = now_s - age_s - 0.03;
+    }
     Carriers carriers = scene.Placed(now_s - age_s);
     ViewFacts facts;
     facts.state = &scene.state;
-    facts.carriers = &carriers;
+    facts.carriers = std::span(&carriers, 1);
     facts.model = &*scene.model;
     facts.now_s = now_s;
     facts.link_problem = link_problem;
-    facts.frames_per_s = 30;
+    facts.frames_per_s = {30};
     facts.own_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
     shown.Put(std::make_shared<const ShownNow>(ShownOf(facts, "")));
   }
