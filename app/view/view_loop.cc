@@ -10,8 +10,8 @@
 #include <csignal>
 
 #include "app/config/daemon_config_reader.h"
-#include "app/log/log.h"
 #include "app/daemon/service_manager.h"
+#include "app/log/log.h"
 #include "app/version.h"
 #include "app/view/page_side.h"
 #include "app/view/screen_text.h"

@@ -17,9 +17,8 @@ struct Desk {
   }
   bool fitted_model;
   std::vector<std::string> lines;
-  Reporter reporter{{{7, "left"}}, fitted_model, [this](const LogEntry& entry) {
-                      lines.push_back(entry.text);
-                    }};
+  Reporter reporter{
+      {{7, "left"}}, fitted_model, [this](const LogEntry& entry) { lines.push_back(entry.text); }};
   Snapshot snapshot;
   RobotLinkStatus link;
 
