@@ -19,6 +19,10 @@ constexpr auto kPeriod = 20ms;
 constexpr auto kJournalRetry = 5s;
 constexpr auto kModelsRefresh = 1s;
 
+std::string CameraText(const std::string& name) {
+  return name.empty() ? "a camera without name" : "camera " + name;
+}
+
 MonitorDesign DesignFrom(const LoopConfig& loop) {
   MonitorWish wish;
   wish.sigma_m = loop.probe_sigma_m;
@@ -193,9 +197,8 @@ bool LoopWorker::IsOfReference(const JournalRow& row, bool replayed) {
   if (!replayed && passed_over_ != row.camera) {
     passed_over_ = row.camera;
     sink_({Event::kProbesUnwatched,
-           fmt::format("probes by camera {} are kept, and not watched for drift: the reference is "
-                       "of camera {}",
-                       row.camera, *reference_camera_)});
+           fmt::format("probes by {} are kept, and not watched for drift: the reference is of {}",
+                       CameraText(row.camera), CameraText(*reference_camera_))});
   }
   return false;
 }

@@ -187,7 +187,7 @@ constexpr EventEntry kEntries[] = {
      "loop", "journal works again", "", ""},
     {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,
      "132e32e399c94b7298ff3cd518fa0880", "loop",
-     "probes by camera ... are kept, and not watched for drift",
+     "probes by ... are kept, and not watched for drift",
      "the drift monitor's reference is of the other camera, or of both",
      "probe by those again, or take a new reference by command 8"},
     {Event::kClockBehind, "clock-behind", LogLevel::kWarning, "a122c7bdeecf4dc7a3bc4c7792fa3818",
