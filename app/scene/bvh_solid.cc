@@ -1,5 +1,7 @@
 #include "app/scene/bvh_solid.h"
 
+#include <fcl/geometry/bvh/BVH_model.h>
+
 #include <algorithm>
 
 namespace plumbline {
@@ -7,8 +9,11 @@ namespace {
 
 /// Displacements of some vertices: the box that holds them.
 struct Shifts {
-  Vec3 low, high;
+  Vec3f low, high;
 };
+
+/// Of what is kept in single precision, its last digit.
+constexpr float kRounded = 1e-6F;
 
 /// Whether a ray from p meets the triangle. [Moeller & Trumbore 1997]
 bool RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -26,59 +31,75 @@ bool RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, cons
 }  // namespace
 
 BvhSolid::BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale)
-    : X_KO_(X_KO), scale_(scale), closed_(mesh.facts.closed()), ends_(mesh.facts.ends) {
+    : X_KO_(X_KO),
+      scale_(scale),
+      closed_(mesh.facts.closed()),
+      ends_(mesh.facts.ends),
+      triangles_(mesh.mesh.triangles) {
   straight_K_.reserve(mesh.mesh.vertices_O.size());
   for (const Vec3f& p : mesh.mesh.vertices_O) {
     straight_K_.push_back(X_KO * Vec3(scale * p.cast<double>()));
   }
-  std::vector<fcl::Triangle> triangles;
-  triangles.reserve(mesh.mesh.triangles.size());
-  for (const Triangle& t : mesh.mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-  model_.beginModel(static_cast<int>(triangles.size()), static_cast<int>(straight_K_.size()));
-  model_.addSubModel(straight_K_, triangles);
-  model_.endModel();
-  straight_bvs_.reserve(static_cast<std::size_t>(model_.getNumBVs()));
-  for (int i = 0; i < model_.getNumBVs(); ++i) straight_bvs_.push_back(model_.getBV(i).bv);
+  vertices_K_ = straight_K_;
+  BuildTree();
+  nodes_ = straight_nodes_;
   FindBox();
+}
+
+void BvhSolid::BuildTree() {
+  std::vector<fcl::Triangle> triangles;
+  triangles.reserve(triangles_.size());
+  for (const Triangle& t : triangles_) triangles.emplace_back(t[0], t[1], t[2]);
+  fcl::BVHModel<fcl::OBBd> built;
+  built.beginModel(static_cast<int>(triangles.size()), static_cast<int>(straight_K_.size()));
+  built.addSubModel(straight_K_, triangles);
+  built.endModel();
+  straight_nodes_.reserve(static_cast<std::size_t>(built.getNumBVs()));
+  for (int i = 0; i < built.getNumBVs(); ++i) {
+    const auto& node = built.getBV(i);
+    const Vec3 half = node.bv.extent.array() +
+                      kRounded * (node.bv.extent.maxCoeff() + node.bv.To.cwiseAbs().maxCoeff());
+    straight_nodes_.push_back({node.bv.axis.cast<float>(), node.bv.To.cast<float>(),
+                               half.cast<float>(),
+                               node.isLeaf() ? -1 - node.primitiveId() : node.leftChild()});
+  }
 }
 
 void BvhSolid::Bend(const BendField& field) {
   for (std::size_t i = 0; i < straight_K_.size(); ++i) {
-    model_.vertices[i] = BentPoint(field, straight_K_[i]);
+    vertices_K_[i] = BentPoint(field, straight_K_[i]);
   }
-  // Children stand behind their parents, so that from the end they are done before them.
-  std::vector<Shifts> shifts(straight_bvs_.size());
-  for (int i = model_.getNumBVs(); i-- > 0;) {
-    auto& node = model_.getBV(i);
-    Shifts& of_node = shifts[static_cast<std::size_t>(i)];
-    if (node.isLeaf()) {
-      const fcl::Triangle& triangle = model_.tri_indices[node.primitiveId()];
-      const auto shift = [&](int k) {
-        return Vec3(model_.vertices[triangle[k]] - straight_K_[triangle[k]]);
+  // Halves stand behind the whole, so that from the end they are done before it.
+  std::vector<Shifts> shifts(nodes_.size());
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    const BoxNode& straight = straight_nodes_[i];
+    Shifts& of_node = shifts[i];
+    if (straight.first_half < 0) {
+      const Triangle& triangle = triangles_[static_cast<std::size_t>(-1 - straight.first_half)];
+      const auto shift = [&](std::uint32_t k) {
+        return Vec3f((vertices_K_[k] - straight_K_[k]).cast<float>());
       };
-      const Vec3 a = shift(0), b = shift(1), c = shift(2);
+      const Vec3f a = shift(triangle[0]), b = shift(triangle[1]), c = shift(triangle[2]);
       of_node = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
     } else {
-      const Shifts& left = shifts[static_cast<std::size_t>(node.leftChild())];
-      const Shifts& right = shifts[static_cast<std::size_t>(node.rightChild())];
-      of_node = {left.low.cwiseMin(right.low), left.high.cwiseMax(right.high)};
+      const auto first = static_cast<std::size_t>(straight.first_half);
+      const Shifts &one = shifts[first], &other = shifts[first + 1];
+      of_node = {one.low.cwiseMin(other.low), one.high.cwiseMax(other.high)};
     }
-    const Vec3 middle = 0.5 * (of_node.low + of_node.high);
-    const double apart = 0.5 * (of_node.high - of_node.low).norm();
-    const fcl::OBBRSSd& straight = straight_bvs_[static_cast<std::size_t>(i)];
-    node.bv.obb.To = straight.obb.To + middle;
-    node.bv.obb.extent = straight.obb.extent.array() + apart;
-    node.bv.rss.To = straight.rss.To + middle;
-    node.bv.rss.r = straight.rss.r + apart;
+    const Vec3f middle = 0.5F * (of_node.low + of_node.high);
+    const float apart = 0.5F * (of_node.high - of_node.low).norm() +
+                        kRounded * straight.centre.cwiseAbs().maxCoeff();
+    nodes_[i].centre = straight.centre + middle;
+    nodes_[i].half = straight.half.array() + apart;
   }
   FindBox();
 }
 
 void BvhSolid::FindBox() {
-  low_K_ = high_K_ = model_.vertices[0];
-  for (std::size_t i = 1; i < straight_K_.size(); ++i) {
-    low_K_ = low_K_.cwiseMin(model_.vertices[i]);
-    high_K_ = high_K_.cwiseMax(model_.vertices[i]);
+  low_K_ = high_K_ = vertices_K_[0];
+  for (const Vec3& p_K : vertices_K_) {
+    low_K_ = low_K_.cwiseMin(p_K);
+    high_K_ = high_K_.cwiseMax(p_K);
   }
 }
 
@@ -89,9 +110,8 @@ bool BvhSolid::InBox(const Vec3& p_K) const {
 bool BvhSolid::Encloses(const Vec3& p_K) const {
   const Vec3 ray(0.5671, 0.3313, 0.7541);  // along no edge or face that somebody would draw
   bool odd = false;
-  for (int i = 0; i < model_.num_tris; ++i) {
-    const fcl::Triangle& t = model_.tri_indices[i];
-    odd ^= RayMeets(p_K, ray, model_.vertices[t[0]], model_.vertices[t[1]], model_.vertices[t[2]]);
+  for (const Triangle& t : triangles_) {
+    odd ^= RayMeets(p_K, ray, vertices_K_[t[0]], vertices_K_[t[1]], vertices_K_[t[2]]);
   }
   return odd;
 }
@@ -99,7 +119,7 @@ bool BvhSolid::Encloses(const Vec3& p_K) const {
 bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {
   if (!closed_) return false;
   return std::any_of(other.ends_.begin(), other.ends_.end(), [&](const auto& ends) {
-    const auto at = [&](std::uint32_t i) { return Vec3(X_KL * other.model_.vertices[i]); };
+    const auto at = [&](std::uint32_t i) { return Vec3(X_KL * other.vertices_K_[i]); };
     const auto in_box = [&](std::uint32_t i) { return InBox(at(i)); };
     return std::all_of(ends.begin(), ends.end(), in_box) && Encloses(at(ends[0]));
   });

@@ -1,22 +1,17 @@
 #include "app/scene/interference.h"
 
-#include <fcl/narrowphase/collision.h>
-#include <fcl/narrowphase/detail/primitive_shape_algorithm/triangle_distance.h>
-#include <fcl/narrowphase/distance.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <utility>
 
-#include "app/scene/bvh_solid.h"
+#include "app/scene/way_out.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostContacts = 4000;
+constexpr std::size_t kMostCrossings = 4000;
 constexpr double kPointSize_m = 1e-6;  ///< of the triangle that stands for a point
 
 /// An object somewhere.
@@ -25,165 +20,80 @@ struct Placed {
   Pose X_WK;
 };
 
-bool SurfacesCross(const Placed& a, const Placed& b) {
-  fcl::CollisionRequestd request;
-  fcl::CollisionResultd result;
-  return fcl::collide(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request,
-                      result) > 0;
-}
-
-/// Whether some part of `inner` lies in `outer`. Only where their surfaces do not cross.
-bool LiesInside(const Placed& inner, const Placed& outer) {
-  return outer.solid.EnclosesPartOf(inner.solid, outer.X_WK.Inverse() * inner.X_WK);
-}
-
-bool Touching(const Placed& a, const Placed& b) {
-  return SurfacesCross(a, b) || LiesInside(a, b) || LiesInside(b, a);
-}
-
-/// Corners of a triangle in W.
-std::array<Vec3, 3> CornersOf(const Placed& solid, int triangle) {
-  const BvhModel& model = solid.solid.model();
-  const fcl::Triangle& t = model.tri_indices[triangle];
-  return {solid.X_WK * model.vertices[t[0]], solid.X_WK * model.vertices[t[1]],
-          solid.X_WK * model.vertices[t[2]]};
-}
-
-/// @param last  the triangles that were nearest: what they are apart now bounds the search, and
-///              halves it where things move little from one look to the next
-Separation NearestPoints(const Placed& a, const Placed& b, NearestTriangles& last) {
-  const fcl::DistanceRequestd request(true);
-  fcl::DistanceResultd result;
-  if (last.a >= 0) {
-    const auto s = CornersOf(a, last.a), t = CornersOf(b, last.b);
-    Vec3 p, q;
-    const double now_m = fcl::detail::TriangleDistanced::triDistance(s.data(), t.data(), p, q);
-    if (now_m > 0) result.min_distance = now_m * (1 + 1e-9) + 1e-9;  // so that they are found again
-  }
-  fcl::distance(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request, result);
-  if (result.b1 < 0) {  // should the bound have been too tight after all
-    last = {};
-    result = {};
-    fcl::distance(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request,
-                  result);
-  }
-  last = {static_cast<int>(result.b1), static_cast<int>(result.b2)};
-  Separation apart;
-  apart.distance_m = std::max(0.0, result.min_distance);
-  apart.p_a_W = result.nearest_points[0];
-  apart.p_b_W = result.nearest_points[1];
-  return apart;
-}
-
-/// The curve along which two surfaces cross.
+/// The curve along which two surfaces cross, in the first one's frame.
 struct Crossing {
-  Vec3 middle_W = Vec3::Zero();
-  Vec3 plane_W = Vec3::UnitZ();   ///< normal of the plane that fits it best
-  Vec3 facing_W = Vec3::UnitZ();  ///< normal of one of the triangles there
+  Vec3 middle_A = Vec3::Zero();
+  Vec3 plane_A = Vec3::UnitZ();  ///< normal of the plane that fits it best
 };
 
-/// @return  nothing where they do not cross
-std::optional<Crossing> CrossingOf(const Placed& a, const Placed& b) {
-  const fcl::CollisionRequestd request(kMostContacts, true);
-  fcl::CollisionResultd result;
-  fcl::collide(&a.solid.model(), FclOf(a.X_WK), &b.solid.model(), FclOf(b.X_WK), request, result);
-  std::vector<fcl::Contactd> contacts;
-  result.getContacts(contacts);
-  if (contacts.empty()) return std::nullopt;
-  Crossing crossing;
-  const Vec3 normal = contacts.front().normal;
-  if (normal.norm() > 0 && normal.allFinite()) crossing.facing_W = normal.normalized();
-  Vec3 mean_W = Vec3::Zero();
-  for (const auto& contact : contacts) mean_W += contact.pos / static_cast<double>(contacts.size());
-  Mat3 scatter = Mat3::Zero();
-  for (const auto& contact : contacts) {
-    scatter += (contact.pos - mean_W) * (contact.pos - mean_W).transpose();
+Crossing CrossingOf(const MeshPair& pair, const std::vector<TrianglePair>& triangles) {
+  std::vector<Vec3> points_A;
+  for (const TrianglePair& both : triangles) {
+    const Corners a = pair.CornersOfA(both.a), b = pair.CornersOfB(both.b);
+    points_A.push_back(MiddleOfCrossing(a, b).value_or((a[0] + a[1] + a[2]) / 3));
   }
+  Vec3 mean_A = Vec3::Zero();
+  for (const Vec3& p_A : points_A) mean_A += p_A / static_cast<double>(points_A.size());
+  Mat3 scatter = Mat3::Zero();
+  for (const Vec3& p_A : points_A) scatter += (p_A - mean_A) * (p_A - mean_A).transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(scatter);
-  // Points on a line have no plane: then how the triangles face.
-  const bool spread = axes.eigenvalues()[1] > 1e-12 * axes.eigenvalues()[2];
-  crossing.plane_W = spread ? Vec3(axes.eigenvectors().col(0)) : crossing.facing_W;
+  Crossing crossing;
+  if (axes.eigenvalues()[1] > 1e-12 * axes.eigenvalues()[2]) {
+    crossing.plane_A = axes.eigenvectors().col(0);
+  } else {  // points on a line have no plane: then how a triangle there faces
+    const Corners b = pair.CornersOfB(triangles.front().b);
+    const Vec3 normal_A = (b[1] - b[0]).cross(b[2] - b[0]);
+    if (normal_A.norm() > 0) crossing.plane_A = normal_A.normalized();
+  }
   // The points crowd where triangles are small; the middle of their extent does not.
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
-  for (const auto& contact : contacts) {
-    const Vec3 along = axes.eigenvectors().transpose() * (contact.pos - mean_W);
+  for (const Vec3& p_A : points_A) {
+    const Vec3 along = axes.eigenvectors().transpose() * (p_A - mean_A);
     low = low.cwiseMin(along);
     high = high.cwiseMax(along);
   }
-  crossing.middle_W = mean_W + axes.eigenvectors() * (0.5 * (low + high));
+  crossing.middle_A = mean_A + axes.eigenvectors() * (0.5 * (low + high));
   return crossing;
 }
 
-/// The search for a way on which a comes free of b.
-class WayOut {
- public:
-  WayOut(const Placed& a, const Placed& b) : a_(a), b_(b) {}
-
-  void Find(const Vec3& guess_W, Separation& found) const {
-    double free_m = kFirstTry_m;
-    Vec3 way_W = guess_W;
-    for (int doublings = 0; doublings < kMostDoublings; ++doublings, free_m *= 2) {
-      if (IsFree(free_m * guess_W)) break;
-      if (IsFree(-free_m * guess_W)) {
-        way_W = -guess_W;
-        break;
-      }
-    }
-    free_m = Halve(way_W, free_m > kFirstTry_m ? 0.5 * free_m : 0, free_m);
-    // What touched last tells how the surfaces face there.
-    const Vec3 last_W = (free_m - Interference::kDepthStep_m) * way_W;
-    const auto crossing = CrossingOf({a_.solid, {a_.X_WK.R, a_.X_WK.p + last_W}}, b_);
-    if (crossing) {
-      const Vec3 facing_W =
-          crossing->facing_W.dot(way_W) < 0 ? Vec3(-crossing->facing_W) : crossing->facing_W;
-      const double shorter_m = free_m - Interference::kDepthStep_m;
-      if (facing_W.dot(way_W) > kHalf && shorter_m > 0 && IsFree(shorter_m * facing_W)) {
-        way_W = facing_W;
-        free_m = Halve(way_W, 0, shorter_m);
-      }
-    }
-    found.depth_m = free_m;
-    found.way_out_W = way_W;
-  }
-
- private:
-  static constexpr double kFirstTry_m = 1e-4, kHalf = 0.5;
-  static constexpr int kMostDoublings = 40;
-
-  bool IsFree(const Vec3& shift_W) const {
-    return !Touching({a_.solid, {a_.X_WK.R, a_.X_WK.p + shift_W}}, b_);
-  }
-  /// Between a place that touches and one that is free.
-  double Halve(const Vec3& way_W, double touching_m, double free_m) const {
-    while (free_m - touching_m > Interference::kDepthStep_m) {
-      const double middle_m = 0.5 * (free_m + touching_m);
-      (IsFree(middle_m * way_W) ? free_m : touching_m) = middle_m;
-    }
-    return free_m;
-  }
-
-  const Placed& a_;
-  const Placed& b_;
-};
-
-Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth,
-                         NearestTriangles& last) {
+/// @param last  the triangles that were nearest, and are
+Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, TrianglePair& last) {
+  const Pose X_AB = a.X_WK.Inverse() * b.X_WK;
+  const MeshPair pair(a.solid, b.solid, X_AB);
+  const auto find_way_out = [&](const std::vector<TrianglePair>& crossing, const Vec3& guess_A,
+                                Separation& found) {
+    const WayOut way =
+        WayOutOf(a.solid, b.solid, X_AB, crossing, guess_A, Interference::kDepthStep_m);
+    found.depth_m = way.depth_m;
+    found.way_out_W = a.X_WK.R * way.way_A;
+  };
   Separation found;
-  if (SurfacesCross(a, b)) {
+  const std::vector<TrianglePair> crossing = pair.Crossing(with_depth ? kMostCrossings : 1);
+  if (!crossing.empty()) {
     found.touching = true;
     if (!with_depth) return found;
-    const Crossing crossing = CrossingOf(a, b).value_or(Crossing());
-    found.p_a_W = found.p_b_W = crossing.middle_W;
-    WayOut(a, b).Find(crossing.plane_W, found);
+    const Crossing curve = CrossingOf(pair, crossing);
+    found.p_a_W = found.p_b_W = a.X_WK * curve.middle_A;
+    find_way_out(crossing, curve.plane_A, found);
     return found;
   }
-  found = NearestPoints(a, b, last);
-  if (!LiesInside(a, b) && !LiesInside(b, a)) return found;
+  const NearestPoints nearest = pair.Nearest(last);
+  last = nearest.triangles;
+  found.distance_m = nearest.distance_m;
+  found.p_a_W = a.X_WK * nearest.p_a_A;
+  found.p_b_W = a.X_WK * nearest.p_b_A;
+  if (!OneInOther(a.solid, b.solid, X_AB)) return found;
   found.touching = found.inside = true;
-  const Vec3 between_W = found.p_b_W - found.p_a_W;
   found.distance_m = 0;
-  if (with_depth && between_W.norm() > 0) WayOut(a, b).Find(between_W.normalized(), found);
+  const Vec3 between_A = nearest.p_b_A - nearest.p_a_A;
+  if (with_depth && between_A.norm() > 0) find_way_out({}, between_A.normalized(), found);
   return found;
+}
+
+/// Where the surfaces of two objects cross, which they do.
+Vec3 MiddleOf(const Placed& a, const Placed& b) {
+  const MeshPair pair(a.solid, b.solid, a.X_WK.Inverse() * b.X_WK);
+  return a.X_WK * CrossingOf(pair, pair.Crossing(kMostCrossings)).middle_A;
 }
 
 /// How far stations, and what is turned about them, are from where they were.
@@ -249,7 +159,7 @@ Separation Interference::FromPoint(const Vec3& p_W, std::size_t object) const {
   point.facts.ends = {{0, 0, 0, 0, 0, 0}};
   point.facts.triangles = point.facts.open_edges = 1;
   const BvhSolid dot(point, {}, 1);
-  NearestTriangles none;
+  TrianglePair none;
   return MeasurePlaced({dot, {Mat3::Identity(), p_W}}, solids_[object]->placed(), false, none);
 }
 
@@ -271,9 +181,7 @@ SweepResult Interference::Sweep(std::size_t object, const Pose& X_WO,
       if (here.distance_m >= result.least_m && !here.touching) continue;
       result.least_m = here.distance_m;
       result.other = i;
-      result.p_W = here.touching && !here.inside
-                       ? CrossingOf(moved, other).value_or(Crossing()).middle_W
-                       : here.p_b_W;
+      result.p_W = here.touching && !here.inside ? MiddleOf(moved, other) : here.p_b_W;
     }
     return free_m;
   };

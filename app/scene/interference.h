@@ -36,14 +36,11 @@ struct SweepResult {
   Vec3 p_W = Vec3::Zero();  ///< where it was: on the other object
 };
 
-/// Of two objects: the triangles that were nearest at the last look; -1: none.
-struct NearestTriangles {
-  int a = -1, b = -1;
-};
+struct TrianglePair;
 
-/// Meshes with trees of bounding volumes over them (FCL). Building takes about 3 us a triangle;
-/// bending moves the volumes and lets them grow by what their vertices moved apart, which holds for
-/// any bending. Used by one thread.
+/// Meshes with trees of boxes over them. Building takes about 3 us a triangle; bending moves the
+/// boxes and lets them grow by what their vertices moved apart, which holds for any bending. Used
+/// by one thread.
 class Interference {
  public:
   static constexpr double kDepthStep_m = 1e-5;
@@ -66,7 +63,7 @@ class Interference {
   bool Bend(const BendField& field);
   void Place(std::size_t object, const Pose& X_WK);
 
-  /// @param with_depth  depth and way out too, where they touch: some twenty times the work
+  /// @param with_depth  depth and way out too, where they touch
   Separation Measure(std::size_t a, std::size_t b, bool with_depth = true);
 
   /// A point of an object's file, carried along and bent.
@@ -86,7 +83,7 @@ class Interference {
   struct Solid;
   std::vector<std::unique_ptr<Solid>> solids_;
   BendField field_;
-  std::map<std::pair<std::size_t, std::size_t>, NearestTriangles> nearest_;
+  std::map<std::pair<std::size_t, std::size_t>, TrianglePair> nearest_;
 };
 
 }  // namespace plumbline

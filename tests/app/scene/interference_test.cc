@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "app/scene/triangle_pair.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/scene/shapes.h"
 
@@ -47,6 +48,42 @@ TriangleMesh Bent(TriangleMesh mesh, const BendField& field, const Pose& X_FO) {
 }
 
 }  // namespace
+
+TEST_CASE("two triangles that cross: up to where they do on a way, by trying it") {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> in(-1, 1);
+  const auto any = [&] { return Vec3(in(random), in(random), in(random)); };
+  int crossing = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Corners a = {any(), any(), any()}, b = {any(), any(), any()};
+    Vec3 way = any();
+    if (i % 10 == 0) {  // in one plane, and along it
+      for (Corners* const one : {&a, &b}) {
+        for (Vec3& p : *one) p.z() = 0.5;
+      }
+      way.z() = 0;
+    }
+    way.normalize();
+    const bool cross = TrianglesCross(a, b);
+    CHECK(TrianglesCross(b, a) == cross);
+    if (!cross) continue;
+    ++crossing;
+    const TriangleExit exit = ExitOf(a, b, way);
+    const auto moved = [&](double by_m) {
+      return TrianglesCross({a[0] + by_m * way, a[1] + by_m * way, a[2] + by_m * way}, b);
+    };
+    CHECK((exit.way_m < 1e-9 || moved(exit.way_m - 1e-9)));
+    CHECK_FALSE(moved(exit.way_m + 1e-9));
+    CHECK(exit.normal.dot(way) > 0);
+  }
+  CHECK(crossing > 300);
+  // They lie in one another's planes, and cross along a line of known ends.
+  const Corners flat = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  const Corners upright = {Vec3(0.2, 0.2, -1), Vec3(0.4, 0.2, -1), Vec3(0.3, 0.2, 1)};
+  REQUIRE(MiddleOfCrossing(flat, upright));
+  CHECK(MiddleOfCrossing(flat, upright)->isApprox(Vec3(0.3, 0.2, 0), 1e-12));
+  CHECK_FALSE(MiddleOfCrossing(flat, flat));
+}
 
 TEST_CASE("two spheres: distance, nearest points, depth and way out along the centres") {
   // Every vertex lies on the sphere; between them the surface is less than 0.15 mm inside it.

@@ -1,0 +1,108 @@
+#include "app/scene/way_out.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kCrossingsOfALook = 8;  ///< that one look asks for
+constexpr int kMostLooks = 80;
+/// A look that touches ends at the first triangles that cross; one that is free looks at all. So it
+/// is strode from what touches, in strides that become longer.
+constexpr double kLonger = 4;
+constexpr double kSameSide = 0.5;  ///< cosine between the first way and a better one
+
+/// A straight way out of b for a, as far as it is known.
+struct Way {
+  Vec3 along_A;
+  double touching_m = 0;         ///< up to here it touches
+  Vec3 normal_A = Vec3::Zero();  ///< of what touches there
+};
+
+class WaySearch {
+ public:
+  WaySearch(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB, double step_m)
+      : a_(a), b_(b), X_AB_(X_AB), step_m_(step_m) {}
+
+  WayOut Find(const std::vector<TrianglePair>& crossing, const Vec3& guess_A) const {
+    const MeshPair here(a_, b_, X_AB_);
+    std::array<Way, 2> ways = {Way{guess_A}, Way{-guess_A}};
+    for (Way& way : ways) GoOn(here, crossing, 0, way);
+    std::array<double, 2> stride_m = {step_m_, step_m_}, next_m{};
+    std::size_t nearer = 0;
+    for (int looks = 0; looks < kMostLooks; ++looks) {
+      for (std::size_t k = 0; k < 2; ++k) next_m[k] = ways[k].touching_m + stride_m[k];
+      nearer = next_m[0] <= next_m[1] ? 0 : 1;
+      if (IsFree(ways[nearer], next_m[nearer])) break;
+      stride_m[nearer] *= kLonger;
+    }
+    Way& way = ways[nearer];
+    double free_m = Halve(way, next_m[nearer]);
+    const auto take_shorter = [&](Way other) {
+      const double shorter_m = free_m - step_m_;
+      if (other.touching_m >= shorter_m || !IsFree(other, shorter_m)) return;
+      free_m = Halve(other, shorter_m);
+      way = other;
+    };
+    take_shorter(ways[1 - nearer]);
+    // What touched last tells how the surfaces face there.
+    const Vec3 normal_A = way.normal_A.normalized();
+    if (normal_A.dot(way.along_A) > kSameSide) take_shorter({normal_A});
+    return {free_m, way.along_A};
+  }
+
+ private:
+  /// What is known from triangles that cross, `at_m` from the start.
+  static void GoOn(const MeshPair& pair, const std::vector<TrianglePair>& crossing, double at_m,
+                   Way& way) {
+    way.touching_m = std::max(way.touching_m, at_m);
+    for (const TrianglePair& triangles : crossing) {
+      const TriangleExit exit =
+          ExitOf(pair.CornersOfA(triangles.a), pair.CornersOfB(triangles.b), way.along_A);
+      if (!(at_m + exit.way_m >= way.touching_m)) continue;
+      way.touching_m = at_m + exit.way_m;
+      way.normal_A = exit.normal;
+    }
+  }
+
+  bool IsFree(Way& way, double at_m) const {
+    const Pose X_AB{X_AB_.R, X_AB_.p - at_m * way.along_A};
+    const MeshPair there(a_, b_, X_AB);
+    const std::vector<TrianglePair> crossing = there.Crossing(kCrossingsOfALook);
+    if (crossing.empty() && !OneInOther(a_, b_, X_AB)) return true;
+    GoOn(there, crossing, at_m, way);
+    return false;
+  }
+
+  /// @param free_m  where it is free
+  /// @return  the same, at most a step beyond what touches
+  double Halve(Way& way, double free_m) const {
+    double stride_m = step_m_;
+    for (int looks = 0; looks < kMostLooks && free_m - way.touching_m > step_m_; ++looks) {
+      const double at_m = way.touching_m + std::min(stride_m, 0.5 * (free_m - way.touching_m));
+      const bool free = IsFree(way, at_m);
+      if (free) free_m = at_m;
+      stride_m = free ? step_m_ : kLonger * stride_m;
+    }
+    return free_m;
+  }
+
+  const BvhSolid& a_;
+  const BvhSolid& b_;
+  const Pose& X_AB_;
+  const double step_m_;
+};
+
+}  // namespace
+
+bool OneInOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB) {
+  return a.EnclosesPartOf(b, X_AB) || b.EnclosesPartOf(a, X_AB.Inverse());
+}
+
+WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
+                const std::vector<TrianglePair>& crossing, const Vec3& guess_A, double step_m) {
+  return WaySearch(a, b, X_AB, step_m).Find(crossing, guess_A);
+}
+
+}  // namespace plumbline

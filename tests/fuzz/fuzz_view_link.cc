@@ -1,0 +1,51 @@
+// Any bytes between daemon and viewer: what a viewer says (24 bytes of a scene), and what the daemon
+// shows (its state as text). Refused, or within the limits and the same again.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string_view>
+
+#include "app/view_link/scene_message.h"
+#include "app/view_link/view_json.h"
+
+namespace {
+
+using namespace plumbline;  // NOLINT(google-build-using-namespace)
+
+void Require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void TakeScene(std::span<const std::uint8_t> bytes) {
+  const auto scene = SceneOfBytes(bytes);
+  if (!scene) return;
+  Require(scene->interferences <= kMostScenePairs && scene->unmeasured <= kMostScenePairs);
+  Require(scene->smallest_m >= 0 && scene->smallest_m <= 1000);
+  Require((scene->object_a == 0) == (scene->object_b == 0));
+  const auto again = SceneOfBytes(BytesOfScene(*scene));
+  Require(again && again->interferences == scene->interferences &&
+          again->object_a == scene->object_a && again->object_b == scene->object_b &&
+          std::abs(again->smallest_m - scene->smallest_m) <= 1e-6 * scene->smallest_m);
+}
+
+void TakeState(std::string_view text) {
+  const auto state = ViewOfJson(text);
+  if (!state) {
+    Require(!state.error().empty());
+    return;
+  }
+  if (state->camera.lens) Require(state->camera.lens->fx > 0 && state->camera.lens->fy > 0);
+  if (state->camera.image) Require(state->camera.image->width > 0 && state->camera.image->slot >= 0);
+  Require(ViewOfJson(JsonOfView(*state)).ok());
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  TakeScene({data, size});
+  TakeState({reinterpret_cast<const char*>(data), size});
+  return 0;
+}
