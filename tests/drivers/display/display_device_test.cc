@@ -3,6 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "drivers/display/registry.h"
 #include "tests/drivers/display/fake_card.h"
@@ -38,6 +41,20 @@ class Marked : public DrawnPicture {
 
 std::uint32_t XrgbAt(int u, int v, int mark) {
   return static_cast<std::uint32_t>((u & 255) << 16 | (v & 255) << 8 | mark);
+}
+
+std::ptrdiff_t Descriptors() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+}
+
+/// Memory of a card that this process sees.
+int MappedPictures() {
+  std::ifstream maps("/proc/self/maps");
+  int count = 0;
+  for (std::string line; std::getline(maps, line);) {
+    if (line.find("memfd:dumb") != std::string::npos) ++count;
+  }
+  return count;
 }
 
 std::unique_ptr<Display> Kms(const test::FakeCard& card, const KmsOptions& more = {}) {
@@ -109,6 +126,54 @@ TEST_CASE("a monitor that is unplugged is told, and found again with another mod
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
   CHECK(card.mode() == ImageSize{640, 480});
   CHECK(card.Pixel(5, 6) == XrgbAt(5, 6, 9));
+}
+
+TEST_CASE("a monitor that goes a hundred times in every manner leaves nothing behind") {
+  test::FakeCard card;
+  auto display = Kms(card);
+  const std::ptrdiff_t descriptors = Descriptors();
+  const int mapped = MappedPictures();
+  for (int k = 0; k < 100; ++k) {
+    now_s += 10;
+    INFO("unplugged " << k << " times");
+    REQUIRE(display->Wait(0) == DisplayResult::kReady);
+    Marked picture(display->size(), k);
+    REQUIRE(display->Show(picture) == DisplayResult::kShown);
+    card.Refresh();
+    REQUIRE(display->Wait(0) == DisplayResult::kReady);
+    CHECK(card.Pixel(20, 10) == XrgbAt(20, 10, k));
+    CHECK(card.buffers() == 2);
+    const int refusals[] = {0, EACCES, ENODEV, EINVAL};
+    card.refuse_commits_with = refusals[k % 4];
+    if (card.refuse_commits_with != 0) {  // told by the flip itself
+      CHECK(display->Show(picture) == DisplayResult::kLost);
+    } else {  // told by the connector, a flip under way or not
+      if (k % 8 == 0) REQUIRE(display->Show(picture) == DisplayResult::kShown);
+      card.connected = false;
+      now_s += 0.6;
+      CHECK(display->Wait(0) == DisplayResult::kLost);
+      card.Refresh();
+    }
+    CHECK_FALSE(display->problem().empty());
+    CHECK(card.buffers() == 0);
+    CHECK(Descriptors() == descriptors);
+    CHECK(MappedPictures() == mapped);
+    card.connected = true;
+    card.refuse_commits_with = 0;
+  }
+}
+
+TEST_CASE("while there is no monitor the card is asked for one every five seconds at most") {
+  test::FakeCard card;
+  card.connected = false;
+  auto display = Kms(card);
+  const double start_s = now_s;
+  int told = 0;
+  while (now_s < start_s + 600) told += display->Wait(0.02) == DisplayResult::kLost ? 1 : 0;
+  CHECK(told < 130);
+  CHECK(card.times_asked() == told * 2);  // libdrm asks how many, then which
+  card.connected = true;
+  while (display->Wait(0.02) != DisplayResult::kReady) REQUIRE(now_s < start_s + 606);
 }
 
 TEST_CASE("a card that never shows a picture is opened anew") {
@@ -216,6 +281,23 @@ TEST_CASE("a framebuffer keeps its rate, goes away and comes back") {
   device.gone = false;
   now_s += 6;
   CHECK(display->Wait(0) == DisplayResult::kReady);
+}
+
+TEST_CASE("a framebuffer that goes a hundred times leaves nothing behind") {
+  test::FakeFramebuffer device(ScreenInfo(32, 20, 32), 128, 128 * 20);
+  auto display = Framebuffer(device);
+  const std::ptrdiff_t descriptors = Descriptors();
+  for (int k = 0; k < 100; ++k) {
+    now_s += 10;
+    REQUIRE(display->Wait(0) == DisplayResult::kReady);
+    Marked picture({32, 20}, k);
+    REQUIRE(display->Show(picture) == DisplayResult::kShown);
+    device.gone = true;
+    now_s += 1;
+    CHECK(display->Wait(0) == DisplayResult::kLost);
+    CHECK(Descriptors() == descriptors);
+    device.gone = false;
+  }
 }
 
 TEST_CASE("framebuffers that make no sense are refused with the reason") {

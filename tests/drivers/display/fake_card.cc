@@ -103,6 +103,7 @@ std::uint32_t FakeCard::Pixel(int u, int v) const {
 }
 
 void FakeCard::Refresh() {
+  const std::lock_guard lock(mutex_);
   if (pending_ == 0) return;
   on_screen_ = pending_;
   pending_ = 0;
@@ -112,6 +113,7 @@ void FakeCard::Refresh() {
   event.user_data = pending_user_;
   event.crtc_id = kCrtc;
   if (write(events_, &event, sizeof event) != sizeof event) std::abort();
+  if (on_flip) on_flip();
 }
 
 int FakeCard::Commit(const void* argument) {
@@ -155,10 +157,16 @@ int FakeCard::Commit(const void* argument) {
   mode_ = mode;
   pending_ = framebuffer;
   pending_user_ = request.user_data;
+  if (on_commit) on_commit();
   return 0;
 }
 
 int FakeCard::Ioctl(unsigned long request, void* argument) {
+  const std::lock_guard lock(mutex_);
+  return Answer(request, argument);
+}
+
+int FakeCard::Answer(unsigned long request, void* argument) {
   switch (request) {
     case DRM_IOCTL_SET_CLIENT_CAP:
       return atomic || As<drm_set_client_cap>(argument).capability != DRM_CLIENT_CAP_ATOMIC
@@ -166,6 +174,7 @@ int FakeCard::Ioctl(unsigned long request, void* argument) {
                  : Refuse(EOPNOTSUPP);
     case DRM_IOCTL_MODE_GETRESOURCES: {
       auto& resources = As<drm_mode_card_res>(argument);
+      ++times_asked_;
       HandOver<std::uint32_t>({kCrtc}, resources.crtc_id_ptr, resources.count_crtcs);
       HandOver<std::uint32_t>({kEncoder}, resources.encoder_id_ptr, resources.count_encoders);
       HandOver<std::uint32_t>({kConnector}, resources.connector_id_ptr, resources.count_connectors);

@@ -7,7 +7,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -31,12 +33,16 @@ class FakeCard {
   std::vector<ImageSize> modes = {{1280, 720}, {640, 480}};  ///< the first one is preferred
   int refuse_commits_with = 0;                               ///< an errno
 
-  /// The monitor's refresh: what was committed is on the screen, and its event is sent.
+  std::function<void()> on_commit, on_flip;  ///< called when a picture is accepted, and shown
+
+  /// The monitor's refresh: what was committed is on the screen, and its event is sent. May be
+  /// called from another thread than the one that draws.
   void Refresh();
 
   // What the test asks.
-  ImageSize mode() const { return mode_; }      ///< as it was set; {0, 0}: never
-  int modes_set() const { return modes_set_; }  ///< how often
+  int times_asked() const { return times_asked_; }  ///< for the monitors that there are
+  ImageSize mode() const { return mode_; }          ///< as it was set; {0, 0}: never
+  int modes_set() const { return modes_set_; }      ///< how often
   std::size_t buffers() const { return buffers_.size(); }
   /// Of the screen: 0xXXRRGGBB.
   std::uint32_t Pixel(int u, int v) const;
@@ -52,7 +58,9 @@ class FakeCard {
     std::uint32_t width = 0, height = 0;
   };
   int Commit(const void* request);
+  int Answer(unsigned long request, void* argument);
 
+  std::mutex mutex_;  ///< of what both threads touch
   ino_t inode_ = 0;
   int events_ = -1;
   std::uint32_t next_ = 1000;
@@ -62,7 +70,7 @@ class FakeCard {
   std::uint32_t on_screen_ = 0, pending_ = 0;  ///< framebuffers
   std::uint64_t pending_user_ = 0;
   ImageSize mode_;
-  int modes_set_ = 0;
+  int modes_set_ = 0, times_asked_ = 0;
 };
 
 /// A file with the pixels of a framebuffer.
