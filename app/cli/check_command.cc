@@ -1,9 +1,12 @@
 #include "app/cli/check_command.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +17,7 @@
 #include "app/config/file_kind.h"
 #include "app/config/text_file.h"
 #include "app/model_store/usable_model.h"
+#include "app/scene/object_table.h"
 #include "app/table/replay_file.h"
 #include "firmware-like/kinematics/chain.h"
 
@@ -103,6 +107,28 @@ std::string CameraText(const CameraConfig& camera) {
       camera.zoom.kind.empty() ? "no zoom" : "zoom by " + camera.zoom.kind);
 }
 
+/// The object table that the configuration names, and whether its meshes are there.
+/// @return  false where it has faults
+bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
+  const std::string& file = config.overlay.objects_file;
+  if (file.empty()) return true;
+  const Result<std::string> text = ReadTextFile(file);
+  if (!text) {
+    faults.Add({Fault::Severity::kFault, file, 0, "", "cannot be read: " + text.error()});
+    return false;
+  }
+  const TagDatabase* const tags = !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
+  const auto table = ObjectTableFromText(*text, file, tags, faults);
+  if (!table) return false;
+  for (const SceneObject& object : table->objects) {
+    if (access(object.file.c_str(), R_OK) == 0) continue;
+    faults.Add({Fault::Severity::kWarning, file, 0, "object.file",
+                fmt::format("{} of \"{}\" cannot be read: {}", object.file, object.name,
+                            std::strerror(errno))});
+  }
+  return true;
+}
+
 Checked Check(const std::string& text, const std::string& file) {
   Checked finding;
   finding.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
@@ -117,6 +143,7 @@ Checked Check(const std::string& text, const std::string& file) {
         finding.config.reset();
       }
     }
+    if (finding.config && !CheckObjects(*finding.config, finding.faults)) finding.config.reset();
     if (finding.config) finding.cell = finding.config->machine.cell;
   } else {
     finding.cell = CellFromText(text, file, finding.faults);
@@ -242,7 +269,8 @@ void AddCheckCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_flag("--json", options->json, "Faults, warnings and summary as JSON");
   command->footer(
-      "A plumbline.toml is checked together with the cell and the profile that it names.\n\n"
+      "A plumbline.toml is checked together with the cell, the profile and the objects that it "
+      "names.\n\n"
       "Example:\n  plumbline check config/cells/ur10.toml\n\n"
       "Exit codes: 0 no faults (warnings may remain), 1 faults or an unreadable file, 2 wrong "
       "arguments.");

@@ -9,6 +9,7 @@
 #include "app/cli/cameras_command.h"
 #include "app/cli/check_command.h"
 #include "app/cli/diagnose_command.h"
+#include "app/cli/distance_command.h"
 #include "app/cli/doctor_command.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/journal_command.h"
@@ -109,6 +110,7 @@ int main(int argc, char** argv) {
   AddPredictCommand(app, exit_code);
   AddDiagnoseCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
+  AddDistanceCommand(app, exit_code);
   AddBeamCommand(app, exit_code);
   AddJournalCommand(app, exit_code);
   AddLogCommand(app, exit_code);

@@ -1,17 +1,11 @@
 #include "app/cli/snapshot_command.h"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <iostream>
 #include <memory>
+#include <string>
 #include <vector>
 
-#include "app/cli/exit_codes.h"
+#include "app/cli/become_view.h"
 #include "app/view/picture_size.h"
 
 namespace plumbline {
@@ -22,24 +16,12 @@ struct Options {
   bool json = false;
 };
 
-/// Becomes plumbline-view, which lies beside this program: it alone is linked with what draws.
 int Run(const Options& options) {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::string program =
-      error ? "/usr/bin/plumbline-view" : (self.parent_path() / "plumbline-view").string();
-  std::vector<std::string> words = {program, options.config, "--snapshot", options.out};
+  std::vector<std::string> words = {options.config, "--snapshot", options.out};
   if (!options.size.empty()) words.insert(words.end(), {"--size", options.size});
   if (!options.camera.empty()) words.insert(words.end(), {"--camera", options.camera});
   if (options.json) words.emplace_back("--json");
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  execv(program.c_str(), arguments.data());
-  std::cerr << fmt::format("plumbline snapshot: {}: {}; it is installed beside this program\n",
-                           program, std::strerror(errno));
-  return kExitUsage;
+  return BecomeView("snapshot", words);
 }
 
 }  // namespace

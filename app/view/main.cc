@@ -3,6 +3,7 @@
 #include <csignal>
 
 #include "app/version.h"
+#include "app/view/distance_report.h"
 #include "app/view/picture_size.h"
 #include "app/view/snapshot.h"
 #include "app/view/view_loop.h"
@@ -24,7 +25,14 @@ int main(int argc, char** argv) {
       });
   app.add_option("--camera", snapshot.camera, "The one that is shown, by its name, or both")
       ->needs(out);
-  app.add_flag("--json", snapshot.json, "Say what is in the picture as JSON")->needs(out);
+  bool tell_distances = false;
+  auto* const distances =
+      app.add_flag("--distances", tell_distances, "Print distances of the object table and end")
+          ->excludes(out);
+  plumbline::DistanceOptions distance;
+  app.add_option("--name", distance.names, "Of a distance, a point or an object; default all")
+      ->needs(distances);
+  app.add_flag("--json", snapshot.json, "Say what is in the picture, or the distances, as JSON");
   app.footer(
       "Shows what the plumblined of the same configuration sees and knows; it may be started and\n"
       "ended at any time. SIGHUP reads the configuration again, SIGTERM ends.\n\n"
@@ -34,6 +42,11 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (tell_distances) {
+    distance.config_file = config;
+    distance.json = snapshot.json;
+    return plumbline::TellDistances(distance);
   }
   if (snapshot.out.empty()) return plumbline::RunView(config);
   snapshot.config_file = config;

@@ -24,6 +24,12 @@ struct MeasuredDistance {
   Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
 };
 
+/// A point of the table, where it is now.
+struct MeasuredPoint {
+  std::string name;
+  std::optional<Vec3> p_W;  ///< nothing: what carries it is not in place
+};
+
 struct MeasuredSweep {
   std::string name;
   std::optional<SweepResult> result;
@@ -36,6 +42,7 @@ struct Measured {
   double took_s = 0;
   std::vector<MeasuredPair> pairs;
   std::vector<MeasuredDistance> distances;
+  std::vector<MeasuredPoint> points;
   std::vector<MeasuredSweep> sweeps;
 };
 

@@ -38,6 +38,7 @@ void Measuring::Take(std::shared_ptr<const SceneNow> scene) {
 bool Measuring::idle() const {
   return !scene_ || !scene_->table ||
          (scene_->table->pairs.empty() && scene_->table->distances.empty() &&
+          scene_->table->points.empty() &&
           std::none_of(scene_->table->lines.begin(), scene_->table->lines.end(),
                        [](const SceneLine& line) { return line.sweep.has_value(); }));
 }
@@ -88,6 +89,11 @@ Measured Measuring::Measure(const MeasureInput& input, double now_s) {
   for (std::size_t k = 0; k < watches_.size(); ++k) measured.pairs.push_back(MeasurePair(k));
   for (const SceneDistance& asked : scene_->table->distances) {
     measured.distances.push_back(MeasureNamed(asked));
+  }
+  for (std::size_t k = 0; k < scene_->table->points.size(); ++k) {
+    const auto point = EndOf({false, k});
+    measured.points.push_back({scene_->table->points[k].name, {}});
+    if (point) measured.points.back().p_W = point->p_W;
   }
   if (now_s >= sweep_due_s_) MeasureSweeps(input.carriers, now_s);
   measured.sweeps = sweeps_;

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/view/awaited.h"
 #include "app/view/drawing.h"
 #include "app/view/png_file.h"
 #include "app/view/screen_text.h"
@@ -16,7 +17,6 @@ namespace plumbline {
 namespace {
 
 constexpr int kFault = 1, kUsage = 2;
-constexpr double kNewest_s = 3;  ///< patience for a state and distances of now
 
 int Refuse(int code, const std::string& why) {
   std::cerr << "plumbline snapshot: " << why << '\n';
@@ -92,32 +92,10 @@ int TakeSnapshot(const SnapshotOptions& options) {
     // Until the first state a link that is not there yet is no news: it is told at the end.
     if (text.find("plumblined") == std::string::npos) tell(bad, text);
   });
-  const double until_s = MonotonicSeconds() + options.state_wait_s;
-  while (!viewer.has_state() && MonotonicSeconds() < until_s) viewer.Read(0.1);
-  if (!viewer.has_state()) return Refuse(kUsage, viewer.Facts().link_problem);
-
-  // The table is read, then its meshes, then what is between them is measured.
-  const double meshes_until_s = MonotonicSeconds() + options.meshes_wait_s;
-  for (;;) {
-    const ViewFacts& facts = viewer.Facts();
-    const bool read = viewer.config().objects_file.empty() ||
-                      (viewer.scene()->version > 0 && viewer.scene()->complete);
-    const bool measured =
-        facts.table == nullptr ||
-        (facts.measured != nullptr && facts.measured->pairs.size() == facts.table->pairs.size());
-    if ((read && measured) || MonotonicSeconds() > meshes_until_s) break;
-    viewer.Read(0.05);
+  if (!AwaitState(viewer, options.state_wait_s)) {
+    return Refuse(kUsage, viewer.Facts().link_problem);
   }
-  // A state of now, and what is measured in it.
-  const double asked_s = MonotonicSeconds();
-  for (bool newer = false, measured = false;
-       !(newer && measured) && MonotonicSeconds() < asked_s + kNewest_s;) {
-    newer = viewer.Read(0.05) || newer;
-    const ViewFacts& facts = viewer.Facts();
-    measured = facts.table == nullptr || facts.table->pairs.empty() ||
-               (facts.measured != nullptr && facts.measured->time_s >= asked_s);
-  }
-
+  AwaitMeasured(viewer, options.meshes_wait_s);
   const ViewFacts& facts = viewer.Facts();
   const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
   const OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};

@@ -45,7 +45,14 @@ bool Viewer::Read(double timeout_s) {
   link_problem_.clear();
   has_state_ = true;
   const ViewState& state = view_.state;
-  if (!model_ || model_->version != state.model_version) TakeModel(state.model_version);
+  const bool other_points = HasOtherPoints(state);
+  if (other_points) refused_version_ = -1;
+  if (!model_ || model_->version != state.model_version) {
+    TakeModel(state.model_version);
+  } else if (other_points) {
+    sink_(false, "the daemon has other points; its configuration is read again");
+    TakeModel(state.model_version);
+  }
   eyes_.resize(std::max<std::size_t>(1, state.cameras.size()));
   CountFrames();
   const double now_s = MonotonicSeconds();
@@ -96,6 +103,31 @@ void Viewer::TellScene() {
   client_.Tell(SceneForPlc(*newest));
 }
 
+/// Whether the daemon wants other points than before, which tells that its configuration was
+/// edited.
+bool Viewer::HasOtherPoints(const ViewState& state) {
+  constexpr double kSame_m = 1e-6;
+  std::map<int, std::optional<Vec3>> now_B;
+  bool other = false;
+  for (const ViewPoint& point : state.points) {
+    const auto before = points_B_.find(point.id);
+    std::optional<Vec3> wanted_B;
+    if (point.valid) wanted_B = point.X_BP_command.p - point.translation_B;
+    if (before == points_B_.end()) {
+      other = true;
+    } else if (!wanted_B) {
+      wanted_B = before->second;
+    } else if (before->second && (*wanted_B - *before->second).norm() > kSame_m) {
+      other = true;
+    }
+    now_B[point.id] = wanted_B;
+  }
+  other = other || now_B.size() != points_B_.size();
+  const bool first = points_B_.empty();
+  points_B_ = std::move(now_B);
+  return other && !first;
+}
+
 void Viewer::TakeModel(int version) {
   if (version == refused_version_) return;
   FaultList faults;
@@ -107,7 +139,8 @@ void Viewer::TakeModel(int version) {
     return;
   }
   refused_version_ = -1;
-  if (version > 0) sink_(false, fmt::format("model version {} is shown", version));
+  const bool same = model_ && model_->version == version;
+  if (version > 0 && !same) sink_(false, fmt::format("model version {} is shown", version));
   model_ = std::move(fresh);
 }
 

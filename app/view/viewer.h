@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,12 +38,14 @@ class Viewer {
 
  private:
   void TakeModel(int version);
+  bool HasOtherPoints(const ViewState& state);
   void StartScene();
   void TellScene();
 
   const std::string config_file_;
   const Sink sink_;
   std::optional<ViewModel> model_;
+  std::map<int, std::optional<Vec3>> points_B_;  ///< of the daemon, wanted; nothing: not told
   int refused_version_ = -1;  ///< not tried again until SIGHUP or another version
   OverlayConfig overlay_;
   std::string state_directory_;

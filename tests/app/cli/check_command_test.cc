@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/app/cli/run_command.h"
+#include "tests/app/daemon/demo_config.h"
 
 namespace plumbline {
 namespace {
@@ -33,6 +34,30 @@ class TemporaryFile {
  private:
   std::string path_;
 };
+
+TEST_CASE(
+    "The object table that a configuration names is checked with it, and its meshes' places") {
+  const std::string good =
+      "schema = 1\n[[object]]\nnumber = 1\nname = \"part\"\nfile = \"no-such.obj\"\nunit = \"mm\"\n"
+      "on = { frame = \"flange\" }\n";
+  const auto check = [](const std::string& table, const std::string& name) {
+    const TemporaryFile objects(table, "-objects.toml");
+    const TemporaryFile file(test::DemoConfig("127.0.0.1:502", "universal-robots-fine") +
+                             "\n[overlay]\nobjects = \"" + (name.empty() ? objects.path() : name) +
+                             "\"\n");
+    return RunCheck(file.path());
+  };
+  const test::Answer missing_mesh = check(good, "");
+  INFO(missing_mesh.out << missing_mesh.err);
+  CHECK(missing_mesh.exit_code == 0);
+  CHECK(missing_mesh.out.find("no-such.obj of \"part\" cannot be read") != std::string::npos);
+  const test::Answer faulty = check(good + "colour = \"red\"\n", "");
+  CHECK(faulty.exit_code == 1);
+  CHECK(faulty.out.find("-objects.toml:8 object[1].colour") != std::string::npos);
+  const test::Answer none = check(good, "/nowhere/objects.toml");
+  CHECK(none.exit_code == 1);
+  CHECK(none.out.find("/nowhere/objects.toml") != std::string::npos);
+}
 
 TEST_CASE("A good cell: exit 0, and what it amounts to") {
   const test::Answer answer = RunCheck("config/cells/ur10.toml");

@@ -66,6 +66,10 @@ on = { body = "gripper" }
 [[pair]]
 objects = ["fixture", "part"]
 near_mm = 5.0
+[[point]]
+name = "mark"
+on = { frame = "world" }
+xyz_mm = [10.0, 20.0, 30.0]
 )";
 constexpr const char* kCuboid =
     "v -60 -40 -30\nv 60 -40 -30\nv 60 40 -30\nv -60 40 -30\nv -60 -40 30\nv 60 -40 30\nv 60 40 "
@@ -250,6 +254,24 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   REQUIRE_THAT(distance, Catch::StartsWith("fixture / part: ") && !Catch::Contains("not measured"));
   CHECK(std::stod(distance.substr(16)) > 20);
   Keep(out, "cell-1920x1080.png");
+  const std::string ask = std::string(PLUMBLINE) + " distance " + station.daemon->ConfigFile();
+  const Ran all = Run(ask + " --json");
+  INFO(all.text);
+  REQUIRE(all.code == 0);
+  const auto told = nlohmann::json::parse(all.text);
+  CHECK(told.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
+  CHECK(told.at("pairs")[0].at("distance_mm").get<double>() > 20);
+  CHECK(told.at("pairs")[0].at("state") == "apart");
+  const auto corner = told.at("points")[0].at("xyz_W_mm");
+  CHECK(told.at("points")[0].at("name") == "mark");
+  CHECK(corner[0].get<double>() == Approx(10).margin(1e-6));
+  const Ran one = Run(ask + " mark");
+  CHECK(one.code == 0);
+  CHECK(one.text == "mark: at (10.00, 20.00, 30.00) mm\n");
+  const Ran unknown = Run(ask + " mrak");
+  CHECK(unknown.code == 1);
+  CHECK_THAT(unknown.text,
+             Catch::Contains("\"mrak\" is not in the object table, which has fixture"));
   const std::string small = station.folder.path() + "/small.png";
   REQUIRE(Run(Snapshot(station.daemon->ConfigFile(), "--out " + small + " --size 640x480")).code ==
           0);
@@ -378,6 +400,12 @@ TEST_CASE("the viewer: comes before the daemon, stays through its restart, keeps
   CHECK(told.Word(2) == 1);
   CHECK(told.Word(3) == 2);
   CHECK(told.Float(4) > 20);
+  // A point that the daemon takes on is shown without a word to the viewer.
+  station.daemon->Write(station.Config("") +
+                        "\n[[point]]\nid = 77\nxyz_mm = [2683.0, 0.0, 973.7]\n"
+                        "rpy_deg = [0.0, 90.0, 0.0]\n");
+  station.daemon->Signal(SIGHUP);
+  REQUIRE(view.Says("the daemon has other points"));
   // An alarm: the robot goes. The last pictures are kept.
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept

@@ -1,0 +1,31 @@
+#include "app/cli/become_view.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+
+#include "app/cli/exit_codes.h"
+
+namespace plumbline {
+
+int BecomeView(const std::string& command, std::vector<std::string> arguments) {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::string program =
+      error ? "/usr/bin/plumbline-view" : (self.parent_path() / "plumbline-view").string();
+  arguments.insert(arguments.begin(), program);
+  std::vector<char*> words;
+  words.reserve(arguments.size() + 1);
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  execv(program.c_str(), words.data());
+  std::cerr << fmt::format("plumbline {}: {}: {}; it is installed beside this program\n", command,
+                           program, std::strerror(errno));
+  return kExitUsage;
+}
+
+}  // namespace plumbline
