@@ -11,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/camera/v4l2_device.h"
 #include "drivers/ioctl.h"
 
 namespace plumbline {
@@ -70,7 +71,16 @@ bool V4l2Zoom::Subscribe(std::uint32_t control) const {
 }
 
 bool V4l2Zoom::Open() {
-  fd_ = open(options_.device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  std::string path = options_.device;
+  if (!path.starts_with('/')) {  // a camera's name: its node may be another one by now
+    const auto camera = SelectV4l2Device(path, ListV4l2Devices());
+    if (!camera) {
+      Lost(camera.error());
+      return false;
+    }
+    path = camera.value().path;
+  }
+  fd_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
     Lost(fmt::format("cannot be opened: {}; is the camera plugged in?", std::strerror(errno)));
     return false;

@@ -12,7 +12,7 @@ struct v4l2_event;
 namespace plumbline {
 
 struct V4l2ZoomOptions {
-  std::string device;      ///< for example /dev/v4l/by-id/...-video-index0
+  std::string device;      ///< a path, or the camera's name as SelectV4l2Device() takes it
   double timeout_s = 0.1;  ///< how long a Read() waits for a change
 };
 

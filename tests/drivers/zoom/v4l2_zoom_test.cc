@@ -133,6 +133,14 @@ TEST_CASE("v4l2: subscribed, read at once, then by events, then by reading") {
   CHECK(camera.reading.time_s == 5);
 }
 
+TEST_CASE("v4l2: what is no path names a camera, as [camera] does") {
+  kernel = FakeKernel{};
+  const auto sensor = std::move(V4l2Zoom::Create({.device = "NOSUCH1"}, TestClock)).value();
+  ZoomReading reading;
+  CHECK(sensor->Read(reading) == ZoomResult::kLost);
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no camera here is NOSUCH1"));
+}
+
 TEST_CASE("v4l2: a camera without focus, without zoom, unplugged and back, and none") {
   Camera camera;
   kernel.controls.erase(V4L2_CID_FOCUS_ABSOLUTE);
