@@ -5,10 +5,10 @@
 
 namespace plumbline {
 
-/// After 0.1 s, 0.2 s, .. 5 s.
+/// After 0.1 s, 0.2 s, .. 1 s: what comes back is there within two seconds, however long it was away.
 class BackOff {
  public:
-  static constexpr double kFirst_s = 0.1, kLongest_s = 5;
+  static constexpr double kFirst_s = 0.1, kLongest_s = 1;
 
   bool Due(double now_s) const { return now_s >= next_s_; }
   void Failed(double now_s) {

@@ -19,7 +19,7 @@
 namespace plumbline::modbus {
 namespace {
 
-constexpr double kFirstBackOff_s = 0.1, kLastBackOff_s = 5;
+constexpr double kFirstBackOff_s = 0.1, kLastBackOff_s = 1;
 constexpr int kWritePatience_ms = 500;
 
 struct BaudRate {

@@ -40,7 +40,7 @@ struct RtuSlaveCounters {
 /// One thread. A request is handled when the line has been silent for 3.5 characters, so the answer
 /// keeps its distance, and answered only if nothing has followed it: a master that has already gone
 /// on would take a late answer for another one. A device that is missing or lost is opened again
-/// and again, at first after 0.1 s, later every 5 s.
+/// and again, at first after 0.1 s, later every second.
 class RtuSlave {
  public:
   /// @return the slave, or which setting is wrong; a missing device is no error

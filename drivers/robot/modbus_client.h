@@ -33,7 +33,7 @@ struct SerialLine {
 };
 
 /// Used by one thread. A request is answered or given up within the time-out, however slowly the
-/// bytes drip in. After a fault the next attempt to connect waits 0.1 s, then 0.2 s, .. 5 s;
+/// bytes drip in. After a fault the next attempt to connect waits 0.1 s, then 0.2 s, .. 1 s;
 /// KeepAlive() begins again at 0.1 s.
 ///
 /// RTU has no transaction id: an answer that comes later than the time-out and the wait before
@@ -41,7 +41,7 @@ struct SerialLine {
 class ModbusClient {
  public:
   static constexpr double kFirstWait_s = 0.1;
-  static constexpr double kLongestWait_s = 5;
+  static constexpr double kLongestWait_s = 1;
 
   /// @param unit_id  0..247 or 255
   static Result<ModbusClient> Tcp(const TcpAddress& address, int unit_id, double timeout_s,

@@ -20,7 +20,7 @@ struct HidOptions {
 
 /// Each Read() runs through all exchanges of the profile. Reports that lie unread from before are
 /// thrown away first. Whatever fails closes the device, so that a late answer is lost with it; it
-/// is opened again after 0.1 s, 0.2 s, .. 5 s.
+/// is opened again after 0.1 s, 0.2 s, .. 1 s.
 class HidZoom : public ZoomSensor {
  public:
   /// Refuses a profile that FaultOf() refuses, and a time-out outside 0.01..10 s.

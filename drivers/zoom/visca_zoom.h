@@ -24,7 +24,7 @@ struct ViscaOptions {
 /// An answer carries no name of its question. It is matched by sender and length, and after any
 /// time-out the line is put in order by AddressSet: cameras answer in turn, so that what comes
 /// before the answer to that is old and not believed. The same is done after a network change, and
-/// after the line was opened. A line that is lost is opened again after 0.1 s, 0.2 s, .. 5 s.
+/// after the line was opened. A line that is lost is opened again after 0.1 s, 0.2 s, .. 1 s.
 class ViscaZoom : public ZoomSensor {
  public:
   /// Refuses an unknown speed, an address outside 1..7, a time-out outside 0.01..10 s. A missing
