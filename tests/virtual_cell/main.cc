@@ -66,7 +66,7 @@ bool ConsoleReady() {
   return ::select(STDIN_FILENO + 1, &readable, nullptr, nullptr, &now) == 1;
 }
 
-void Run(VirtualCell& cell, std::vector<TimedLine> later) {
+void Run(VirtualCell& cell, std::vector<TimedLine> later, double period_s) {
   fmt::print("listening on 127.0.0.1:{}\ntracker on 127.0.0.1:{}\n", cell.robot_port(),
              cell.tracker_port());
   std::fflush(stdout);
@@ -74,7 +74,7 @@ void Run(VirtualCell& cell, std::vector<TimedLine> later) {
   bool console = true;
   std::string unread;
   while (g_stop == 0 && !cell.QuitAsked()) {
-    cell.Step(WallSeconds(), 0.004, console ? STDIN_FILENO : -1);
+    cell.Step(WallSeconds(), period_s, console ? STDIN_FILENO : -1);
     if (console && ConsoleReady()) console = ObeyConsole(cell, unread);
     std::erase_if(later, [&](const TimedLine& timed) {
       const bool due = WallSeconds() - start >= timed.at_s;
@@ -113,6 +113,8 @@ int main(int argc, char** argv) {
   app.add_option("--real-joints", rows_file, "CSV of joint rows to play");
   app.add_option("--row-rate", options.row_rate_hz, "rows a second")->check(CLI::PositiveNumber);
   app.add_option("--time-scale", options.time_scale)->check(CLI::PositiveNumber);
+  double period_ms = 4;
+  app.add_option("--period-ms", period_ms, "of the controller's cycle")->check(CLI::Range(1, 100));
   app.add_option("--max-speed", options.limits.speed, "of a joint [rad/s]")
       ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
@@ -140,7 +142,7 @@ int main(int argc, char** argv) {
     std::signal(SIGPIPE, SIG_IGN);
     VirtualCell virtual_cell(World(std::move(cell), Effects(EffectsFromTexts(effect_texts))),
                              std::move(motion), options);
-    Run(virtual_cell, std::move(later));
+    Run(virtual_cell, std::move(later), 1e-3 * period_ms);
   } catch (const std::exception& error) {
     fmt::print(stderr, "plumbline-virtual-cell: {}\n", error.what());
     return 1;

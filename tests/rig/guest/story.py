@@ -1,0 +1,92 @@
+"""What happens on a good day: installed, started, polled, its lens turned, upgraded, purged. Each
+function returns (good, figure)."""
+import os
+import shutil
+import time
+
+import cell
+import plc
+
+UNTOUCHED = "/var/log /var/cache /var/lib/dpkg /var/lib/apt /var/lib/systemd /run /proc /sys /dev /tmp /var/tmp /rig /root /usr/share/mime /etc/passwd- /etc/group- /etc/shadow- /etc/gshadow-"
+
+
+def files():
+    skip = " -o ".join("-path " + name for name in UNTOUCHED.split())
+    return set(cell.sh("find / -xdev \\( %s \\) -prune -o -print" % skip, 120).split("\n"))
+
+
+def install():
+    cell.running["before"] = files()
+    began = time.monotonic()
+    cell.sh("apt-get install -y -q /rig/plumbline.deb", 180)
+    idle = cell.sh("systemctl is-active plumbline.service", check=False).strip()
+    return idle == "inactive", "%.0f s; it waits for its configuration" % (time.monotonic() - began)
+
+
+def start(zoom):
+    """To the first valid point, from the start of the service's process."""
+    cell.sh("systemctl stop plumbline.service")
+    cell.configure(zoom)
+    watch = cell.watch()
+    cell.sh("systemctl enable -q plumbline.service plumbline.socket; systemctl start plumbline.socket plumbline.service", 60)
+    at = watch.until(plc.valid, 60)
+    took = (at or 1e9) - cell.started_s()
+    return took <= 10, "%.1f s, 10 allowed" % took
+
+
+def security(unit):
+    words = cell.sh("systemd-analyze security --no-pager %s | tail -1" % unit, 60).split()
+    level = float(words[words.index(unit + ":") + 1])
+    return level <= 1.5, "%.1f, 1.5 allowed" % level
+
+
+def visit():
+    """The PLC goes to the points as taught and as corrected; a tracker sees where they land."""
+    cell.running["watch"].reference = None
+    told = cell.sh("/rig/plumbline-plc-client visit --robot 10.77.1.2:502 --tracker 10.77.1.2:503 --daemon 10.77.2.1:502"
+                   " --robot-profile generic --program /rig/cockpit-program.toml --require-mm 0.25 --settle-s 0.5", 150, check=False)
+    lines = [line for line in told.split("\n") if "distance" in line]
+    cell.tell("robot", "payload 60")
+    good = "is below" in told
+    return good, "; ".join(" -> ".join(line.split()[1:]) + " mm" for line in lines) if good else told[-300:]
+
+
+def turned(turn_away, turn_back):
+    """@return whether the register said stale, and came back; the functions turn the lens"""
+    first = cell.camera_is(4, patience_s=30)
+    if first is None:
+        return False, "never valid: " + cell.sh("plumbline status | grep -A2 '^camera'", check=False)
+    turn_away()
+    withdrawn = cell.camera_is(1, 2, 3, 5)
+    stale = cell.camera_is(5)
+    turn_back()
+    back = cell.camera_is(4, patience_s=30)
+    if None in (withdrawn, stale, back):
+        return False, "withdrawn %s, stale %s, back %s" % (withdrawn, stale, back)
+    return True, "lens withdrawn after %.2f s, stale after %.1f s, back after %.1f s" % (withdrawn, withdrawn + stale, back)
+
+
+def turned_at_the_camera():
+    return turned(lambda: cell.tell("camera", "zoom 7000"), lambda: cell.tell("camera", "zoom 4000"))
+
+
+def upgrade():
+    before = open("/etc/plumbline/plumbline.toml").read()
+    model = cell.sh("plumbline model list")
+    watch = cell.watch()
+    watch.until(plc.valid, 20)
+    cell.sh("apt-get install -y -q /rig/plumbline-next.deb", 180)
+    watch.until(plc.withdrawn, 1)
+    back = watch.until(plc.valid, 30)
+    now = cell.sh("dpkg-query -W -f '${Version}' plumbline")
+    kept = open("/etc/plumbline/plumbline.toml").read() == before and cell.sh("plumbline model list") == model
+    return kept and back is not None and now.endswith("next"), "version %s, configuration and models kept, points valid" % now
+
+
+def purge():
+    cell.unwatch()
+    cell.sh("apt-get purge -y -q plumbline", 120)
+    left = sorted(name for name in files() - cell.running["before"]
+                  if "__pycache__" not in name and not name.startswith("/etc/systemd/system/dbus"))
+    users = cell.sh("getent passwd plumbline; getent group plumbline", check=False)
+    return not left and not users, "nothing left" if not left and not users else "left: %s %s" % (left[:8], users)
