@@ -117,7 +117,8 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
     faults.Add({Fault::Severity::kFault, file, 0, "", "cannot be read: " + text.error()});
     return false;
   }
-  const TagDatabase* const tags = !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
+  const TagDatabase* const tags =
+      !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
   const auto table = ObjectTableFromText(*text, file, tags, faults);
   if (!table) return false;
   for (const SceneObject& object : table->objects) {

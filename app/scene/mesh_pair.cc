@@ -114,7 +114,8 @@ void MeshPair::NearestBelow(int a, int b, NearestPoints& found) const {
   for (int k = 0; k < 2; ++k) {
     const int half = (open_a ? box_a : box_b).first_half + k;
     const BoxNode& box = (open_a ? a_ : b_).nodes()[static_cast<std::size_t>(half)];
-    halves[static_cast<std::size_t>(k)] = {open_a ? Gap(box, box_b, enough_m) : Gap(box_a, box, enough_m), half};
+    halves[static_cast<std::size_t>(k)] = {
+        open_a ? Gap(box, box_b, enough_m) : Gap(box_a, box, enough_m), half};
   }
   if (halves[1].first < halves[0].first) std::swap(halves[0], halves[1]);
   for (const auto& [gap_m, half] : halves) {

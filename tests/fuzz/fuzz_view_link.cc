@@ -1,5 +1,5 @@
-// Any bytes between daemon and viewer: what a viewer says (24 bytes of a scene), and what the daemon
-// shows (its state as text). Refused, or within the limits and the same again.
+// Any bytes between daemon and viewer: what a viewer says (24 bytes of a scene), and what the
+// daemon shows (its state as text). Refused, or within the limits and the same again.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -38,7 +38,8 @@ void TakeState(std::string_view text) {
     return;
   }
   if (state->camera.lens) Require(state->camera.lens->fx > 0 && state->camera.lens->fy > 0);
-  if (state->camera.image) Require(state->camera.image->width > 0 && state->camera.image->slot >= 0);
+  if (state->camera.image)
+    Require(state->camera.image->width > 0 && state->camera.image->slot >= 0);
   Require(ViewOfJson(JsonOfView(*state)).ok());
 }
 

@@ -1,5 +1,5 @@
-// plumbline-rig-scene FOLDER: what the virtual industrial PC's camera sees, drawn with exact optics,
-// and what was calibrated before: image.grey, bodies.toml, lenses.sqlite.
+// plumbline-rig-scene FOLDER: what the virtual industrial PC's camera sees, drawn with exact
+// optics, and what was calibrated before: image.grey, bodies.toml, lenses.sqlite.
 #include <fmt/core.h>
 
 #include <fstream>
