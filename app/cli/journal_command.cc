@@ -118,7 +118,10 @@ int Export(const JournalOptions& options) {
   const ExportedCsv exported = CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
   if (exported.ids.empty()) return Fail("no such rows in the journal; nothing written", kExitFault);
-  if (const auto why = WriteTextFile(options.file, exported.text)) {
+  const bool to_output = options.file == "-";
+  if (to_output) {
+    std::cout << exported.text;
+  } else if (const auto why = WriteTextFile(options.file, exported.text)) {
     return Fail(
         fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
         kExitUsage);
@@ -126,7 +129,7 @@ int Export(const JournalOptions& options) {
   std::cerr << fmt::format(
       "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "
       "moves between probes are not recorded (--order-unknown)\n",
-      options.file, exported.ids.size(), TextFromUtc(journal.value().EpochUtc_s()));
+      to_output ? "standard output" : options.file, exported.ids.size(), TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 
@@ -279,7 +282,7 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
           "arguments or\n"
           "unwritable output.");
   out->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")->required();
-  out->add_option("--out", options->file, "The CSV file")->required();
+  out->add_option("--out", options->file, "The CSV file; - is standard output")->required();
   AddFilter(*out, *options);
 
   CLI::App* show =

@@ -73,13 +73,16 @@ TEST_CASE("each request is answered by a reading that began after it") {
 TEST_CASE("the cycle goes on while the controller does not answer") {
   std::mutex gate;
   gate.lock();
-  RobotLink link(Scripted({[&gate](RobotState& state) {
+  std::atomic<int> asked{0};
+  RobotLink link(Scripted({[&](RobotState& state) {
+                             ++asked;
                              const std::lock_guard wait(gate);
                              return Count(state);
                            },
                            {}}));
   link.Start();
   link.RequestRead();
+  while (asked == 0) std::this_thread::yield();
   CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(5)));
   link.RequestRead();
   CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(5)));
@@ -186,7 +189,9 @@ TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") 
   std::vector<std::string> done;  // by the link's thread, read after it ended
   LinkResult withdrawn = LinkResult::kOk;
   std::mutex gate;
+  std::atomic<int> asked{0};
   RobotLink link(Scripted({[&](RobotState& state) {
+                             ++asked;
                              const std::lock_guard wait(gate);
                              return Count(state);
                            },
@@ -216,9 +221,14 @@ TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") 
   link.Start();
   link.QueuePush(points);
   link.RequestRead();
-  CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(20)));
-  std::thread stopping([&link] { link.Stop(); });
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  while (asked < 2) std::this_thread::yield();
+  std::atomic<bool> began{false};
+  std::thread stopping([&] {
+    began = true;
+    link.Stop();
+  });
+  while (!began) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until Stop() has asked the thread
   gate.unlock();
   stopping.join();
   CHECK(done == std::vector<std::string>{"withdraw"});
