@@ -76,6 +76,33 @@ TEST_CASE("A configuration is known by its cell key and checked with its files")
         std::string::npos);
 }
 
+TEST_CASE("Two cameras are told one by one; one that takes the other's device is a fault") {
+  const std::string here = std::filesystem::current_path().string() + "/config/";
+  std::ifstream shipped("config/plumbline.toml");
+  std::string text((std::istreambuf_iterator<char>(shipped)), std::istreambuf_iterator<char>());
+  for (const std::string file : {"cells/ur10.toml", "profiles/universal-robots.toml"}) {
+    REQUIRE(text.find('"' + file) != std::string::npos);
+    text.replace(text.find('"' + file), 1, '"' + here);
+  }
+  text +=
+      "\n[[camera]]\nname = \"side\"\ndevice = \"A1\"\n[camera.zoom]\nkind = \"v4l2\"\n"
+      "[[camera]]\nname = \"rear\"\ndevice = \"B2\"\n[tags]\nfile = \"" +
+      here + "bodies.toml\"\n";
+  {
+    const TemporaryFile file(text);
+    const test::Answer good = RunCheck(file.path());
+    CAPTURE(good.out);
+    CHECK(good.exit_code == 0);
+    CHECK(good.out.find("camera side  device A1, zoom by v4l2\n") != std::string::npos);
+    CHECK(good.out.find("camera rear  device B2, no zoom\n") != std::string::npos);
+  }
+  const TemporaryFile file(text.replace(text.find("\"B2\""), 4, "\"A1\""));
+  const test::Answer faulty = RunCheck(file.path());
+  CHECK(faulty.exit_code == 1);
+  CHECK(faulty.out.find("camera[2].device: \"A1\" is the device of two cameras") !=
+        std::string::npos);
+}
+
 TEST_CASE("The payload is told with its mass and where it hangs, and a centre left at the flange") {
   const std::string here = std::filesystem::current_path().string();
   std::ifstream bare("config/cells/ur10.toml");
