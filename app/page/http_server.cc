@@ -74,8 +74,11 @@ HttpFormat::HttpFormat(Answer answer) {
 
 void HttpFormat::Serve(httplib::Stream& stream) {
   bool closed = false;
-  // Parts of files are not served: whoever asks gets the whole.
-  process_request(stream, true, closed, [](httplib::Request& request) { request.ranges.clear(); });
+  // Whoever asks for parts gets the whole, and as it is: a small request must not cost much.
+  process_request(stream, true, closed, [](httplib::Request& request) {
+    request.ranges.clear();
+    request.headers.erase("Accept-Encoding");
+  });
 }
 
 Result<int> ListenForHttp(const std::string& address, int port) {

@@ -2,8 +2,6 @@
 // long and how much is decided here.
 #pragma once
 
-#include <httplib.h>
-
 #include <array>
 #include <atomic>
 #include <functional>
@@ -11,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "app/page/http_library.h"
 #include "app/page/http_stream.h"
 #include "firmware-like/result.h"
 

@@ -1,11 +1,11 @@
 // A connection as cpp-httplib reads and writes it, with limits on time and size.
 #pragma once
 
-#include <httplib.h>
-
 #include <array>
 #include <cstddef>
 #include <string>
+
+#include "app/page/http_library.h"
 
 namespace plumbline {
 

@@ -110,7 +110,8 @@ class Browser {
     const char* const folder = std::getenv("PLUMBLINE_KEEP_PICTURES");
     if (folder == nullptr) return;
     const std::string text =
-        Call("Page.captureScreenshot", {{"format", "png"}, {"captureBeyondViewport", whole}})
+        Call("Page.captureScreenshot",
+             {{"format", "jpeg"}, {"quality", 80}, {"captureBeyondViewport", whole}})
             .at("data");
     std::ofstream(std::string(folder) + "/" + name + ".base64") << text;
   }

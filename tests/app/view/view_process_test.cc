@@ -453,10 +453,10 @@ TEST_CASE(
   CHECK(metrics().problem.empty());
   CHECK(metrics().Value("plumbline_cycles_total") > 10);
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_payload_kilograms") == 60; }));
-  const auto status = nlohmann::json::parse(Ask(port, "/status.json").body);
-  CHECK(status.at("cell") == "demo cell");
-  CHECK(status.at("cameras")[0].at("lens_valid") == true);
-  CHECK(status.at("points").size() == 2);
+  const auto status = [&] { return nlohmann::json::parse(Ask(port, "/status.json").body); };
+  CHECK(status().at("cell") == "KR 210 R2700 extra");
+  CHECK(Eventually([&] { return status().at("cameras")[0].at("lens_valid") == true; }));
+  CHECK(status().at("points").size() == 2);
   // Pictures are drawn because somebody looks.
   PageConnection live(port);
   live.Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
@@ -467,6 +467,7 @@ TEST_CASE(
     CHECK(browser.Becomes("document.getElementById('picture').naturalWidth > 0"));
     CHECK(
         browser.Becomes("document.getElementById('panels').innerText.includes('3 of 3 in place')"));
+    browser.Becomes("document.getElementById('head').className === 'good'");
     browser.Keep("page-real");
   }
   // Another token comes into force by SIGHUP, and is asked for.
