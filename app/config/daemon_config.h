@@ -8,6 +8,7 @@
 
 #include "app/config/camera_config.h"
 #include "app/config/loop_config.h"
+#include "app/config/mqtt_config.h"
 #include "app/config/overlay_config.h"
 #include "app/config/page_config.h"
 #include "drivers/modbus/rtu_slave.h"
@@ -37,9 +38,10 @@ struct DaemonConfig {
   RobotLinkConfig robot;
   PlcConfig plc;
   LoopConfig loop;
-  VisionConfig vision;    ///< changed by a restart only
-  OverlayConfig overlay;  ///< of plumbline-view; the daemon only checks it
-  PageConfig page;        ///< likewise
+  VisionConfig vision;             ///< changed by a restart only
+  OverlayConfig overlay;           ///< of plumbline-view; the daemon only checks it
+  PageConfig page;                 ///< likewise
+  std::optional<MqttConfig> mqtt;  ///< of plumbline-fleet; likewise
   /// Corrected points written into the controller's registers, in the order of the profile's
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;

@@ -293,6 +293,9 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
       config.overlay = OverlayFromToml(*table, named, config.vision);
     }
     if (const auto table = root.Table("page")) config.page = PageFromToml(*table);
+    if (const auto table = root.Table("mqtt")) {
+      config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
+    }
     if (robot && stale_after_s < config.cycle_period_s) {
       robot->AddFault("stale_after_ms",
                       fmt::format("is below the cycle of {:g} ms, so that input is always stale",

@@ -562,6 +562,15 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
   CHECK(config->overlay.stress_full_Pa == Approx(overlay.stress_full_Pa));
   CHECK(config->overlay.near_m == Approx(overlay.near_m));
   CHECK(config->page.listen == defaults.page.listen);
+  REQUIRE(config->mqtt);
+  const MqttConfig mqtt;
+  CHECK(config->mqtt->port == mqtt.port);
+  CHECK(config->mqtt->group == mqtt.group);
+  CHECK(config->mqtt->state_period_s == Approx(mqtt.state_period_s));
+  CHECK(config->mqtt->change_period_s == Approx(mqtt.change_period_s));
+  CHECK(config->mqtt->point_change_m == Approx(mqtt.point_change_m));
+  CHECK(config->mqtt->queue_bytes == mqtt.queue_bytes);
+  CHECK(config->mqtt->journal == mqtt.journal);
   CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
   CHECK(config->state_directory == defaults.state_directory);
 }

@@ -1,0 +1,77 @@
+#include <catch2/catch.hpp>
+
+#include "app/config/mqtt_config.h"
+#include "app/config/named_files.h"
+
+using namespace plumbline;
+
+namespace {
+
+struct ReadMqtt {
+  FaultList faults;
+  MqttConfig mqtt;
+
+  explicit ReadMqtt(const std::string& lines, const std::string& cell = "UR10") {
+    TomlDocument document("[mqtt]\n" + lines, "/etc/plumbline.toml", faults);
+    REQUIRE(document.parsed());
+    const FileSource files = [](const std::string&) {
+      return Result<std::string>(Error{"none is opened"});
+    };
+    mqtt = MqttFromToml(*document.Root().Table("mqtt"),
+                        NamedFiles("/etc/plumbline.toml", files, "/data"), cell);
+    document.ReportUnknownKeys();
+  }
+  std::string Told() const { return FaultsText(faults); }
+};
+
+}  // namespace
+
+TEST_CASE("[mqtt]: every key, in SI; files lie beside the configuration") {
+  const ReadMqtt read(
+      "host = \"broker.plant.lan\"\nport = 8884\ntls_ca = \"ca.pem\"\nusername = \"cell-7\"\n"
+      "password_file = \"/run/secret\"\ngroup = \"hall 3\"\nnode = \"cell-7\"\n"
+      "client_id = \"c7\"\nstate_s = 2.0\nchange_s = 0.5\npoint_change_mm = 0.1\nqueue_mb = 5\n"
+      "journal = false\n");
+  INFO(read.Told());
+  CHECK(read.faults.All().empty());
+  CHECK(read.mqtt.host == "broker.plant.lan");
+  CHECK(read.mqtt.port == 8884);
+  CHECK(read.mqtt.tls_ca == "/etc/ca.pem");
+  CHECK(read.mqtt.username == "cell-7");
+  CHECK(read.mqtt.password_file == "/run/secret");
+  CHECK(read.mqtt.group == "hall 3");
+  CHECK(read.mqtt.node == "cell-7");
+  CHECK(read.mqtt.client_id == "c7");
+  CHECK(read.mqtt.state_period_s == 2);
+  CHECK(read.mqtt.change_period_s == 0.5);
+  CHECK(read.mqtt.point_change_m == Approx(1e-4));
+  CHECK(read.mqtt.queue_bytes == 5'000'000);
+  CHECK_FALSE(read.mqtt.journal);
+}
+
+TEST_CASE("[mqtt] with a host alone: node and client id follow from the cell, TLS from its CA") {
+  const ReadMqtt read("host = \"10.0.0.5\"\n", "KR 210/left #2");
+  CHECK(read.faults.All().empty());
+  CHECK(read.mqtt.port == 1883);
+  CHECK(read.mqtt.node == "KR 210-left -2");
+  CHECK(read.mqtt.client_id == "plumbline-plumbline-KR 210-left -2");
+  CHECK(ReadMqtt("host = \"10.0.0.5\"\ntls_ca = \"ca.pem\"\n").mqtt.port == 8883);
+}
+
+TEST_CASE("[mqtt]: faults with place and remedy, and none that tells a password") {
+  using Catch::Contains;
+  CHECK_THAT(ReadMqtt("port = 1883\n").Told(), Contains("mqtt.host"));
+  CHECK_THAT(ReadMqtt("host = \"mqtt://broker\"\n").Told(),
+             Contains("plumbline.toml:2 mqtt.host: \"mqtt://broker\" is not a name or an address"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\nport = 0\n").Told(),
+             Contains("mqtt.port: 0 is outside 1..65535"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\nnode = \"a/b\"\n").Told(), Contains("without / + #"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\nqueue_mb = 0\n").Told(), Contains("outside 1..100000"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\npassword_file = \"p\"\n").Told(),
+             Contains("needs a username"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\nusername = \"u\"\npassword_file = \"p\"\n").Told(),
+             Contains("warning") && Contains("in the clear"));
+  const std::string told = ReadMqtt("host = \"b\"\npassword = \"topsecret\"\n").Told();
+  CHECK_THAT(told, Contains("password_file") && !Contains("topsecret"));
+  CHECK_THAT(ReadMqtt("host = \"b\"\nhots = \"c\"\n").Told(), Contains("hots"));
+}
