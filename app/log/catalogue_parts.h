@@ -1,4 +1,4 @@
-// The two files of the catalogue, in the order of `Event`.
+// The files of the catalogue, in the order of `Event`.
 #pragma once
 
 #include <span>
@@ -9,5 +9,6 @@ namespace plumbline {
 
 std::span<const EventEntry> DaemonEvents();  ///< service, robot, points, plc, loop
 std::span<const EventEntry> CameraEvents();  ///< camera, monitor
+std::span<const EventEntry> FleetEvents();   ///< fleet
 
 }  // namespace plumbline

@@ -9,9 +9,10 @@ namespace plumbline {
 
 std::span<const EventEntry> EventCatalogue() {
   static const std::vector<EventEntry> entries = [] {
-    const auto daemon = DaemonEvents(), camera = CameraEvents();
+    const auto daemon = DaemonEvents(), camera = CameraEvents(), fleet = FleetEvents();
     std::vector<EventEntry> all(daemon.begin(), daemon.end());
     all.insert(all.end(), camera.begin(), camera.end());
+    all.insert(all.end(), fleet.begin(), fleet.end());
     return all;
   }();
   return entries;

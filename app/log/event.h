@@ -106,6 +106,19 @@ enum class Event : std::uint8_t {
   kViewNote,
   kInterferenceBegins,
   kInterferenceEnds,
+  // fleet
+  kFleetStarted,
+  kFleetNotStarted,
+  kBrokerUp,
+  kBrokerLost,
+  kFleetForwarded,
+  kFleetDropping,
+  kFleetDropped,
+  kFleetQueueFault,
+  kFleetQueueWorks,
+  kFleetJournal,
+  kFleetFeedLost,
+  kFleetFeedBack,
   kCount
 };
 
@@ -116,7 +129,7 @@ struct EventEntry {
   const char* name;       ///< as in PLUMBLINE_EVENT of the journal
   LogLevel level;         ///< of every line of it
   const char* id;         ///< MESSAGE_ID: 32 hexadecimal digits, from systemd-id128(1)
-  const char* component;  ///< service, robot, points, plc, loop, camera, monitor
+  const char* component;  ///< service, robot, points, plc, loop, camera, monitor, fleet
   const char* line;       ///< how the line begins; "..." stands for what differs
   const char* means;      ///< empty where the line says it all
   const char* remedy;     ///< what to do; empty: nothing

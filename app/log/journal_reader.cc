@@ -17,7 +17,7 @@ void Match(sd_journal* journal, const std::string& match) {
 
 /// Matches of one field are alternatives, those of different fields hold together.
 void AddMatches(sd_journal* journal, const JournalQuery& query) {
-  for (const char* program : {"plumblined", "plumbline-view"}) {
+  for (const char* program : {"plumblined", "plumbline-view", "plumbline-fleet"}) {
     Match(journal, fmt::format("SYSLOG_IDENTIFIER={}", program));
   }
   if (!query.event.empty()) Match(journal, "PLUMBLINE_EVENT=" + query.event);

@@ -92,6 +92,10 @@ bool ViewClient::Connect() {
 bool ViewClient::TakeMemory(int memory, std::size_t slot_bytes) {
   if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
   at_ = nullptr;
+  if (!images_) {
+    close(memory);
+    return true;
+  }
   struct stat about {};
   const std::size_t bytes = ViewPublisher::kSlots * slot_bytes;
   const bool enough = slot_bytes >= kViewPixels && slot_bytes <= kLargestSlot &&
@@ -197,7 +201,11 @@ bool ViewClient::Read(double timeout_s, View& view) {
     return false;
   }
   view.state = std::move(state).value();
-  if (!CopyImages(view)) return false;  // one was overtaken: the next is on its way
+  if (!images_) {
+    view.pixels.clear();
+  } else if (!CopyImages(view)) {
+    return false;  // one was overtaken: the next is on its way
+  }
   back_off_.Well();
   problem_.clear();
   return true;

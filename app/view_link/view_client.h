@@ -28,7 +28,9 @@ struct View {
 /// wait are passed over. Used by one thread.
 class ViewClient {
  public:
-  explicit ViewClient(std::string path) : path_(std::move(path)) {}
+  /// @param images  false: states alone, nothing is copied and View::pixels stays empty
+  explicit ViewClient(std::string path, bool images = true)
+      : path_(std::move(path)), images_(images) {}
   ~ViewClient();
   ViewClient(const ViewClient&) = delete;
   ViewClient& operator=(const ViewClient&) = delete;
@@ -51,6 +53,7 @@ class ViewClient {
   bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
 
   const std::string path_;
+  const bool images_;
   int socket_ = -1;
   const std::uint8_t* at_ = nullptr;
   std::size_t bytes_ = 0, slot_bytes_ = 0;

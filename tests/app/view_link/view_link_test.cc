@@ -146,6 +146,22 @@ TEST_CASE("The newest state comes with its image") {
   CHECK_FALSE(ends.client.Read(0.01, view));  // nothing newer
 }
 
+TEST_CASE("Who wants states alone gets them, with images around or without") {
+  Ends ends;
+  ViewClient states(ends.path, false);
+  View view;
+  CHECK_FALSE(states.Read(0, view));
+  REQUIRE(ends.publisher->Watched());
+  ends.Publish(Ramp(8, 4), 8, 1);
+  REQUIRE(states.Read(1, view));
+  CHECK(view.state.camera.image->sequence == 1);
+  CHECK(view.pixels.empty());
+  ends.Publish(Ramp(320, 240), 320, 2);
+  REQUIRE(states.Read(1, view));
+  CHECK(view.state.camera.image->sequence == 2);
+  CHECK(view.pixels.empty());
+}
+
 TEST_CASE("A larger image takes another memory, which viewers are handed") {
   Ends ends;
   ends.Publish(Ramp(8, 4), 8, 1);

@@ -1,0 +1,283 @@
+#include "app/fleet/broker_link.h"
+
+#include <fmt/format.h>
+#include <mosquitto.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <condition_variable>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "app/config/text_file.h"
+#include "app/daemon/utc_clock.h"
+#include "drivers/back_off.h"
+#include "drivers/clock.h"
+#include "drivers/pulse.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kQos = 1;
+constexpr unsigned kMostInFlight = 100;
+constexpr auto kEndPatience = std::chrono::seconds(2);
+
+/// libmosquitto for as long as the process runs.
+void OpenLibrary() {
+  static const int opened = mosquitto_lib_init();
+  static_cast<void>(opened);
+}
+
+Result<std::string> PasswordOf(const MqttConfig& config) {
+  if (config.password_file.empty()) return std::string();
+  Result<std::string> text = ReadTextFile(config.password_file);
+  if (!text) return Error{fmt::format("{}: {}", config.password_file, text.error())};
+  return text->substr(0, text->find_first_of("\r\n"));
+}
+
+/// One connection, from the first byte to its end; used by one thread.
+class Connection {
+ public:
+  explicit Connection(const MqttConfig& config)
+      : config_(config),
+        client_(mosquitto_new(config.client_id.c_str(), true, this), &mosquitto_destroy) {}
+
+  /// @return  empty, or why it cannot be tried
+  std::string Begin(const std::string& will_topic, const std::string& will) {
+    if (!client_) return std::strerror(errno);
+    const auto password = PasswordOf(config_);
+    if (!password) return password.error();
+    mosquitto* const client = client_.get();
+    mosquitto_connect_callback_set(client, [](mosquitto*, void* self, int code) {
+      static_cast<Connection*>(self)->connack_ = code;
+    });
+    mosquitto_publish_callback_set(client, [](mosquitto*, void* self, int number) {
+      static_cast<Connection*>(self)->Acknowledged(number);
+    });
+    mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* text) {
+      if (level == MOSQ_LOG_ERR) static_cast<Connection*>(self)->told_ = text;
+    });
+    mosquitto_max_inflight_messages_set(client, kMostInFlight);
+    int code = MOSQ_ERR_SUCCESS;
+    if (!config_.tls_ca.empty()) {
+      code = mosquitto_tls_set(client, config_.tls_ca.c_str(), nullptr, nullptr, nullptr, nullptr);
+      if (code != MOSQ_ERR_SUCCESS) return config_.tls_ca + ": no certificates can be read from it";
+    }
+    if (!config_.username.empty()) {
+      code = mosquitto_username_pw_set(client, config_.username.c_str(),
+                                       config_.password_file.empty() ? nullptr : password->c_str());
+    }
+    if (code == MOSQ_ERR_SUCCESS && !will_topic.empty()) {
+      code = mosquitto_will_set(client, will_topic.c_str(), static_cast<int>(will.size()),
+                                will.data(), kQos, true);
+    }
+    if (code == MOSQ_ERR_SUCCESS) {
+      code = mosquitto_connect_async(client, config_.host.c_str(), config_.port,
+                                     BrokerLink::kKeepAlive_s);
+    }
+    return code == MOSQ_ERR_SUCCESS ? "" : Words(code);
+  }
+
+  /// Waits at most so long for the network or `wake`. @return  empty, or why the connection ended
+  std::string Round(int wake, int wait_ms) {
+    mosquitto* const client = client_.get();
+    const int socket = mosquitto_socket(client);
+    if (socket < 0) return Words(MOSQ_ERR_CONN_LOST);
+    const bool write = mosquitto_want_write(client) || !up();
+    pollfd waiting[2] = {{socket, static_cast<short>(write ? POLLIN | POLLOUT : POLLIN), 0},
+                         {wake, POLLIN, 0}};
+    if (poll(waiting, 2, wait_ms) < 0 && errno != EINTR) return std::strerror(errno);
+    std::uint64_t woken = 0;
+    [[maybe_unused]] const ssize_t taken = read(wake, &woken, sizeof woken);
+    int code = MOSQ_ERR_SUCCESS;
+    if ((waiting[0].revents & ~POLLOUT) != 0) code = mosquitto_loop_read(client, 1);
+    if (code == MOSQ_ERR_SUCCESS && (waiting[0].revents & POLLOUT) != 0) {
+      code = mosquitto_loop_write(client, 1);
+    }
+    if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_misc(client);
+    if (connack_ > 0) return mosquitto_connack_string(connack_);
+    return code == MOSQ_ERR_SUCCESS ? "" : Words(code);
+  }
+
+  bool up() const { return connack_ == 0; }
+
+  std::string Publish(const Outgoing& message) {
+    int number = 0;
+    const int code = mosquitto_publish(client_.get(), &number, message.topic.c_str(),
+                                       static_cast<int>(message.payload.size()),
+                                       message.payload.data(), kQos, message.retained);
+    if (code != MOSQ_ERR_SUCCESS) return Words(code);
+    ids_[number] = message.id;
+    return "";
+  }
+  std::vector<std::int64_t> TakeAcknowledged() { return std::exchange(acknowledged_, {}); }
+  /// Says goodbye, so that the broker keeps the will to itself.
+  void End() { mosquitto_disconnect(client_.get()); }
+
+ private:
+  void Acknowledged(int number) {
+    const auto found = ids_.find(number);
+    if (found == ids_.end()) return;
+    acknowledged_.push_back(found->second);
+    ids_.erase(found);
+  }
+  std::string Words(int code) const {
+    if (code == MOSQ_ERR_TLS && !told_.empty()) return "TLS: " + told_;
+    if (code == MOSQ_ERR_ERRNO) return std::strerror(errno);
+    return mosquitto_strerror(code);
+  }
+
+  const MqttConfig& config_;
+  const std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
+  int connack_ = -1;  ///< -1: not answered yet
+  std::string told_;
+  std::map<int, std::int64_t> ids_;
+  std::vector<std::int64_t> acknowledged_;
+};
+
+constexpr int kRound_ms = 200;
+
+}  // namespace
+
+struct BrokerLink::Shared {
+  Shared(const MqttConfig& mqtt, LastWill last_will)
+      : config(mqtt), will(std::move(last_will)), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    news.problem = "not connected yet";
+  }
+  ~Shared() { close(wake); }
+  void Wake() const {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = write(wake, &one, sizeof one);
+  }
+  void Run();
+  std::string Serve(BackOff& back_off);
+  bool Exchange(Connection& connection, std::int64_t number, std::vector<Outgoing>& messages);
+
+  const MqttConfig config;
+  const LastWill will;
+  const int wake;
+  Pulse pulse;
+  std::mutex mutex;  ///< of what follows
+  std::condition_variable changed;
+  bool stop = false, ended = false;
+  News news;
+  std::vector<Outgoing> given;  ///< for the present connection
+};
+
+/// News to whoever asks, messages from whoever gives. @return  false: it is to end
+bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
+                                  std::vector<Outgoing>& messages) {
+  const std::lock_guard lock(mutex);
+  const auto acknowledged = connection.TakeAcknowledged();
+  news.acknowledged.insert(news.acknowledged.end(), acknowledged.begin(), acknowledged.end());
+  if (connection.up() && news.connection != number) {
+    news.connection = number;
+    news.problem.clear();
+  }
+  messages.swap(given);
+  return !stop;
+}
+
+/// From the first byte of one connection to its end. @return  why it ended
+std::string BrokerLink::Shared::Serve(BackOff& back_off) {
+  const auto number = static_cast<std::int64_t>(std::llround(1e3 * ComputerUtcSeconds()));
+  Connection connection(config);
+  std::string problem =
+      connection.Begin(will.topic, will.topic.empty() ? "" : will.payload(number));
+  const double until_s = MonotonicSeconds() + kConnectPatience_s;
+  while (problem.empty()) {
+    pulse.Beat();
+    problem = connection.Round(wake, kRound_ms);
+    std::vector<Outgoing> messages;
+    if (!Exchange(connection, number, messages)) {
+      connection.End();
+      return "ended";
+    }
+    if (connection.up()) back_off.Well();
+    if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
+    for (const Outgoing& message : messages) {
+      if (problem.empty()) problem = connection.Publish(message);
+    }
+  }
+  return problem;
+}
+
+void BrokerLink::Shared::Run() {
+  BackOff back_off;
+  for (;;) {
+    const std::string problem = Serve(back_off);
+    back_off.Failed(MonotonicSeconds());
+    std::unique_lock lock(mutex);
+    news.connection = 0;
+    news.problem = problem;
+    given.clear();
+    while (!stop && !back_off.Due(MonotonicSeconds())) {
+      pulse.Beat();
+      changed.wait_for(lock, std::chrono::milliseconds(100));
+    }
+    if (!stop) continue;
+    ended = true;
+    changed.notify_all();
+    return;
+  }
+}
+
+BrokerLink::BrokerLink(const MqttConfig& config, LastWill will)
+    : shared_(std::make_shared<Shared>(config, std::move(will))) {
+  OpenLibrary();
+  std::thread([shared = shared_] { shared->Run(); }).detach();
+}
+
+BrokerLink::~BrokerLink() {
+  std::unique_lock lock(shared_->mutex);
+  shared_->stop = true;
+  shared_->Wake();
+  shared_->changed.notify_all();
+  shared_->changed.wait_for(lock, kEndPatience, [this] { return shared_->ended; });
+}
+
+BrokerLink::News BrokerLink::Take() {
+  const std::lock_guard lock(shared_->mutex);
+  News news = shared_->news;
+  shared_->news.acknowledged.clear();
+  return news;
+}
+
+void BrokerLink::Publish(std::int64_t connection, std::vector<Outgoing> messages) {
+  {
+    const std::lock_guard lock(shared_->mutex);
+    if (connection != shared_->news.connection) return;
+    std::move(messages.begin(), messages.end(), std::back_inserter(shared_->given));
+  }
+  shared_->Wake();
+}
+
+std::uint64_t BrokerLink::beats() const {
+  return shared_->pulse.beats();
+}
+
+Result<bool> TryBroker(const MqttConfig& config, double patience_s) {
+  OpenLibrary();
+  MqttConfig other = config;
+  other.client_id += "-doctor";  // the publisher's own would push it out
+  Connection connection(other);
+  std::string problem = connection.Begin("", "");
+  const int none = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  const double until_s = MonotonicSeconds() + patience_s;
+  while (problem.empty() && !connection.up()) {
+    problem = connection.Round(none, kRound_ms);
+    if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
+  }
+  if (problem.empty()) connection.End();
+  close(none);
+  if (!problem.empty()) return Error{problem};
+  return true;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,134 @@
+#include "app/fleet/changes.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "firmware-like/snapshot.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kMemorySchema = 1;
+/// Bits of the status word that change in ordinary work, and mean nothing to a plant.
+constexpr std::uint16_t kRestless = status::kToggle | status::kBusy | status::kResultValid;
+
+std::int64_t Milliseconds(double utc_s) {
+  return std::llround(1e3 * utc_s);
+}
+
+bool Differs(const ViewPoint& a, const ViewPoint& b, double change_m) {
+  return a.valid != b.valid || a.extrapolated != b.extrapolated || a.code != b.code ||
+         (a.valid && !((a.translation_B - b.translation_B).norm() <= change_m));
+}
+
+}  // namespace
+
+Changes::Changes(const MqttConfig& config, FleetCell cell, const std::string& memory)
+    : config_(config), cell_(std::move(cell)) {
+  const auto json = nlohmann::json::parse(memory, nullptr, false);
+  if (!json.is_object() || json.value("schema", 0) != kMemorySchema) return;
+  alarms_ = json.value("alarms", std::uint16_t{0});
+  warnings_ = json.value("warnings", std::uint16_t{0});
+  silent_ = json.value("silent", false);
+  model_version_ = json.value("model", kNothingTold);
+  lenses_ = json.value("lenses", std::vector<int>());
+}
+
+std::string Changes::Memory() const {
+  return nlohmann::ordered_json{{"schema", kMemorySchema}, {"alarms", alarms_},
+                                {"warnings", warnings_},   {"silent", silent_},
+                                {"model", model_version_}, {"lenses", lenses_}}
+      .dump();
+}
+
+void Changes::TakeWord(const char* word, std::uint16_t bits, std::span<const BitMeaning> meanings,
+                       std::uint16_t& told, std::map<std::uint16_t, TimedBit>& timed,
+                       const ViewState& state, double now_s, std::vector<Message>& messages) {
+  for (const BitMeaning& meaning : meanings) {
+    TimedBit& bit = timed[meaning.mask];
+    const bool set = (bits & meaning.mask) != 0, was = (told & meaning.mask) != 0;
+    if (set || bit.seen_s < -1e299) {  // of a former run: it counts from now
+      bit.seen_s = now_s;
+      bit.seen_utc_s = state.utc_s;
+    }
+    if (set == was || (was && now_s - bit.seen_s < kAlarmOff_s)) continue;
+    told = static_cast<std::uint16_t>(told ^ meaning.mask);
+    messages.push_back({MessageKind::kAlarm, Milliseconds(bit.seen_utc_s),
+                        AlarmBody(word, std::countr_zero(meaning.mask), meaning.meaning, set)});
+  }
+}
+
+void Changes::TakePoints(const ViewState& state, double now_s, std::vector<Message>& messages) {
+  for (const ViewPoint& point : state.points) {
+    if (point.code == CorrectionCode::kPending) continue;
+    const auto known = points_.find(point.id);
+    if (known != points_.end() && (now_s - known->second.at_s < config_.change_period_s ||
+                                   !Differs(point, known->second.point, config_.point_change_m))) {
+      continue;
+    }
+    points_[point.id] = {point, now_s};
+    messages.push_back({MessageKind::kPoint, Milliseconds(state.utc_s),
+                        PointBody(point, cell_, state.model_version)});
+  }
+}
+
+void Changes::TakeState(const ViewState& state, double now_s, std::vector<Message>& messages) {
+  std::vector<int> summary = {state.status & ~kRestless, state.alarms, state.warnings,
+                              state.model_version, state.loop.state};
+  summary.insert(summary.end(), lenses_.begin(), lenses_.end());
+  const double since_s = now_s - state_s_;
+  if (since_s < config_.change_period_s) return;
+  if (since_s < config_.state_period_s && summary == summary_) return;
+  state_s_ = now_s;
+  summary_ = std::move(summary);
+  messages.push_back({MessageKind::kState, Milliseconds(state.utc_s), StateBody(state, cell_)});
+}
+
+void Changes::TakeLenses(const ViewState& state, std::vector<Message>& messages) {
+  lenses_.resize(state.cameras.size(), kNothingTold);
+  for (std::size_t k = 0; k < lenses_.size(); ++k) {
+    const PlcCamera& watch = state.cameras[k].watch;
+    const int lens = watch.configured ? static_cast<int>(watch.state) : kNothingTold;
+    if (lens == lenses_[k]) continue;
+    lenses_[k] = lens;
+    if (!watch.configured) continue;
+    messages.push_back({MessageKind::kLens, Milliseconds(state.utc_s), LensBody(watch)});
+  }
+}
+
+std::vector<Message> Changes::Take(const ViewState& state, double now_s) {
+  std::vector<Message> messages;
+  heard_s_ = now_s;
+  if (silent_) {
+    silent_ = false;
+    messages.push_back({MessageKind::kAlarm, Milliseconds(state.utc_s),
+                        AlarmBody("fleet", 0, "the daemon's states do not come", false)});
+  }
+  if (state.model_version != model_version_) {
+    messages.push_back(
+        {MessageKind::kModel, Milliseconds(state.utc_s), ModelBody(state, model_version_)});
+    model_version_ = state.model_version;
+  }
+  TakeLenses(state, messages);
+  TakeWord("alarms", state.alarms, plc_map::AlarmBits(), alarms_, alarm_times_, state, now_s,
+           messages);
+  TakeWord("warnings", state.warnings, plc_map::WarningBits(), warnings_, warning_times_, state,
+           now_s, messages);
+  TakePoints(state, now_s, messages);
+  TakeState(state, now_s, messages);
+  return messages;
+}
+
+std::vector<Message> Changes::Wait(double now_s, double utc_s) {
+  if (heard_s_ < -1e299) heard_s_ = now_s;
+  if (silent_ || now_s - heard_s_ < kSilent_s) return {};
+  silent_ = true;
+  state_s_ = -1e300;  // what comes next is told at once
+  return {{MessageKind::kAlarm, Milliseconds(utc_s),
+           AlarmBody("fleet", 0, "the daemon's states do not come", true)}};
+}
+
+}  // namespace plumbline

@@ -1,0 +1,181 @@
+#include "app/fleet/message_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/version.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string TextOf(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Rounded to what anybody may rely on, so that a payload is short; not finite: null.
+Json Rounded(double value, double step) {
+  if (!std::isfinite(value)) return nullptr;
+  const double per_unit = std::round(1 / step);
+  return std::round(value * per_unit) / per_unit;
+}
+
+constexpr double kLengthStep_mm = 1e-4, kAngleStep_deg = 1e-4;
+
+Json Millimetres(double metres) {
+  return Rounded(metres * kMmPerMetre, kLengthStep_mm);
+}
+
+Json MillimetresOf(const Vec3& metres) {
+  return {Millimetres(metres.x()), Millimetres(metres.y()), Millimetres(metres.z())};
+}
+
+Json OptionalNumber(const std::optional<double>& value, double step) {
+  return value ? Rounded(*value, step) : Json(nullptr);
+}
+
+/// Degrees, mm where the joint slides; null where they are not those of the cell.
+Json JointsJson(const JointVector& q, const std::vector<Joint>& joints) {
+  if (q.size() == 0 || q.size() != static_cast<Eigen::Index>(joints.size())) return nullptr;
+  Json list = Json::array();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double value = q[static_cast<Eigen::Index>(i)];
+    list.push_back(joints[i].type == JointType::kPrismatic
+                       ? Millimetres(value)
+                       : Rounded(value * kDegPerRad, kAngleStep_deg));
+  }
+  return list;
+}
+
+Json LensFields(const PlcCamera& watch) {
+  return {{"camera", CameraNameText(watch.name)},
+          {"lens", std::string(ZoomStateText(watch.state))},
+          {"reason", std::string(ZoomReasonText(watch.reason))},
+          {"lens_id", watch.lens_id}};
+}
+
+}  // namespace
+
+std::string TopicOf(const FleetCell& cell, const char* type) {
+  return fmt::format("{}/{}/{}/{}", kFleetNamespace, cell.group, type, cell.node);
+}
+
+std::string BirthText(const FleetCell& cell, const FleetQueue& queue, std::int64_t bdSeq,
+                      std::int64_t utc_ms) {
+  Json points = Json::array();
+  for (const FleetCell::Point& point : cell.points) {
+    points.push_back({{"id", point.id}, {"name", point.name}});
+  }
+  const FleetQueue::Dropped& dropped = queue.dropped();
+  return TextOf(
+      {{"timestamp", utc_ms},
+       {"bdSeq", bdSeq},
+       {"schema", kFleetSchema},
+       {"version", PLUMBLINE_VERSION},
+       {"cell", cell.cell},
+       {"joints", cell.joints.size()},
+       {"points", points},
+       {"stream", queue.stream()},
+       {"waiting", queue.size()},
+       {"dropped", {{"states", dropped[0]}, {"changes", dropped[1]}, {"others", dropped[2]}}}});
+}
+
+std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool told_goodbye) {
+  return TextOf({{"timestamp", utc_ms}, {"bdSeq", bdSeq}, {"told_goodbye", told_goodbye}});
+}
+
+std::string MessageText(const std::string& stream, const QueuedMessage& queued) {
+  const std::string& body = queued.message.body;
+  return fmt::format("{{\"stream\":\"{}\",\"seq\":{},\"timestamp\":{}{}{}", stream, queued.seq,
+                     queued.message.utc_ms, body.size() > 2 ? "," : "", body.substr(1));
+}
+
+std::string StateBody(const ViewState& state, const FleetCell& cell) {
+  int valid = 0;
+  for (const ViewPoint& point : state.points) valid += point.valid;
+  Json json = {{"status", state.status},
+               {"alarms", state.alarms},
+               {"warnings", state.warnings},
+               {"model", state.model_version},
+               {"data_age_ms", Rounded(1e3 * state.data_age_s, 1)},
+               {"q", JointsJson(state.q, cell.joints)},
+               {"payload_kg", OptionalNumber(state.payload_kg, 1e-3)},
+               {"temp_C", OptionalNumber(state.temp_C, 1e-2)},
+               {"points", state.points.size()},
+               {"points_valid", valid},
+               {"loop", state.loop.state},
+               {"probes", state.loop.probes},
+               {"drift_statistic", Rounded(state.loop.statistic, 1e-4)},
+               {"proposed_model", state.loop.proposed}};
+  Json cameras = Json::array();
+  for (const ViewCamera& camera : state.cameras) {
+    if (camera.watch.configured) cameras.push_back(LensFields(camera.watch));
+  }
+  json["cameras"] = cameras;
+  return TextOf(json);
+}
+
+std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_version) {
+  std::string name;
+  for (const FleetCell::Point& known : cell.points) {
+    if (known.id == point.id) name = known.name;
+  }
+  return TextOf({{"point", point.id},
+                 {"name", name},
+                 {"valid", point.valid},
+                 {"extrapolated", point.extrapolated},
+                 {"code", static_cast<int>(point.code)},
+                 {"reason", Describe(point.code)},
+                 {"correction_mm", MillimetresOf(point.translation_B)},
+                 {"correction_size_mm", Millimetres(point.translation_B.norm())},
+                 {"command_mm", MillimetresOf(point.X_BP_command.p)},
+                 {"uncertainty_mm", Millimetres(point.uncertainty_m)},
+                 {"model", model_version}});
+}
+
+std::string LensBody(const PlcCamera& watch) {
+  Json json = LensFields(watch);
+  json["zoom_counts"] = watch.zoom_counts ? Json(*watch.zoom_counts) : Json(nullptr);
+  json["board_views"] = watch.board_views;
+  return TextOf(json);
+}
+
+std::string ModelBody(const ViewState& state, int before) {
+  return TextOf({{"model", state.model_version},
+                 {"before", before < 0 ? Json(nullptr) : Json(before)},
+                 {"declared", state.loop.declared},
+                 {"proposed", state.loop.proposed}});
+}
+
+std::string ProbeBody(const ProbeRow& probe) {
+  const Vec3 residual_m = probe.measured_W - probe.predicted_W;
+  return TextOf({{"journal", probe.journal},
+                 {"id", probe.id},
+                 {"source", probe.source},
+                 {"session", probe.session},
+                 {"model", probe.model_version},
+                 {"measured_mm", MillimetresOf(probe.measured_W)},
+                 {"predicted_mm", MillimetresOf(probe.predicted_W)},
+                 {"residual_mm", MillimetresOf(residual_m)},
+                 {"residual_size_mm", Millimetres(residual_m.norm())},
+                 {"payload_kg", OptionalNumber(probe.payload_kg, 1e-3)},
+                 {"temp_C", OptionalNumber(probe.temp_C, 1e-2)},
+                 {"wild", probe.wild},
+                 {"alarm", probe.alarm}});
+}
+
+std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins) {
+  return TextOf(
+      {{"word", word}, {"bit", bit}, {"event", begins ? "begin" : "end"}, {"meaning", meaning}});
+}
+
+std::string LostBody(const FleetQueue::Dropped& dropped) {
+  return TextOf({{"states", dropped[0]}, {"changes", dropped[1]}, {"others", dropped[2]}});
+}
+
+}  // namespace plumbline

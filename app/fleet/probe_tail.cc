@@ -1,0 +1,85 @@
+#include "app/fleet/probe_tail.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/journal/journal_schema.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline {
+namespace {
+
+constexpr const char* kProbesBehind =
+    "SELECT id, unix_ms, source, session, model_version, x_mm, y_mm, z_mm, predicted_x_mm,"
+    " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm FROM measurement"
+    " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
+
+ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
+  const auto point = [&row](int column) -> Vec3 {
+    return kMetrePerMm * Vec3(row.Number(column), row.Number(column + 1), row.Number(column + 2));
+  };
+  ProbeRow probe;
+  probe.journal = journal;
+  probe.id = row.Integer(0);
+  probe.utc_ms = row.Integer(1);
+  probe.source = row.Text(2);
+  probe.session = row.Text(3);
+  probe.model_version = static_cast<int>(row.Integer(4));
+  probe.measured_W = point(5);
+  probe.predicted_W = point(8);
+  probe.payload_kg = row.NumberIfThere(11);
+  probe.temp_C = row.NumberIfThere(12);
+  probe.wild = row.Integer(13) != 0;
+  probe.alarm = row.Integer(14) != 0;
+  return probe;
+}
+
+/// Measured and predicted, so that it has a residual, and at a known time.
+bool IsProbe(const Statement& row) {
+  return row.Text(2) != "import" && !row.IsNull(1) && !row.IsNull(5) && !row.IsNull(8);
+}
+
+}  // namespace
+
+Result<ProbeTail::Taken> ProbeTail::Look(const std::optional<ProbeMark>& mark) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(path_, unknown)) {
+    // What comes into a journal that is made later is new.
+    settled_ = {};
+    return Taken{{}, mark.value_or(ProbeMark{})};
+  }
+  Result<Database> opened = Database::Open(path_, Database::Mode::kRead);
+  if (!opened) return Error{opened.error()};
+  Database& database = opened.value();
+  if (auto problem = WhyNoJournal(database)) return *std::move(problem);
+  const auto version = database.IntegerOf("PRAGMA user_version");
+  if (!version) return Error{version.error()};
+  if (*version != kJournalSchema) {
+    return Error{fmt::format("{}: not brought to this version yet; plumblined does it", path_)};
+  }
+  const auto epoch = database.IntegerOf("SELECT utc_s FROM epoch");
+  const auto last = database.IntegerOf("SELECT coalesce(max(id), 0) FROM measurement");
+  if (!epoch) return Error{epoch.error()};
+  if (!last) return Error{last.error()};
+  const ProbeMark settled = settled_;
+  settled_ = {*epoch, *last};
+  if (!mark) return Taken{{}, settled_};
+  // A journal that was restored from a backup has fewer rows than were told.
+  Taken taken{{}, {*epoch, mark->journal == *epoch ? std::min(mark->id, *last) : 0}};
+  if (settled.journal != *epoch) return Taken{{}, taken.mark};  // the first look at this journal
+  Statement rows(database.get(), kProbesBehind);
+  rows.Bind(1, taken.mark.id);
+  rows.Bind(2, settled.id);
+  rows.Bind(3, std::int64_t{kMostAtOnce});
+  int code = SQLITE_ROW;
+  while ((code = rows.Step()) == SQLITE_ROW) {
+    if (IsProbe(rows)) taken.probes.push_back(ProbeFrom(rows, *epoch));
+    taken.mark.id = rows.Integer(0);
+  }
+  if (code != SQLITE_DONE) return Error{fmt::format("{}: {}", path_, database.Problem())};
+  return taken;
+}
+
+}  // namespace plumbline

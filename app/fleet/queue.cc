@@ -1,0 +1,221 @@
+#include "app/fleet/queue.h"
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+namespace plumbline {
+namespace {
+
+constexpr int kQueueSchema = 1;
+constexpr int kQueueId = 0x504C4651;  // "PLFQ", told by file(1)
+/// So many go at a time where room is short.
+constexpr int kDroppedAtOnce = 16;
+
+constexpr const char* kQueueTables = R"(
+CREATE TABLE message (
+  seq INTEGER PRIMARY KEY AUTOINCREMENT,
+  kind INTEGER NOT NULL, importance INTEGER NOT NULL, utc_ms INTEGER NOT NULL, body TEXT NOT NULL
+);
+CREATE INDEX by_importance ON message (importance, seq);
+CREATE TABLE stream (
+  id TEXT NOT NULL, memory TEXT NOT NULL,
+  dropped_0 INTEGER NOT NULL, dropped_1 INTEGER NOT NULL, dropped_2 INTEGER NOT NULL
+);
+INSERT INTO stream VALUES (lower(hex(randomblob(4))), '', 0, 0, 0);
+)";
+
+constexpr const char* kDropOldest =
+    "DELETE FROM message WHERE seq IN (SELECT seq FROM message WHERE importance ="
+    " (SELECT min(importance) FROM message) ORDER BY seq LIMIT ?)"
+    " RETURNING importance, length(CAST(body AS BLOB))";
+
+}  // namespace
+
+const char* TopicTypeOf(MessageKind kind) {
+  switch (kind) {
+    case MessageKind::kState:
+      return "NDATA";
+    case MessageKind::kPoint:
+      return "NPOINT";
+    case MessageKind::kLens:
+      return "NLENS";
+    case MessageKind::kModel:
+      return "NMODEL";
+    case MessageKind::kAlarm:
+      return "NALARM";
+    case MessageKind::kProbe:
+      return "NPROBE";
+    case MessageKind::kLost:
+      return "NLOST";
+  }
+  return "NDATA";
+}
+
+int ImportanceOf(MessageKind kind) {
+  switch (kind) {
+    case MessageKind::kState:
+      return 0;
+    case MessageKind::kPoint:
+    case MessageKind::kLens:
+    case MessageKind::kModel:
+      return 1;
+    case MessageKind::kAlarm:
+    case MessageKind::kProbe:
+    case MessageKind::kLost:
+      break;
+  }
+  return 2;
+}
+
+Error FleetQueue::Failed(const char* what) const {
+  return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
+}
+
+Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_bytes) {
+  Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
+  if (!opened) return Error{opened.error()};
+  FleetQueue queue(std::move(opened).value(), bound_bytes);
+  const Result<bool> prepared = queue.Prepare();
+  if (!prepared) return Error{prepared.error()};
+  const Result<bool> loaded = queue.Load();
+  if (!loaded) return Error{loaded.error()};
+  return queue;
+}
+
+Result<bool> FleetQueue::Prepare() {
+  // Two publishers of one queue would tell everything twice: the second does not get in.
+  if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE") ||
+      !database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
+      !database_.Run("PRAGMA wal_autocheckpoint=200") ||
+      !database_.Run("PRAGMA journal_size_limit=4000000")) {
+    return Failed("cannot be prepared (does another plumbline-fleet use it?)");
+  }
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed("cannot be written");
+  const auto version = database_.IntegerOf("PRAGMA user_version");
+  const auto kind = database_.IntegerOf("PRAGMA application_id");
+  const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
+  for (const auto* read : {&version, &kind, &tables}) {
+    if (!*read) return Error{read->error()};
+  }
+  if (*tables > 0 && *kind != kQueueId) {
+    return Error{
+        fmt::format("{}: is a database, but no queue of plumbline-fleet", database_.path())};
+  }
+  if (*version > kQueueSchema) {
+    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
+                             database_.path(), *version, kQueueSchema)};
+  }
+  if (*version == 0) {
+    const std::string mark =
+        fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);
+    if (!database_.Run(kQueueTables) || !database_.Run(mark.c_str())) {
+      return Failed("cannot be made");
+    }
+  }
+  if (!transaction.Commit()) return Failed("cannot be written");
+  return true;
+}
+
+Result<bool> FleetQueue::Load() {
+  Statement stream(database_.get(),
+                   "SELECT id, memory, dropped_0, dropped_1, dropped_2 FROM stream");
+  if (stream.Step() != SQLITE_ROW) return Failed("cannot be read");
+  stream_ = stream.Text(0);
+  memory_ = stream.Text(1);
+  for (int k = 0; k < kImportances; ++k) {
+    counts_.dropped[static_cast<std::size_t>(k)] = stream.Integer(2 + k);
+  }
+  const auto messages = database_.IntegerOf("SELECT count(*) FROM message");
+  const auto bytes =
+      database_.IntegerOf("SELECT coalesce(sum(length(CAST(body AS BLOB))), 0) FROM message");
+  if (!messages) return Error{messages.error()};
+  if (!bytes) return Error{bytes.error()};
+  counts_.messages = *messages;
+  counts_.bytes = *bytes + kRowBytes * *messages;
+  return true;
+}
+
+bool FleetQueue::MakeRoom(Counts& counts) {
+  while (counts.bytes > bound_bytes_ && counts.messages > 0) {
+    Statement drop(database_.get(), kDropOldest);
+    drop.Bind(1, std::int64_t{kDroppedAtOnce});
+    int code = SQLITE_ROW;
+    while ((code = drop.Step()) == SQLITE_ROW) {
+      ++counts.dropped[static_cast<std::size_t>(drop.Integer(0))];
+      --counts.messages;
+      counts.bytes -= kRowBytes + drop.Integer(1);
+    }
+    if (code != SQLITE_DONE) return false;
+  }
+  return true;
+}
+
+Result<bool> FleetQueue::Append(const std::vector<Message>& messages, const std::string& memory) {
+  if (messages.empty() && memory == memory_) return true;
+  Counts counts = counts_;
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed("cannot be written");
+  Statement insert(database_.get(),
+                   "INSERT INTO message (kind, importance, utc_ms, body) VALUES (?,?,?,?)");
+  for (const Message& message : messages) {
+    insert.Bind(1, static_cast<std::int64_t>(message.kind));
+    insert.Bind(2, static_cast<std::int64_t>(ImportanceOf(message.kind)));
+    insert.Bind(3, message.utc_ms);
+    insert.Bind(4, message.body);
+    if (!insert.Run()) return Failed("cannot be written");
+    ++counts.messages;
+    counts.bytes += kRowBytes + static_cast<std::int64_t>(message.body.size());
+  }
+  if (!MakeRoom(counts)) return Failed("cannot be written");
+  Statement note(database_.get(),
+                 "UPDATE stream SET memory = ?, dropped_0 = ?, dropped_1 = ?, dropped_2 = ?");
+  note.Bind(1, memory);
+  for (int k = 0; k < kImportances; ++k) {
+    note.Bind(2 + k, counts.dropped[static_cast<std::size_t>(k)]);
+  }
+  if (!note.Run() || !transaction.Commit()) return Failed("cannot be written");
+  counts_ = counts;
+  memory_ = memory;
+  return true;
+}
+
+Result<std::vector<QueuedMessage>> FleetQueue::Next(std::int64_t after_seq, std::size_t most) {
+  std::vector<QueuedMessage> next;
+  if (counts_.messages == 0 || most == 0) return next;
+  Statement rows(database_.get(),
+                 "SELECT seq, kind, utc_ms, body FROM message WHERE seq > ? ORDER BY seq LIMIT ?");
+  rows.Bind(1, after_seq);
+  rows.Bind(2, static_cast<std::int64_t>(most));
+  int code = SQLITE_ROW;
+  while ((code = rows.Step()) == SQLITE_ROW) {
+    next.push_back({rows.Integer(0),
+                    {static_cast<MessageKind>(rows.Integer(1)), rows.Integer(2), rows.Text(3)}});
+  }
+  if (code != SQLITE_DONE) return Failed("cannot be read");
+  return next;
+}
+
+Result<bool> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
+  if (seqs.empty()) return true;
+  Counts counts = counts_;
+  Transaction transaction(database_);
+  if (!transaction.begun()) return Failed("cannot be written");
+  for (const std::int64_t seq : seqs) {
+    Statement gone(database_.get(),
+                   "DELETE FROM message WHERE seq = ? RETURNING length(CAST(body AS BLOB))");
+    gone.Bind(1, seq);
+    int code = SQLITE_ROW;
+    while ((code = gone.Step()) == SQLITE_ROW) {
+      --counts.messages;
+      counts.bytes -= kRowBytes + gone.Integer(0);
+    }
+    if (code != SQLITE_DONE) return Failed("cannot be written");
+  }
+  if (!transaction.Commit()) return Failed("cannot be written");
+  counts_ = counts;
+  return true;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,137 @@
+#include "app/fleet/run_fleet.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <pthread.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <optional>
+
+#include "app/config/daemon_config_reader.h"
+#include "app/daemon/service_manager.h"
+#include "app/fleet/fleet_loop.h"
+#include "app/log/fault_log.h"
+#include "app/log/log.h"
+#include "app/version.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kGoodbye_s = 2;
+constexpr double kStatusPeriod_s = 1;
+/// The link's thread waits for name servers, which have their own patience.
+constexpr double kLinkPatience_s = 120;
+
+/// Blocked in every thread started afterwards.
+int OpenFleetSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+std::optional<DaemonConfig> ReadFleetConfig(const std::string& file) {
+  FaultList faults;
+  auto config = ReadDaemonConfig(file, faults);
+  LogFaults(faults);
+  if (config && config->mqtt) return config;
+  Log({Event::kFleetNotStarted,
+       config ? fmt::format("not started: {} has no [mqtt]", file)
+              : fmt::format("not started: mend {} first (plumbline check tells the same)", file)});
+  return std::nullopt;
+}
+
+Result<FleetQueue> OpenQueue(const DaemonConfig& config) {
+  const std::string folder = FleetFolderOf(config.state_directory);
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return Error{fmt::format("{}: {}", folder, failed.message())};
+  return FleetQueue::Open(folder + "/queue.sqlite", config.mqtt->queue_bytes);
+}
+
+/// Feeds the service manager while the loop and the link's thread come round.
+class Watch {
+ public:
+  explicit Watch(const ServiceManager& manager) : manager_(manager) {}
+  void Look(const FleetLoop& loop) {
+    const double now_s = MonotonicSeconds();
+    if (loop.link_beats() != beats_) {
+      beats_ = loop.link_beats();
+      beat_s_ = now_s;
+    }
+    const bool alive = now_s - beat_s_ < kLinkPatience_s;
+    if (manager_.feed_period_s() && now_s - fed_s_ >= *manager_.feed_period_s() && alive) {
+      fed_s_ = now_s;
+      manager_.Feed();
+    }
+    if (now_s - told_s_ < kStatusPeriod_s) return;
+    told_s_ = now_s;
+    LogRepeats();
+    std::string status = loop.Status();
+    if (status != status_) manager_.Status(status);
+    status_ = std::move(status);
+  }
+
+ private:
+  const ServiceManager& manager_;
+  std::uint64_t beats_ = 0;
+  double beat_s_ = MonotonicSeconds(), fed_s_ = -1e300, told_s_ = -1e300;
+  std::string status_;
+};
+
+/// @return  the signal that ended it
+int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) {
+  Watch watch(manager);
+  for (;;) {
+    signalfd_siginfo info{};
+    if (read(signals, &info, sizeof info) == sizeof info) return static_cast<int>(info.ssi_signo);
+    loop.Round();
+    watch.Look(loop);
+  }
+}
+
+}  // namespace
+
+int RunFleet(const std::string& config_file) {
+  mallopt(M_ARENA_MAX, 2);
+  const ServiceManager manager;
+  const int signals = OpenFleetSignals();
+  auto config = ReadFleetConfig(config_file);
+  if (!config) return 1;
+  for (;;) {
+    auto queue = OpenQueue(*config);
+    if (!queue) {
+      Log({Event::kFleetNotStarted, "not started: queue: " + queue.error()});
+      return 2;
+    }
+    Log({Event::kFleetStarted, fmt::format("plumbline-fleet {}, {} messages wait",
+                                           PLUMBLINE_VERSION, queue.value().size())});
+    FleetLoop loop(*config, std::move(queue).value());
+    manager.Ready(loop.Status());
+    std::optional<DaemonConfig> fresh;
+    while (!fresh) {
+      if (RunUntilSignal(loop, manager, signals) != SIGHUP) {
+        manager.Stopping();
+        loop.End(kGoodbye_s);
+        LogRepeats(true);
+        return 0;
+      }
+      manager.Reloading();
+      fresh = ReadFleetConfig(config_file);
+      if (!fresh) {
+        Log({Event::kNotReloaded, "configuration not reloaded; the former one stays"});
+        manager.Ready(loop.Status());
+      }
+    }
+    loop.End(kGoodbye_s);
+    config = std::move(fresh);
+    Log({Event::kReloaded, fmt::format("configuration {} reloaded", config_file)});
+  }
+}
+
+}  // namespace plumbline

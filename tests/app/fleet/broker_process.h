@@ -1,0 +1,111 @@
+// Debian's mosquitto as a child process, on a port of its own.
+#pragma once
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
+
+namespace plumbline::test {
+
+inline std::string MosquittoProgram() {
+  for (const char* path : {"/usr/sbin/mosquitto", "/usr/bin/mosquitto"}) {
+    if (access(path, X_OK) == 0) return path;
+  }
+  return "";
+}
+
+/// With patience for a busy machine.
+template <typename Condition>
+bool Soon(Condition holds, double seconds = 60) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < until) {
+    if (holds()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return holds();
+}
+
+/// A port that nobody has at this moment.
+inline int FreePort() {
+  const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  REQUIRE(bind(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
+  REQUIRE(getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size) == 0);
+  close(descriptor);
+  return ntohs(address.sin_port);
+}
+
+inline bool Answers(int port) {
+  const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  const bool open = connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+  close(descriptor);
+  return open;
+}
+
+class BrokerProcess {
+ public:
+  /// @param lines  of its configuration, beside the listener's
+  explicit BrokerProcess(std::string lines = "allow_anonymous true\n") : lines_(std::move(lines)) {
+    Start();
+  }
+  ~BrokerProcess() { Kill(); }
+  BrokerProcess(const BrokerProcess&) = delete;
+  BrokerProcess& operator=(const BrokerProcess&) = delete;
+
+  /// On the port that it had before.
+  void Start() {
+    const std::string file = folder_.path() + "/mosquitto.conf";
+    // As root it would become another user, who may not read this folder.
+    std::ofstream(file) << "listener " << port_ << " 127.0.0.1\nuser root\npersistence false\n"
+                        << "max_queued_messages 0\n"
+                        << lines_;
+    pid_ = fork();
+    if (pid_ == 0) {
+      const int log = open(LogFile().c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+      dup2(log, STDERR_FILENO);
+      dup2(log, STDOUT_FILENO);
+      const std::string program = MosquittoProgram();
+      execl(program.c_str(), program.c_str(), "-c", file.c_str(), nullptr);
+      _exit(127);
+    }
+    INFO(FileText(LogFile()));
+    REQUIRE(Soon([this] { return Answers(port_); }));
+  }
+  void Kill() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+  }
+  int port() const { return port_; }
+  std::string Log() const { return FileText(LogFile()); }
+
+ private:
+  std::string LogFile() const { return folder_.path() + "/log"; }
+
+  const std::string lines_;
+  const TemporaryFolder folder_;
+  const int port_ = FreePort();
+  pid_t pid_ = -1;
+};
+
+}  // namespace plumbline::test
