@@ -154,11 +154,11 @@ TEST_CASE("Who wants states alone gets them, with images around or without") {
   REQUIRE(ends.publisher->Watched());
   ends.Publish(Ramp(8, 4), 8, 1);
   REQUIRE(states.Read(1, view));
-  CHECK(view.state.camera.image->sequence == 1);
+  CHECK(view.state.cameras[0].image->sequence == 1);
   CHECK(view.pixels.empty());
   ends.Publish(Ramp(320, 240), 320, 2);
   REQUIRE(states.Read(1, view));
-  CHECK(view.state.camera.image->sequence == 2);
+  CHECK(view.state.cameras[0].image->sequence == 2);
   CHECK(view.pixels.empty());
 }
 
