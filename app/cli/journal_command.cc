@@ -129,7 +129,8 @@ int Export(const JournalOptions& options) {
   std::cerr << fmt::format(
       "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "
       "moves between probes are not recorded (--order-unknown)\n",
-      to_output ? "standard output" : options.file, exported.ids.size(), TextFromUtc(journal.value().EpochUtc_s()));
+      to_output ? "standard output" : options.file, exported.ids.size(),
+      TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 

@@ -37,6 +37,7 @@ class Stranger {
     });
   }
   ~Stranger() {
+    shutdown(listener_, SHUT_RDWR);  // where nobody came, accept() ends
     thread_.join();
     close(listener_);
   }
