@@ -22,7 +22,7 @@ constexpr int kBacklog = 32;
 constexpr int kSendBuffer = 128 * 1024;  ///< more would be pictures that are old when they arrive
 constexpr int kPauseWithoutDescriptors_ms = 100;
 constexpr double kFarewell_s = 0.5;
-constexpr std::size_t kFarewellBytes = 64 * 1024;
+constexpr std::size_t kFarewellBytes = 64U << 10U;
 
 std::string TextOf(const sockaddr_storage& from) {
   char text[INET6_ADDRSTRLEN] = "";
@@ -205,7 +205,11 @@ void HttpServer::Admit(int fd, const std::string& peer) {
 
 void HttpServer::Serve(Place& place) {
   HttpStream stream(place.fd, place.peer, limits_, MonotonicSeconds());
-  format_.Serve(stream);
+  try {
+    format_.Serve(stream);
+  } catch (const std::exception&) {
+    // What made cpp-httplib give up gets no answer.
+  }
   if (!stream.wrote() && stream.too_long()) {
     SendShort(place.fd, "431 Request Header Fields Too Large");
   } else if (!stream.wrote() && stream.too_slow()) {

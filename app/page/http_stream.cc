@@ -74,11 +74,10 @@ ssize_t HttpStream::write(const char* bytes, size_t size) {
     const ssize_t n = send(fd_, bytes + sent, size - sent, MSG_NOSIGNAL);
     if (n > 0) {
       sent += static_cast<std::size_t>(n);
-    } else if (n < 0 && errno != EAGAIN && errno != EINTR) {
-      return -1;
-    } else if (!WaitFor(fd_, POLLOUT, until_s)) {
-      return -1;
+      continue;
     }
+    const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
+    if (broken || !WaitFor(fd_, POLLOUT, until_s)) return -1;
   }
   return static_cast<ssize_t>(size);
 }

@@ -144,6 +144,12 @@ bool Page::IsKnown(const httplib::Request& request) const {
   return cookie && SameSecret(*cookie, cookie_value_);
 }
 
+bool Page::GivesToken(const httplib::Request& request) const {
+  const std::string& token = options_.config.token;
+  return !token.empty() && request.has_param("token") &&
+         SameSecret(request.get_param_value("token"), token);
+}
+
 void Page::AskForToken(const httplib::Request& request, httplib::Response& response) {
   const bool tried = request.has_header("Authorization") || request.has_param("token");
   if (request.path == "/") {
@@ -188,17 +194,12 @@ void Page::Answer(const httplib::Request& request, httplib::Response& response) 
     Refuse(response, 400, "no host");
   } else if (!IsOwnHost(*host, own_names_)) {
     Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
-  } else if (IsOfLogin(request.path)) {
+  } else if (GivesToken(request) || (request.path == "/login" && IsKnown(request))) {
+    Exchange(response);
+  } else if (IsOfLogin(request.path) || IsKnown(request)) {
     AnswerKnown(request, response);
-  } else if (!options_.config.token.empty() && request.has_param("token") &&
-             SameSecret(request.get_param_value("token"), options_.config.token)) {
-    Exchange(response);
-  } else if (!IsKnown(request)) {
-    AskForToken(request, response);
-  } else if (request.path == "/login") {
-    Exchange(response);
   } else {
-    AnswerKnown(request, response);
+    AskForToken(request, response);
   }
 }
 

@@ -54,6 +54,7 @@ class Page {
  private:
   Page(PageOptions options, Shown& shown, Sink sink);
   bool IsKnown(const httplib::Request& request) const;
+  bool GivesToken(const httplib::Request& request) const;  ///< in its address
   void AskForToken(const httplib::Request& request, httplib::Response& response);
   void Exchange(httplib::Response& response) const;
   void AnswerKnown(const httplib::Request& request, httplib::Response& response);
