@@ -112,7 +112,8 @@ def kill(service, count):
     text = open("config/cells/ur10.toml").read()
     with open(service.folder + "/other.toml", "w") as file:
         file.write(text.replace('name = "', 'name = "other ', 1))
-    subprocess.run(program + ["propose", service.folder + "/other.toml", "--state", state], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(program + ["propose", service.folder + "/other.toml", "--state", state], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     times, recorded, sequence = [], 0, 0
     for turn in range(count):
         client = plc.Client(service.address, 5)

@@ -68,41 +68,39 @@ class Frozen:
         self.libc.ptrace(0x4207, thread, None, None)  # INTERRUPT
         os.waitpid(thread, 0x40000000)
 
-    def bury(self):
+    def let_die(self):
         """A thread that is traced stays until its end is taken note of."""
-        while True:
-            try:
-                _, status = os.waitpid(self.thread, 0x40000000)
-            except ChildProcessError:
-                return
-            if os.WIFEXITED(status) or os.WIFSIGNALED(status):
-                return
-            self.libc.ptrace(7, self.thread, None, None)  # CONT
+        try:
+            if os.waitpid(self.thread, 0x40000000 | os.WNOHANG)[0] == self.thread:
+                self.libc.ptrace(7, self.thread, None, None)  # CONT, with the signal that ends it
+        except ChildProcessError:
+            pass
+
+
+PATIENT = ("loop", "images", "zoom", "plumblined")  # of which the last is the robot's link, or a server
 
 
 def hung(count):
-    """One worker after another stands still; the service manager starts the daemon anew."""
+    """The cycle, or the main thread, stands still; the service manager starts the daemon anew. What waits
+    for devices has a longer patience (app/daemon/daemon.cc)."""
     watch, times, names = ready(), [], []
     for turn in range(count):
         pid = cell.main_pid()
-        threads = sorted(map(int, os.listdir("/proc/%d/task" % pid)))
-        thread = threads[turn % len(threads)]
-        names.append(open("/proc/%d/task/%d/comm" % (pid, thread)).read().strip())
+        named = [(open("/proc/%d/task/%s/comm" % (pid, thread)).read().strip(), int(thread)) for thread in os.listdir("/proc/%d/task" % pid)]
+        impatient = [("main", pid)] + [pair for pair in named if pair[0] not in PATIENT]
+        name, thread = impatient[turn % len(impatient)]
+        names.append(name)
         began = time.monotonic()
         frozen = Frozen(thread)
-        while cell.started_s() < began and time.monotonic() < began + 20:
-            if not os.path.exists("/proc/%d/exe" % pid):
-                frozen.bury()
-            try:
-                if os.waitpid(thread, 0x40000000 | os.WNOHANG)[0] == thread:
-                    frozen.libc.ptrace(7, thread, None, None)
-            except ChildProcessError:
-                pass
-            time.sleep(0.05)
+        while cell.started_s() < began and time.monotonic() < began + 40:
+            frozen.let_die()
+            time.sleep(0.1)
+        frozen.let_die()
         times.append(cell.started_s() - began if cell.started_s() > began else 99)
         watch.until(plc.valid, 20)
         time.sleep(2)
-    return verdict(watch, times, 7, "a new start after")
+    good, figure = verdict(watch, times, 7, "a new start after")
+    return good, figure + " (" + ", ".join(names) + ")"
 
 
 def clock(count):
@@ -161,10 +159,11 @@ def camera_away(count):
 
 def network_away(count):
     """The robot's cable: pulled and put back."""
+    cell.sh("tc qdisc del dev robot0 root 2> /dev/null; true")
     watch, cleared, times = ready(), [], []
     for _ in range(count):
-        began = time.monotonic()
         cell.sh("ip link set robot0 down")
+        began = time.monotonic()
         cleared.append((watch.until(plc.withdrawn, 5) or 1e9) - began)
         time.sleep(2)
         cell.sh("ip link set robot0 up")
@@ -189,12 +188,13 @@ def link(count, fault):
         "half closed": (lambda: cell.tell("robot", "fault half-close"), lambda: None, False),
         "reset": (lambda: cell.tell("robot", "fault reset"), lambda: None, False),
     }[fault]
+    cell.sh("tc qdisc del dev robot0 root 2> /dev/null; true")  # a check before that broke off
     watch, cleared, times = ready(), [], []
     oldest_ms = 0
     for _ in range(count):
         client = plc.Client()
-        began = time.monotonic()
         inject()
+        began = time.monotonic()  # from here on the fault is in force
         while time.monotonic() < began + 2:
             head, point = client.read(10, 6), client.read(2000, 2)
             if point[1] & 1:
@@ -205,7 +205,7 @@ def link(count, fault):
         mend()
         began = time.monotonic()
         at = watch.until(plc.valid, 20)
-        times.append((at or 1e9) - began)
+        times.append(max(0, (at or 1e9) - began))
         client.close()
         time.sleep(0.5)
     good = oldest_ms <= 1e3 * STALE_S and (not must_clear or len(cleared) == count) and not watch.corrupt and max(times) < 5
@@ -243,15 +243,23 @@ def descriptors(count):
     return not bad and not watch.corrupt, "the PLC was served throughout, slowest poll %.0f ms" % (1e3 * watch.slowest_s)
 
 
+HOG = """
+import time
+free = lambda: int(next(line for line in open("/proc/meminfo") if line.startswith("MemAvailable")).split()[1])
+kept = []
+while free() > 64 << 10:
+    kept.append(bytearray(8 << 20))
+time.sleep(5)
+"""
+
+
 def memory(count):
-    """A program takes all memory there is."""
+    """A program takes all memory there is but 64 MiB, for five seconds."""
     watch = ready()
     pid = cell.main_pid()
     for _ in range(count):
-        hog = subprocess.Popen([sys.executable, "-c", "import time\nkept = []\n"
-                                "for _ in range(4000):\n kept.append(bytearray(1 << 20))\n time.sleep(0.002)\n"],
-                               stderr=subprocess.DEVNULL, preexec_fn=lambda: open("/proc/self/oom_score_adj", "w").write("1000"))
-        hog.wait(timeout=120)
+        subprocess.run([sys.executable, "-c", HOG], timeout=90, stderr=subprocess.DEVNULL,
+                       preexec_fn=lambda: open("/proc/self/oom_score_adj", "w").write("1000"))
     good = cell.main_pid() == pid and not watch.corrupt and watch.until(plc.valid, 10) is not None
     lost = sum(1 for c in watch.changes[1:] if not (c[1] and c[2]))
     return good, "the same process serves; slowest poll %.0f ms, %d times no valid point" % (1e3 * watch.slowest_s, lost)

@@ -1,6 +1,6 @@
-// A USB zoom camera as the kernel's own drivers see it: UVC (grey 640 x 480, bulk, zoom control with
-// its interrupt) and, on a HID interface, the bridge of a motorised lens (CP2112, as config/profiles/
-// zoom/computar-lensconnect.toml asks it). Played through raw_gadget on dummy_hcd.
+// A USB zoom camera as the kernel's own drivers see it: UVC (grey 640 x 480, bulk, zoom control
+// with its interrupt) and, on a HID interface, the bridge of a motorised lens (CP2112, as
+// config/profiles/ zoom/computar-lensconnect.toml asks it). Played through raw_gadget on dummy_hcd.
 //   usb_camera IMAGE.grey     standard input: "zoom N"; its end unplugs the camera
 // [USB Device Class Definition for Video Devices 1.1; HID 1.11; Silicon Labs AN495]
 #include <errno.h>
@@ -24,27 +24,167 @@ static const uint32_t kInterval = 5000000;  // 100 ns: 2 images a second
 #define U16(x) (uint8_t)(x), (uint8_t)((x) >> 8)
 #define U32(x) U16(x), U16((x) >> 16)
 
-static const uint8_t device[] = {18, 1, U16(0x200), 0xef, 2, 1, 64, U16(0x10c4), U16(0x8d08), U16(0x100), 1, 2, 3, 1};
+static const uint8_t device[] = {18,          1,           U16(0x200), 0xef, 2, 1, 64,
+                                 U16(0x10c4), U16(0x8d08), U16(0x100), 1,    2, 3, 1};
 static const uint8_t report[] = {  // vendor page; 0x11 and 0x12 to the bridge, 0x13 from it
-    0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x15, 0x00, 0x26, 0xff, 0x00, 0x75, 0x08,
-    0x85, 0x11, 0x95, 0x06, 0x09, 0x02, 0x91, 0x02, 0x85, 0x12, 0x95, 0x02, 0x09, 0x03, 0x91, 0x02,
-    0x85, 0x13, 0x95, 0x04, 0x09, 0x04, 0x81, 0x02, 0xc0};
-static uint8_t configuration[] = {
-    9, 2, U16(0), 3, 1, 0, 0x80, 50,
-    8, 11, kControl, 2, 14, 3, 0, 0,                                   // the two of video belong together
-    9, 4, kControl, 0, 1, 14, 1, 0, 0,
-    13, 0x24, 1, U16(0x110), U16(13 + 18 + 9), U32(48000000), 1, kStreaming,
-    18, 0x24, 2, 1, U16(0x201), 0, 0, U16(0), U16(0), U16(0), 3, 0x00, 0x02, 0x00,  // a camera that zooms
-    9, 0x24, 3, 2, U16(0x101), 0, 1, 0,
-    7, 5, kStatusIn, 3, U16(16), 8, 5, 0x25, 3, U16(16),
-    9, 4, kStreaming, 0, 1, 14, 2, 0, 0,
-    14, 0x24, 1, 1, U16(14 + 27 + 30), kVideoIn, 0, 2, 0, 0, 0, 1, 0,
-    27, 0x24, 4, 1, 1, 'Y', '8', '0', '0', 0, 0, 0x10, 0, 0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71, 8, 1, 0, 0, 0, 0,
-    30, 0x24, 5, 1, 0, U16(kWidth), U16(kHeight), U32(kBytes * 16), U32(kBytes * 16), U32(kBytes), U32(5000000), 1, U32(5000000),
-    7, 5, kVideoIn, 2, U16(512), 0,
-    9, 4, kHid, 0, 1, 3, 0, 0, 0,
-    9, 0x21, U16(0x111), 0, 1, 0x22, U16(sizeof report),
-    7, 5, kHidIn, 3, U16(8), 4};
+    0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x15, 0x00, 0x26, 0xff, 0x00, 0x75,
+    0x08, 0x85, 0x11, 0x95, 0x06, 0x09, 0x02, 0x91, 0x02, 0x85, 0x12, 0x95, 0x02,
+    0x09, 0x03, 0x91, 0x02, 0x85, 0x13, 0x95, 0x04, 0x09, 0x04, 0x81, 0x02, 0xc0};
+static uint8_t configuration[] = {9,
+                                  2,
+                                  U16(0),
+                                  3,
+                                  1,
+                                  0,
+                                  0x80,
+                                  50,
+                                  8,
+                                  11,
+                                  kControl,
+                                  2,
+                                  14,
+                                  3,
+                                  0,
+                                  0,  // the two of video belong together
+                                  9,
+                                  4,
+                                  kControl,
+                                  0,
+                                  1,
+                                  14,
+                                  1,
+                                  0,
+                                  0,
+                                  13,
+                                  0x24,
+                                  1,
+                                  U16(0x110),
+                                  U16(13 + 18 + 9),
+                                  U32(48000000),
+                                  1,
+                                  kStreaming,
+                                  18,
+                                  0x24,
+                                  2,
+                                  1,
+                                  U16(0x201),
+                                  0,
+                                  0,
+                                  U16(0),
+                                  U16(0),
+                                  U16(0),
+                                  3,
+                                  0x00,
+                                  0x02,
+                                  0x00,  // a camera that zooms
+                                  9,
+                                  0x24,
+                                  3,
+                                  2,
+                                  U16(0x101),
+                                  0,
+                                  1,
+                                  0,
+                                  7,
+                                  5,
+                                  kStatusIn,
+                                  3,
+                                  U16(16),
+                                  8,
+                                  5,
+                                  0x25,
+                                  3,
+                                  U16(16),
+                                  9,
+                                  4,
+                                  kStreaming,
+                                  0,
+                                  1,
+                                  14,
+                                  2,
+                                  0,
+                                  0,
+                                  14,
+                                  0x24,
+                                  1,
+                                  1,
+                                  U16(14 + 27 + 30),
+                                  kVideoIn,
+                                  0,
+                                  2,
+                                  0,
+                                  0,
+                                  0,
+                                  1,
+                                  0,
+                                  27,
+                                  0x24,
+                                  4,
+                                  1,
+                                  1,
+                                  'Y',
+                                  '8',
+                                  '0',
+                                  '0',
+                                  0,
+                                  0,
+                                  0x10,
+                                  0,
+                                  0x80,
+                                  0,
+                                  0,
+                                  0xaa,
+                                  0,
+                                  0x38,
+                                  0x9b,
+                                  0x71,
+                                  8,
+                                  1,
+                                  0,
+                                  0,
+                                  0,
+                                  0,
+                                  30,
+                                  0x24,
+                                  5,
+                                  1,
+                                  0,
+                                  U16(kWidth),
+                                  U16(kHeight),
+                                  U32(kBytes * 16),
+                                  U32(kBytes * 16),
+                                  U32(kBytes),
+                                  U32(5000000),
+                                  1,
+                                  U32(5000000),
+                                  7,
+                                  5,
+                                  kVideoIn,
+                                  2,
+                                  U16(512),
+                                  0,
+                                  9,
+                                  4,
+                                  kHid,
+                                  0,
+                                  1,
+                                  3,
+                                  0,
+                                  0,
+                                  0,
+                                  9,
+                                  0x21,
+                                  U16(0x111),
+                                  0,
+                                  1,
+                                  0x22,
+                                  U16(sizeof report),
+                                  7,
+                                  5,
+                                  kHidIn,
+                                  3,
+                                  U16(8),
+                                  4};
 
 struct Transfer {
   struct usb_raw_ep_io head;
@@ -121,7 +261,8 @@ static void* Obey(void* unused) {
 }
 
 static int Enable(int address, int type, int size, int interval) {
-  struct usb_endpoint_descriptor d = {7, 5, (uint8_t)address, (uint8_t)type, (uint16_t)size, (uint8_t)interval, 0, 0};
+  struct usb_endpoint_descriptor d = {
+      7, 5, (uint8_t)address, (uint8_t)type, (uint16_t)size, (uint8_t)interval, 0, 0};
   return ioctl(fd, USB_RAW_IOCTL_EP_ENABLE, &d);
 }
 
@@ -143,7 +284,10 @@ static void Configured(void) {
 
 static int Descriptor(int kind, int index, uint8_t* out) {
   static const char* const words[] = {"", "Rig", "Rig zoom camera", "RIG0001"};
-  const void* from = kind == 1 ? device : kind == 2 ? configuration : kind == 0x22 ? (const void*)report : NULL;
+  const void* from = kind == 1      ? device
+                     : kind == 2    ? configuration
+                     : kind == 0x22 ? (const void*)report
+                                    : NULL;
   const int size = kind == 1 ? sizeof device : kind == 2 ? sizeof configuration : sizeof report;
   if (from != NULL) return memcpy(out, from, (size_t)size), size;
   if (kind != 3 || index > 3) return -1;
@@ -157,14 +301,21 @@ static int Descriptor(int kind, int index, uint8_t* out) {
 }
 
 static int Zoom(int request, uint8_t* out) {
-  const int value = request == 0x81 ? zoom : request == 0x83 ? kZoomMax : request == 0x84 ? 1 : request == 0x87 ? 4000 : 0;
+  const int value = request == 0x81   ? zoom
+                    : request == 0x83 ? kZoomMax
+                    : request == 0x84 ? 1
+                    : request == 0x87 ? 4000
+                                      : 0;
   if (request == 0x86) return out[0] = 0x0b, 1;  // get, set, tells by itself
   const uint8_t bytes[2] = {U16(request == 0x85 ? 2 : value)};
   return memcpy(out, bytes, 2), request == 0x85 ? 2 : 2;
 }
 
 static int Probe(int request, uint8_t* out) {
-  const uint8_t probe[34] = {0, 0, 1, 1, U32(kInterval), U16(0), U16(0), U16(0), U16(0), U16(0), U32(kBytes), U32(kPayload), U32(48000000), 0, 0, 0, 0};
+  const uint8_t probe[34] = {
+      0,      0,      1,      1,           U32(kInterval), U16(0),        U16(0),
+      U16(0), U16(0), U16(0), U32(kBytes), U32(kPayload),  U32(48000000), 0,
+      0,      0,      0};
   if (request == 0x86) return out[0] = 3, 1;
   if (request == 0x85) return out[0] = sizeof probe, out[1] = 0, 2;
   return memcpy(out, probe, sizeof probe), (int)sizeof probe;
@@ -175,9 +326,11 @@ static int Answer(const struct usb_ctrlrequest* r, uint8_t* out) {
   const int selector = r->wValue >> 8, interface = r->wIndex & 255, entity = r->wIndex >> 8;
   if ((r->bRequestType & USB_TYPE_MASK) == USB_TYPE_STANDARD) {
     if (r->bRequest == USB_REQ_GET_DESCRIPTOR) return Descriptor(selector, r->wValue & 255, out);
-    return out[0] = 0, r->bRequest == USB_REQ_GET_INTERFACE || r->bRequest == USB_REQ_GET_STATUS ? 1 : -1;
+    return out[0] = 0,
+           r->bRequest == USB_REQ_GET_INTERFACE || r->bRequest == USB_REQ_GET_STATUS ? 1 : -1;
   }
-  if (interface == kControl && entity == 1 && selector == kZoomSelector) return Zoom(r->bRequest, out);
+  if (interface == kControl && entity == 1 && selector == kZoomSelector)
+    return Zoom(r->bRequest, out);
   if (interface == kControl && entity == 0 && selector == 2) return out[0] = 0, 1;  // no error
   if (interface == kStreaming && (selector == 1 || selector == 2)) return Probe(r->bRequest, out);
   return -1;
@@ -189,9 +342,11 @@ static int Take(const struct usb_ctrlrequest* r, const uint8_t* data, int size) 
   if ((r->bRequestType & USB_TYPE_MASK) == USB_TYPE_STANDARD) {
     if (r->bRequest == USB_REQ_SET_CONFIGURATION) Configured();
     if (r->bRequest == USB_REQ_SET_INTERFACE || r->bRequest == USB_REQ_CLEAR_FEATURE) streaming = 0;
-    return r->bRequest == USB_REQ_SET_CONFIGURATION || r->bRequest == USB_REQ_SET_INTERFACE || r->bRequest == USB_REQ_CLEAR_FEATURE;
+    return r->bRequest == USB_REQ_SET_CONFIGURATION || r->bRequest == USB_REQ_SET_INTERFACE ||
+           r->bRequest == USB_REQ_CLEAR_FEATURE;
   }
-  if (interface == kControl && selector == kZoomSelector && size >= 2) return zoom = data[0] | data[1] << 8, 1;
+  if (interface == kControl && selector == kZoomSelector && size >= 2)
+    return zoom = data[0] | data[1] << 8, 1;
   if (interface == kStreaming) return streaming = streaming || selector == 2, 1;
   if (interface != kHid) return 0;
   if (r->bRequest == 0x09 && size >= 1) {  // SET_REPORT
@@ -205,12 +360,15 @@ static int Take(const struct usb_ctrlrequest* r, const uint8_t* data, int size) 
 
 int main(int count, char** words) {
   FILE* file = count == 2 ? fopen(words[1], "rb") : NULL;
-  if (file == NULL || fread(image, 1, kBytes, file) != kBytes) return fprintf(stderr, "usb_camera IMAGE.grey\n"), 2;
+  if (file == NULL || fread(image, 1, kBytes, file) != kBytes)
+    return fprintf(stderr, "usb_camera IMAGE.grey\n"), 2;
   configuration[2] = sizeof configuration & 255;
   configuration[3] = sizeof configuration >> 8;
   fd = open("/dev/raw-gadget", O_RDWR);
-  struct usb_raw_init init = {.driver_name = "dummy_udc", .device_name = "dummy_udc.0", .speed = USB_SPEED_HIGH};
-  if (fd < 0 || ioctl(fd, USB_RAW_IOCTL_INIT, &init) != 0 || ioctl(fd, USB_RAW_IOCTL_RUN, 0) != 0) return perror("raw-gadget"), 1;
+  struct usb_raw_init init = {
+      .driver_name = "dummy_udc", .device_name = "dummy_udc.0", .speed = USB_SPEED_HIGH};
+  if (fd < 0 || ioctl(fd, USB_RAW_IOCTL_INIT, &init) != 0 || ioctl(fd, USB_RAW_IOCTL_RUN, 0) != 0)
+    return perror("raw-gadget"), 1;
   pthread_t thread;
   pthread_create(&thread, NULL, Obey, NULL);
   for (;;) {
