@@ -5,8 +5,7 @@
 
 namespace plumbline {
 
-/// After 0.1 s, 0.2 s, .. 1 s: what comes back is there within two seconds, however long it was
-/// away.
+/// After 0.1 s, 0.2 s, .. 1 s: what comes back is found soon, however long it was away.
 class BackOff {
  public:
   static constexpr double kFirst_s = 0.1, kLongest_s = 1;
