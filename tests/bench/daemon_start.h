@@ -1,0 +1,154 @@
+// A daemon under measurement: the robot that it reads, its start, its memory.
+#pragma once
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <modbus/modbus.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace plumbline::bench {
+
+inline double Now_ms() {
+  return 1e-6 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch() /
+                                    std::chrono::nanoseconds(1));
+}
+
+inline double Quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/// A robot controller by libmodbus: joints as int32 microradians at 0, payload in grams at 12.
+class BenchRobot {
+ public:
+  BenchRobot() : link_(modbus_new_tcp("127.0.0.1", 0)), map_(modbus_mapping_new(0, 0, 16, 0)) {
+    listener_ = modbus_tcp_listen(link_, 1);
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    const int q_urad[] = {200000, -1400000, 1600000, -900000, -1300000, 300000};
+    for (std::size_t k = 0; k < 6; ++k) {
+      map_->tab_registers[2 * k] = static_cast<std::uint16_t>(q_urad[k] >> 16);
+      map_->tab_registers[2 * k + 1] = static_cast<std::uint16_t>(q_urad[k] & 0xFFFF);
+    }
+    thread_ = std::thread([this] { Serve(); });
+  }
+  ~BenchRobot() {
+    stop_ = true;
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+    modbus_mapping_free(map_);
+    modbus_free(link_);
+  }
+  int port() const { return port_; }
+  /// When each request of the daemon came [ms], since the last call.
+  std::vector<double> TakeRequests_ms() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(requests_ms_, {});
+  }
+  void SetPayload(std::uint16_t grams) {
+    const std::lock_guard lock(mutex_);
+    map_->tab_registers[12] = grams;
+  }
+
+ private:
+  void Serve() {
+    std::uint8_t query[MODBUS_TCP_MAX_ADU_LENGTH];
+    while (!stop_ && modbus_tcp_accept(link_, &listener_) >= 0) {
+      for (;;) {
+        const int length = modbus_receive(link_, query);
+        const double now_ms = Now_ms();
+        if (length < 0) break;
+        const std::lock_guard lock(mutex_);
+        requests_ms_.push_back(now_ms);
+        modbus_reply(link_, query, length, map_);
+      }
+      modbus_close(link_);
+    }
+  }
+
+  modbus_t* link_;
+  modbus_mapping_t* map_;
+  int listener_ = -1, port_ = 0;
+  std::mutex mutex_;
+  std::vector<double> requests_ms_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+inline constexpr const char* kProfile = R"(schema = 1
+name = "bench"
+source = "tests/bench/daemon_start.h"
+port = 502
+unit_id = 1
+[[read]]
+table = "holding"
+first = 0
+count = 13
+[[joints]]
+table = "holding"
+address = [0, 2, 4, 6, 8, 10]
+type = "int32"
+unit = "urad"
+[payload_mass]
+table = "holding"
+address = [12]
+type = "uint16"
+scale = 1.0
+unit = "g"
+)";
+
+inline double ResidentMb(pid_t pid) {
+  std::ifstream file(fmt::format("/proc/{}/status", pid));
+  std::string word;
+  while (file >> word) {
+    if (word == "VmRSS:") {
+      double kb = 0;
+      file >> kb;
+      return kb / 1024;
+    }
+  }
+  return 0;
+}
+
+/// Starts the daemon with its log in `folder`/log; the port is read from its first lines.
+inline pid_t StartDaemon(const char* program, const std::string& folder, int& port) {
+  const std::string log = folder + "/log", config = folder + "/plumbline.toml";
+  const pid_t pid = fork();
+  if (pid == 0) {
+    const int fd = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    dup2(fd, STDERR_FILENO);
+    execl(program, program, "--config", config.c_str(), nullptr);
+    _exit(127);
+  }
+  for (int wait = 0; wait < 100; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    std::ifstream file(log);
+    for (std::string line; std::getline(file, line);) {
+      const auto at = line.find("PLC side on 127.0.0.1:");
+      if (at == std::string::npos) continue;
+      port = std::stoi(line.substr(at + 22));
+      return pid;
+    }
+  }
+  fmt::print(stderr, "the daemon did not start; see {}\n", log);
+  std::exit(1);
+}
+
+}  // namespace plumbline::bench
