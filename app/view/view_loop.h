@@ -23,6 +23,8 @@ class ViewLoop {
   /// One round, at most some 50 ms.
   void Round();
   void Reload();
+  /// What the newest picture was drawn of; of the thread that calls Round().
+  const ViewState& state() const { return viewer_.view().state; }
 
  private:
   void OpenDisplay();

@@ -44,12 +44,14 @@ int BeViewer(const std::string& config_file) {
   Shown shown;
   double committed_s = 0;  // when the frame was taken that is in the committed picture; 0: told
   std::uint64_t sequence = 0;
+  const ViewLoop* drawing = nullptr;
   card.on_commit = [&] {
-    const auto state = shown.state();
     committed_s = 0;
-    if (!state || !state->camera.image || state->camera.image->sequence == sequence) return;
-    sequence = state->camera.image->sequence;
-    committed_s = state->camera.image->time_s;
+    if (drawing == nullptr || drawing->state().cameras.empty()) return;
+    const auto& image = drawing->state().cameras.front().image;
+    if (!image || image->sequence == sequence) return;
+    sequence = image->sequence;
+    committed_s = image->time_s;
   };
   std::vector<double> delays_ms;
   card.on_flip = [&] {
@@ -67,6 +69,7 @@ int BeViewer(const std::string& config_file) {
   if (!model) fmt::print(stderr, "{}", FaultsText(faults));
   if (model) {
     ViewLoop loop(mine, std::move(*model), shown);
+    drawing = &loop;
     signalfd_siginfo info{};
     while (read(ended, &info, sizeof info) != sizeof info) loop.Round();
   }
