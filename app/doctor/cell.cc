@@ -1,7 +1,9 @@
 #include "app/doctor/cell.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
+#include "app/fleet/broker_link.h"
 #include "app/view_link/view_client.h"
 #include "drivers/clock.h"
 #include "drivers/display/registry.h"
@@ -11,7 +13,8 @@
 namespace plumbline {
 namespace {
 
-constexpr double kStateWait_s = 2, kRobotWait_s = 3;
+constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
+constexpr mode_t kOthersMayRead = 0004;
 
 CheckedThing DeviceOf(const char* what, const std::string& path, const Account& account,
                       const char* remedy) {
@@ -129,6 +132,31 @@ CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account) {
           "zoom sensor",
           zoom.kind.empty() ? "none: a lens without zoom" : zoom.kind + ": seen by the daemon only",
           {}};
+}
+
+CheckedThing LookAtBroker(const MqttConfig& mqtt, const Account& account) {
+  const auto fault = [](const std::string& told, const std::string& remedy) {
+    return CheckedThing{Health::kFault, "broker", told, remedy};
+  };
+  for (const std::string& file : {mqtt.tls_ca, mqtt.password_file}) {
+    const std::string why = file.empty() ? "" : WhyNoAccess(account, file, false);
+    if (!why.empty())
+      return fault(why, "give the file, and let the user " + account.name + " read it");
+  }
+  const std::string place = fmt::format("{}:{}", mqtt.host, mqtt.port);
+  const auto tried = TryBroker(mqtt, kBrokerWait_s);
+  if (!tried) {
+    return fault(fmt::format("{}: {}", place, tried.error()),
+                 "is it on, the cable in, host and port right? not authorised: username and "
+                 "password_file; TLS: tls_ca, and the host as the certificate names it");
+  }
+  struct stat about {};
+  if (!mqtt.password_file.empty() && stat(mqtt.password_file.c_str(), &about) == 0 &&
+      (about.st_mode & kOthersMayRead) != 0) {
+    return {Health::kWarning, "broker", mqtt.password_file + " may be read by everybody",
+            fmt::format("chown root:{0} {1} && chmod 640 {1}", account.name, mqtt.password_file)};
+  }
+  return {Health::kGood, "broker", place + " lets this computer in", {}};
 }
 
 CheckedThing LookAtDisplay(const OverlayConfig& overlay, const Account& account) {

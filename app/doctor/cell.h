@@ -1,4 +1,5 @@
-// What hangs on the computer: the daemon, its robot, camera, zoom sensor, display.
+// What hangs on the computer: the daemon, its robot, camera, zoom sensor, display, and the plant's
+// broker.
 #pragma once
 
 #include "app/config/daemon_config.h"
@@ -16,6 +17,8 @@ CheckedThing LookAtCamera(const CameraConfig& camera, const Account& account,
                           const DeviceTree& tree = {});
 /// Rights of the sensor's device; a sensor that is a HID is found by its own driver only.
 CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account);
+/// Whether the plant's broker lets this computer in, and the files named for it may be read.
+CheckedThing LookAtBroker(const MqttConfig& mqtt, const Account& account);
 CheckedThing LookAtDisplay(const OverlayConfig& overlay, const Account& account);
 
 }  // namespace plumbline

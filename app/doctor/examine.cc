@@ -51,6 +51,7 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
     add({LookAtCamera(camera, account), LookAtZoom(camera.zoom, account)});
   }
   add({LookAtDisplay(config->overlay, account)});
+  if (config->mqtt) add({LookAtBroker(*config->mqtt, account)});
   return found;
 }
 

@@ -34,7 +34,7 @@ struct ProbeMark {
 /// has marked it.
 class ProbeTail {
  public:
-  static constexpr int kMostAtOnce = 200;
+  static constexpr int kMostAtOnce = 1000;
   explicit ProbeTail(std::string path) : path_(std::move(path)) {}
 
   struct Taken {

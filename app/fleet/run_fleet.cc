@@ -38,7 +38,11 @@ int OpenFleetSignals() {
 std::optional<DaemonConfig> ReadFleetConfig(const std::string& file) {
   FaultList faults;
   auto config = ReadDaemonConfig(file, faults);
-  LogFaults(faults);
+  for (const Fault& fault : faults.All()) {
+    // The daemon tells its own warnings.
+    const bool ours = fault.key.rfind("mqtt", 0) == 0;
+    if (ours || fault.severity == Fault::Severity::kFault) LogFault(fault);
+  }
   if (config && config->mqtt) return config;
   Log({Event::kFleetNotStarted,
        config ? fmt::format("not started: {} has no [mqtt]", file)

@@ -102,3 +102,18 @@ TEST_CASE("the command answers by its exit code") {
   CHECK(WEXITSTATUS(pclose(pipe)) == 1);
   CHECK_THAT(text, Catch::Contains("\"what\": \"robot\""));
 }
+
+TEST_CASE("a broker that is not there, and a password that everybody reads, are told") {
+  const Installation here;
+  here.Configure("[mqtt]\nhost = \"127.0.0.1\"\nport = 1\n");
+  const CheckUp found = Examine(here.file, "no-such-user-here");
+  const CheckedThing* const broker = Of(found, "broker");
+  REQUIRE(broker != nullptr);
+  CHECK(broker->health == Health::kFault);
+  CHECK_THAT(broker->told, Catch::Contains("127.0.0.1:1: Connection refused"));
+  CHECK_FALSE(broker->remedy.empty());
+  here.Configure(
+      "[mqtt]\nhost = \"127.0.0.1\"\nport = 1\nusername = \"u\"\npassword_file = \"none\"\n");
+  const CheckUp other = Examine(here.file, "no-such-user-here");
+  CHECK_THAT(Of(other, "broker")->told, Catch::Contains("none"));
+}

@@ -67,7 +67,7 @@ class BrokerProcess {
   explicit BrokerProcess(std::string lines = "allow_anonymous true\n") : lines_(std::move(lines)) {
     Start();
   }
-  ~BrokerProcess() { Kill(); }
+  ~BrokerProcess() { Stop(); }
   BrokerProcess(const BrokerProcess&) = delete;
   BrokerProcess& operator=(const BrokerProcess&) = delete;
 
@@ -75,8 +75,8 @@ class BrokerProcess {
   void Start() {
     const std::string file = folder_.path() + "/mosquitto.conf";
     // As root it would become another user, who may not read this folder.
-    std::ofstream(file) << "listener " << port_ << " 127.0.0.1\nuser root\npersistence false\n"
-                        << "max_queued_messages 0\n"
+    std::ofstream(file) << "listener " << port_ << " 127.0.0.1\nuser root\npersistence true\n"
+                        << "persistence_location " << folder_.path() << "/\nmax_queued_messages 0\n"
                         << lines_;
     pid_ = fork();
     if (pid_ == 0) {
@@ -90,9 +90,10 @@ class BrokerProcess {
     INFO(FileText(LogFile()));
     REQUIRE(Soon([this] { return Answers(port_); }));
   }
-  void Kill() {
+  /// It keeps the sessions of its subscribers, as a plant's broker does over its restart.
+  void Stop() {
     if (pid_ <= 0) return;
-    kill(pid_, SIGKILL);
+    kill(pid_, SIGTERM);
     waitpid(pid_, nullptr, 0);
     pid_ = -1;
   }
