@@ -28,10 +28,17 @@ class Machine:
  -device virtserialport,chardev=agent,name=rig
  -device virtio-rng-pci -device virtio-vga -device qemu-xhci,id=usb -chardev socket,id=serial,path=serial,server=on,wait=off
  -device usb-serial,chardev=serial,bus=usb.0 -qmp unix:qmp,server=on,wait=off""".split()
-        words += ["-append", "console=ttyS0 panic=-1 quiet mitigations=off nokaslr audit=0 apparmor=0 "
-                  "random.trust_cpu=on no_timer_check tsc=reliable net.ifnames=0"]
-        self.qemu = subprocess.Popen(words, cwd=self.folder, stdout=open(self.path("qemu.log"), "w"),
-                                     stderr=subprocess.STDOUT)
+        words += [
+            "-append",
+            "console=ttyS0 panic=-1 quiet mitigations=off nokaslr audit=0 apparmor=0 "
+            "random.trust_cpu=on no_timer_check tsc=reliable net.ifnames=0",
+        ]
+        self.qemu = subprocess.Popen(
+            words,
+            cwd=self.folder,
+            stdout=open(self.path("qemu.log"), "w"),
+            stderr=subprocess.STDOUT,
+        )
         began = time.monotonic()
         self.agent = self.connected("agent", 10)
         self.control = self.connected("qmp", 10)
@@ -67,7 +74,9 @@ class Machine:
             try:
                 more = self.agent.recv(65536)
             except TimeoutError:
-                raise TimeoutError("the machine did not answer within %.0f s" % patience_s) from None
+                raise TimeoutError(
+                    "the machine did not answer within %.0f s" % patience_s
+                ) from None
             if not more:
                 raise RuntimeError("QEMU ended")
             self.buffer += more
@@ -78,7 +87,9 @@ class Machine:
         """What a function of guest/ returns."""
         self.number += 1
         self.agent.settimeout(10)
-        self.agent.sendall(json.dumps({"id": self.number, "call": function, "with": values}).encode() + b"\n")
+        self.agent.sendall(
+            json.dumps({"id": self.number, "call": function, "with": values}).encode() + b"\n"
+        )
         end = time.monotonic() + patience_s
         while True:
             answer = self.line(end - time.monotonic())

@@ -47,13 +47,19 @@ def from_png(base64_text):
     raw, stride = zlib.decompress(packed), width * channels
     rgb, above = bytearray(), bytearray(stride)
     for row in range(height):
-        kind, line = raw[row * (stride + 1)], bytearray(raw[row * (stride + 1) + 1 : (row + 1) * (stride + 1)])
+        kind, line = raw[row * (stride + 1)], bytearray(
+            raw[row * (stride + 1) + 1 : (row + 1) * (stride + 1)]
+        )
         for k in range(stride):
             left = line[k - channels] if k >= channels else 0
             corner = above[k - channels] if k >= channels else 0
             up = above[k]
             guess = left + up - corner
-            near = min((abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner))[2]
+            near = min(
+                (abs(guess - left), 0, left),
+                (abs(guess - up), 1, up),
+                (abs(guess - corner), 2, corner),
+            )[2]
             line[k] = (line[k] + (0, left, up, (left + up) // 2, near)[kind]) & 255
         above = line
         for k in range(0, stride, channels):

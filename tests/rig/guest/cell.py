@@ -18,8 +18,16 @@ ZOOMS = {
 
 
 def sh(command, timeout_s=60, check=True):
-    done = subprocess.run(command, shell=True, executable="/bin/bash", timeout=timeout_s, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+    done = subprocess.run(
+        command,
+        shell=True,
+        executable="/bin/bash",
+        timeout=timeout_s,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        stdin=subprocess.DEVNULL,
+    )
     if check and done.returncode != 0:
         raise RuntimeError("%s: exit %d: %s" % (command, done.returncode, done.stdout[-2000:]))
     return done.stdout
@@ -27,20 +35,47 @@ def sh(command, timeout_s=60, check=True):
 
 def networks():
     for name, net in (("robot", 1), ("plc", 2)):
-        sh(f"""ip netns add {name}
+        sh(
+            f"""ip netns add {name}
 ip link add {name}0 type veth peer name eth0 netns {name}
 ip addr add 10.77.{net}.1/24 dev {name}0; ip link set {name}0 up
-ip -n {name} addr add 10.77.{net}.2/24 dev eth0; ip -n {name} link set eth0 up; ip -n {name} link set lo up""")
+ip -n {name} addr add 10.77.{net}.2/24 dev eth0; ip -n {name} link set eth0 up; ip -n {name} link set lo up"""
+        )
 
 
 def robot():
     """The virtual cell of the demo, with what it hides, holding its cockpit module."""
-    words = ["ip", "netns", "exec", "robot", "/rig/plumbline-virtual-cell",
-             "--cell", "/rig/cockpit-cell.toml", "--program", "/rig/cockpit-program.toml",
-             "--profile", "generic", "--idle", "--time-scale", "4", "--address", "0.0.0.0",
-             "--port", "502", "--tracker-port", "503", "--period-ms", "20"]
-    running["robot"] = subprocess.Popen(words, stdin=subprocess.PIPE, text=True,
-                                        stdout=open("/run/robot.log", "w"), stderr=subprocess.STDOUT)
+    words = [
+        "ip",
+        "netns",
+        "exec",
+        "robot",
+        "/rig/plumbline-virtual-cell",
+        "--cell",
+        "/rig/cockpit-cell.toml",
+        "--program",
+        "/rig/cockpit-program.toml",
+        "--profile",
+        "generic",
+        "--idle",
+        "--time-scale",
+        "4",
+        "--address",
+        "0.0.0.0",
+        "--port",
+        "502",
+        "--tracker-port",
+        "503",
+        "--period-ms",
+        "20",
+    ]
+    running["robot"] = subprocess.Popen(
+        words,
+        stdin=subprocess.PIPE,
+        text=True,
+        stdout=open("/run/robot.log", "w"),
+        stderr=subprocess.STDOUT,
+    )
     tell("robot", "payload 60")
 
 
@@ -52,26 +87,40 @@ def tell(name, line):
 def camera(plugged=True):
     """The USB camera: video and HID at once."""
     if plugged:
-        running["camera"] = subprocess.Popen(["/rig/usb_camera", "/rig/image.grey"], stdin=subprocess.PIPE,
-                                             text=True, stdout=open("/run/camera.log", "w"), stderr=subprocess.STDOUT)
+        running["camera"] = subprocess.Popen(
+            ["/rig/usb_camera", "/rig/image.grey"],
+            stdin=subprocess.PIPE,
+            text=True,
+            stdout=open("/run/camera.log", "w"),
+            stderr=subprocess.STDOUT,
+        )
     else:
         running.pop("camera").communicate()
 
 
 def modules():
-    sh("modprobe dummy_hcd; modprobe raw_gadget; modprobe gpio-sim-rig; modprobe uhid; modprobe sch_netem; "
-       "mountpoint -q /sys/kernel/config || mount -t configfs none /sys/kernel/config")
+    sh(
+        "modprobe dummy_hcd; modprobe raw_gadget; modprobe gpio-sim-rig; modprobe uhid; modprobe sch_netem; "
+        "mountpoint -q /sys/kernel/config || mount -t configfs none /sys/kernel/config"
+    )
 
 
 def lines():
     """A GPIO chip with a line that says `the lens moved`."""
     chip = "/sys/kernel/config/gpio-sim/rig"
     os.makedirs(chip + "/bank0/line0")
-    for name, value in (("bank0/num_lines", "4"), ("bank0/label", "rig-gpio"), ("bank0/line0/name", "LENS"), ("live", "1")):
+    for name, value in (
+        ("bank0/num_lines", "4"),
+        ("bank0/label", "rig-gpio"),
+        ("bank0/line0/name", "LENS"),
+        ("live", "1"),
+    ):
         with open(chip + "/" + name, "w") as file:
             file.write(value)
     running["line"] = "/sys/devices/platform/%s/%s/sim_gpio0/pull" % (
-        open(chip + "/dev_name").read().strip(), open(chip + "/bank0/chip_name").read().strip())
+        open(chip + "/dev_name").read().strip(),
+        open(chip + "/bank0/chip_name").read().strip(),
+    )
 
 
 def pull(up):
@@ -92,7 +141,12 @@ def configure(zoom, loop=False):
     """The configuration of a cell whose zoom is read that way, with or without probes; the service
     takes it when it starts."""
     serial = sh("ls /dev/plumbline/serial-* 2> /dev/null | head -1", check=False).strip()
-    text = open("/rig/plumbline.toml").read().replace("@zoom@", ZOOMS[zoom].replace("@serial@", serial)).replace("@loop@", str(loop).lower())
+    text = (
+        open("/rig/plumbline.toml")
+        .read()
+        .replace("@zoom@", ZOOMS[zoom].replace("@serial@", serial))
+        .replace("@loop@", str(loop).lower())
+    )
     with open("/etc/plumbline/plumbline.toml", "w") as file:
         file.write(text)
     shutil.copy("/rig/cockpit-cell.toml", "/etc/plumbline/cell.toml")
@@ -135,7 +189,9 @@ def camera_is(*states, patience_s=20):
 
 
 def journal(lines=40):
-    return sh("journalctl -u plumbline.service -o short-monotonic --no-hostname -n %d --no-pager" % lines)
+    return sh(
+        "journalctl -u plumbline.service -o short-monotonic --no-hostname -n %d --no-pager" % lines
+    )
 
 
 def usage():
@@ -143,19 +199,29 @@ def usage():
     pid = main_pid()
     stat = open("/proc/%d/stat" % pid).read().rsplit(")", 1)[1].split()
     resident = int(open("/proc/%d/statm" % pid).read().split()[1]) * 4
-    return len(os.listdir("/proc/%d/fd" % pid)), resident, (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
+    return (
+        len(os.listdir("/proc/%d/fd" % pid)),
+        resident,
+        (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK"),
+    )
 
 
 def file(path):
     import base64
+
     return base64.b64encode(open(path, "rb").read()).decode()
 
 
 def three_models():
     """The cell three times, as versions that differ in nothing that matters here."""
     for number in (2, 3):
-        text = open("/etc/plumbline/cell.toml").read().replace("compliance_rad_per_Nm = 3.0e-7",
-                                                               "compliance_rad_per_Nm = 3.00000%de-7" % number)
+        text = (
+            open("/etc/plumbline/cell.toml")
+            .read()
+            .replace(
+                "compliance_rad_per_Nm = 3.0e-7", "compliance_rad_per_Nm = 3.00000%de-7" % number
+            )
+        )
         with open("/run/cell-%d.toml" % number, "w") as out:
             out.write(text)
         sh("plumbline model propose /run/cell-%d.toml" % number)
@@ -163,8 +229,14 @@ def three_models():
 
 def keep_applying():
     """One version after another is put in force; the console is told of each when it is."""
-    subprocess.Popen(["/bin/sh", "-c", "while :; do for n in 2 3 1; do plumbline model apply $n > /dev/null 2>&1"
-                      " && echo applied $n > /dev/ttyS0; done; done"])
+    subprocess.Popen(
+        [
+            "/bin/sh",
+            "-c",
+            "while :; do for n in 2 3 1; do plumbline model apply $n > /dev/null 2>&1"
+            " && echo applied $n > /dev/ttyS0; done; done",
+        ]
+    )
 
 
 def after_a_cut():
@@ -173,9 +245,14 @@ def after_a_cut():
     took = (at or 1e9) - started_s()
     listed = sh("plumbline model list")
     version = [line.split()[0] for line in listed.split("\n") if "APPLIED" in line]
-    whole = sh("""python3 - <<'P'
+    whole = (
+        sh(
+            """python3 - <<'P'
 import glob, sqlite3
 print(all(sqlite3.connect("file:%s?mode=ro" % f, uri=True).execute("pragma integrity_check").fetchone()[0] == "ok"
           for f in glob.glob("/var/lib/plumbline/*.sqlite")))
-P""").strip() == "True"
+P"""
+        ).strip()
+        == "True"
+    )
     return (whole and len(version) == 1) or listed, int(version[0]) if version else None, took

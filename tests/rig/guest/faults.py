@@ -27,8 +27,16 @@ def recovered(watch, began, patience_s=30):
 
 def verdict(watch, times, allowed_s, words="first good poll after"):
     corrupt = len(watch.corrupt)
-    return corrupt == 0 and max(times) <= allowed_s, "%s %.1f s at most of %d, %.1f allowed; %d corrupt%s" % (
-        words, max(times), len(times), allowed_s, corrupt, ": " + watch.corrupt[0] if corrupt else "")
+    return corrupt == 0 and max(
+        times
+    ) <= allowed_s, "%s %.1f s at most of %d, %.1f allowed; %d corrupt%s" % (
+        words,
+        max(times),
+        len(times),
+        allowed_s,
+        corrupt,
+        ": " + watch.corrupt[0] if corrupt else "",
+    )
 
 
 def ready():
@@ -43,8 +51,15 @@ def kill(count):
     """kill -9: at rest, while a model is applied, shortly after a start."""
     watch, times = ready(), []
     for turn in range(count):
-        applying = subprocess.Popen(["plumbline", "model", "apply", "1"], stdout=subprocess.DEVNULL,
-                                    stderr=subprocess.DEVNULL) if turn % 3 == 1 else None
+        applying = (
+            subprocess.Popen(
+                ["plumbline", "model", "apply", "1"],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+            if turn % 3 == 1
+            else None
+        )
         time.sleep(random.uniform(0.05, 1.0 if applying else 3.0))
         began = time.monotonic()
         os.kill(cell.main_pid(), signal.SIGKILL)
@@ -77,7 +92,12 @@ class Frozen:
             pass
 
 
-PATIENT = ("loop", "images", "zoom", "plumblined")  # of which the last is the robot's link, or a server
+PATIENT = (
+    "loop",
+    "images",
+    "zoom",
+    "plumblined",
+)  # of which the last is the robot's link, or a server
 
 
 def hung(count):
@@ -86,7 +106,10 @@ def hung(count):
     watch, times, names = ready(), [], []
     for turn in range(count):
         pid = cell.main_pid()
-        named = [(open("/proc/%d/task/%s/comm" % (pid, thread)).read().strip(), int(thread)) for thread in os.listdir("/proc/%d/task" % pid)]
+        named = [
+            (open("/proc/%d/task/%s/comm" % (pid, thread)).read().strip(), int(thread))
+            for thread in os.listdir("/proc/%d/task" % pid)
+        ]
         impatient = [("main", pid)] + [pair for pair in named if pair[0] not in PATIENT]
         name, thread = impatient[turn % len(impatient)]
         names.append(name)
@@ -112,8 +135,13 @@ def clock(count):
             time.clock_settime(time.CLOCK_REALTIME, time.time() + jump)
             time.sleep(1.5)
     bad = [c for c in watch.changes[1:] if not c[2]]
-    return not bad and not watch.corrupt, "%d jumps of a year, points valid throughout, slowest poll %.0f ms" % (
-        2 * count, 1e3 * watch.slowest_s) if not bad else "withdrawn: %s" % bad[:3]
+    return (
+        not bad and not watch.corrupt,
+        "%d jumps of a year, points valid throughout, slowest poll %.0f ms"
+        % (2 * count, 1e3 * watch.slowest_s)
+        if not bad
+        else "withdrawn: %s" % bad[:3],
+    )
 
 
 def absent(count, plug, states, name, away_s=4.0):
@@ -141,9 +169,28 @@ def absent(count, plug, states, name, away_s=4.0):
         time.sleep(1)
         first = first or cell.usage()
     last = cell.usage()
-    good = max(times) <= 2 + SETTLE_S and last[0] <= first[0] and last[1] <= first[1] + 1024 and spent < 0.01
-    return good, "%s back after %.1f s at most of %d (%.1f allowed: %s), descriptors %d -> %d, memory %d -> %d KiB, processor while away %+.1f %%" % (
-        name, max(times), count, 2 + SETTLE_S, "2 s, and the lens must have stood and been looked at", first[0], last[0], first[1], last[1], 100 * spent)
+    good = (
+        max(times) <= 2 + SETTLE_S
+        and last[0] <= first[0]
+        and last[1] <= first[1] + 1024
+        and spent < 0.01
+    )
+    return (
+        good,
+        "%s back after %.1f s at most of %d (%.1f allowed: %s), descriptors %d -> %d, memory %d -> %d KiB, processor while away %+.1f %%"
+        % (
+            name,
+            max(times),
+            count,
+            2 + SETTLE_S,
+            "2 s, and the lens must have stood and been looked at",
+            first[0],
+            last[0],
+            first[1],
+            last[1],
+            100 * spent,
+        ),
+    )
 
 
 SETTLE_S = 1.5  # settle_ms of the configuration, three looks at the marks at 5 Hz, detection
@@ -154,6 +201,7 @@ def camera_away(count):
         cell.camera(plugged)
         if plugged:
             cell.sh("for k in $(seq 200); do [ -e /dev/v4l/by-id ] && break; sleep 0.02; done")
+
     return absent(count, plug, (4,), "camera and its lens")
 
 
@@ -171,20 +219,37 @@ def network_away(count):
         times.append((watch.until(plc.valid, 20) or 1e9) - began)
         time.sleep(0.5)
     good = max(cleared) <= STALE_S and max(times) <= 2 and not watch.corrupt
-    return good, "withdrawn after %.2f s at most (%.2f allowed), back after %.1f s at most of %d (2 allowed)" % (
-        max(cleared), STALE_S, max(times), count)
+    return (
+        good,
+        "withdrawn after %.2f s at most (%.2f allowed), back after %.1f s at most of %d (2 allowed)"
+        % (max(cleared), STALE_S, max(times), count),
+    )
 
 
-STALE_S = 0.5 + 0.25  # stale_after_ms of the configuration; a cycle, a poll and the fault's own command
+STALE_S = (
+    0.5 + 0.25
+)  # stale_after_ms of the configuration; a cycle, a poll and the fault's own command
 
 
 def link(count, fault):
     """The robot's link goes bad; the valid bit clears within the staleness limit, or data stay fresh."""
     inject, mend, must_clear = {
         "stalled": (lambda: cell.tell("robot", "fault stall 2"), lambda: time.sleep(2), True),
-        "delayed": (lambda: cell.sh("tc qdisc add dev robot0 root netem delay 700ms"), lambda: cell.sh("tc qdisc del dev robot0 root"), True),
-        "lost": (lambda: cell.sh("tc qdisc add dev robot0 root netem loss 100%"), lambda: cell.sh("tc qdisc del dev robot0 root"), True),
-        "reordered": (lambda: cell.sh("tc qdisc add dev robot0 root netem delay 30ms 20ms reorder 40% 50%"), lambda: cell.sh("tc qdisc del dev robot0 root"), False),
+        "delayed": (
+            lambda: cell.sh("tc qdisc add dev robot0 root netem delay 700ms"),
+            lambda: cell.sh("tc qdisc del dev robot0 root"),
+            True,
+        ),
+        "lost": (
+            lambda: cell.sh("tc qdisc add dev robot0 root netem loss 100%"),
+            lambda: cell.sh("tc qdisc del dev robot0 root"),
+            True,
+        ),
+        "reordered": (
+            lambda: cell.sh("tc qdisc add dev robot0 root netem delay 30ms 20ms reorder 40% 50%"),
+            lambda: cell.sh("tc qdisc del dev robot0 root"),
+            False,
+        ),
         "half closed": (lambda: cell.tell("robot", "fault half-close"), lambda: None, False),
         "reset": (lambda: cell.tell("robot", "fault reset"), lambda: None, False),
     }[fault]
@@ -208,10 +273,20 @@ def link(count, fault):
         times.append(max(0, (at or 1e9) - began))
         client.close()
         time.sleep(0.5)
-    good = oldest_ms <= 1e3 * STALE_S and (not must_clear or len(cleared) == count) and not watch.corrupt and max(times) < 5
+    good = (
+        oldest_ms <= 1e3 * STALE_S
+        and (not must_clear or len(cleared) == count)
+        and not watch.corrupt
+        and max(times) < 5
+    )
     if cleared:
         good = good and max(cleared) <= STALE_S
-        return good, "withdrawn after %.2f s at most of %d (%.2f allowed), back after %.1f s" % (max(cleared), len(cleared), STALE_S, max(times))
+        return good, "withdrawn after %.2f s at most of %d (%.2f allowed), back after %.1f s" % (
+            max(cleared),
+            len(cleared),
+            STALE_S,
+            max(times),
+        )
     return good, "no point was withdrawn, data %d ms old at most" % oldest_ms
 
 
@@ -240,7 +315,9 @@ def descriptors(count):
         if not served[1] or pid != cell.main_pid():
             return False, "%s, process %d -> %d" % (served, pid, cell.main_pid())
     bad = [c for c in watch.changes[1:] if not (c[1] and c[2])]
-    return not bad and not watch.corrupt, "the PLC was served throughout, slowest poll %.0f ms" % (1e3 * watch.slowest_s)
+    return not bad and not watch.corrupt, "the PLC was served throughout, slowest poll %.0f ms" % (
+        1e3 * watch.slowest_s
+    )
 
 
 HOG = """
@@ -258,11 +335,18 @@ def memory(count):
     watch = ready()
     pid = cell.main_pid()
     for _ in range(count):
-        subprocess.run([sys.executable, "-c", HOG], timeout=90, stderr=subprocess.DEVNULL,
-                       preexec_fn=lambda: open("/proc/self/oom_score_adj", "w").write("1000"))
+        subprocess.run(
+            [sys.executable, "-c", HOG],
+            timeout=90,
+            stderr=subprocess.DEVNULL,
+            preexec_fn=lambda: open("/proc/self/oom_score_adj", "w").write("1000"),
+        )
     good = cell.main_pid() == pid and not watch.corrupt and watch.until(plc.valid, 10) is not None
     lost = sum(1 for c in watch.changes[1:] if not (c[1] and c[2]))
-    return good, "the same process serves; slowest poll %.0f ms, %d times no valid point" % (1e3 * watch.slowest_s, lost)
+    return good, "the same process serves; slowest poll %.0f ms, %d times no valid point" % (
+        1e3 * watch.slowest_s,
+        lost,
+    )
 
 
 def probe(client, sequence):
@@ -284,17 +368,23 @@ def probe(client, sequence):
 def small_disk():
     """The state goes to a disk of its own, whose faults can be chosen; probes are recorded."""
     cell.configure("v4l2", loop=True)
-    cell.sh("""systemctl stop plumbline.service
+    cell.sh(
+        """systemctl stop plumbline.service
 [ -e /var/small.img ] || { truncate -s 32M /var/small.img; mke2fs -q -F -t ext4 -m 0 /var/small.img; }
 loop=$(losetup -f --show /var/small.img)
 dmsetup create state --table "0 65536 linear $loop 0"
 mount /dev/mapper/state /mnt && cp -a /var/lib/plumbline/. /mnt/ && chown plumbline: /mnt && chmod 750 /mnt && umount /mnt
 mount /dev/mapper/state /var/lib/plumbline
-systemctl start plumbline.service""", 90)
+systemctl start plumbline.service""",
+        90,
+    )
 
 
 def whole_disk():
-    cell.sh("systemctl stop plumbline.service; umount /var/lib/plumbline; dmsetup remove state; losetup -D; rm /var/small.img; systemctl start plumbline.service", 60)
+    cell.sh(
+        "systemctl stop plumbline.service; umount /var/lib/plumbline; dmsetup remove state; losetup -D; rm /var/small.img; systemctl start plumbline.service",
+        60,
+    )
 
 
 def disk(count, fault):
@@ -304,9 +394,15 @@ def disk(count, fault):
     anew = "systemctl stop plumbline.service; umount /var/lib/plumbline; e2fsck -p /dev/mapper/state > /dev/null; mount /dev/mapper/state /var/lib/plumbline; systemctl start plumbline.service"
     inject, mend = {
         "full": (full, "rm /var/lib/plumbline/filler"),
-        "read-only": ("mount -o remount,ro /var/lib/plumbline", "mount -o remount,rw /var/lib/plumbline"),
-        "input/output errors": (table % "0 65536 error", "loop=$(losetup -j /var/small.img | cut -d: -f1); dmsetup suspend --noflush state; "
-                                "dmsetup load state --table \"0 65536 linear $loop 0\"; dmsetup resume state; " + anew),
+        "read-only": (
+            "mount -o remount,ro /var/lib/plumbline",
+            "mount -o remount,rw /var/lib/plumbline",
+        ),
+        "input/output errors": (
+            table % "0 65536 error",
+            "loop=$(losetup -j /var/small.img | cut -d: -f1); dmsetup suspend --noflush state; "
+            'dmsetup load state --table "0 65536 linear $loop 0"; dmsetup resume state; ' + anew,
+        ),
     }[fault]
     watch, codes = ready(), []
     models = cell.sh("plumbline model list")
@@ -328,13 +424,22 @@ def disk(count, fault):
         if not (still[1] and still[2]) or code != 0 or 12 not in during:
             return False, "during: %s, point %s; after: %s" % (during, still, code)
     same = cell.sh("plumbline model list") == models
-    return same and not watch.corrupt, "points valid, probes refused (code 12), taken again afterwards; models kept; %d times" % count
+    return (
+        same and not watch.corrupt,
+        "points valid, probes refused (code 12), taken again afterwards; models kept; %d times"
+        % count,
+    )
 
 
 def display_away(count):
     """The monitor's cable."""
     card = cell.sh("ls -d /sys/class/drm/card*-*").split()[0]
     for _ in range(count):
-        cell.sh("echo off > %s/status; udevadm trigger -s drm; sleep 3; echo detect > %s/status; udevadm trigger -s drm; sleep 3" % (card, card))
+        cell.sh(
+            "echo off > %s/status; udevadm trigger -s drm; sleep 3; echo detect > %s/status; udevadm trigger -s drm; sleep 3"
+            % (card, card)
+        )
     pid = int(cell.sh("systemctl show -P NRestarts plumbline-view.service"))
-    return cell.sh("systemctl is-active plumbline-view.service").strip() == "active", "pulled %d times, %d restarts" % (count, pid)
+    return cell.sh(
+        "systemctl is-active plumbline-view.service"
+    ).strip() == "active", "pulled %d times, %d restarts" % (count, pid)

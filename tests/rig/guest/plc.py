@@ -51,7 +51,9 @@ class Client:
         return struct.unpack(">%dH" % count, answer[2:])
 
     def write(self, first, words):
-        self.ask(struct.pack(">BHHB%dH" % len(words), 16, first, len(words), 2 * len(words), *words))
+        self.ask(
+            struct.pack(">BHHB%dH" % len(words), 16, first, len(words), 2 * len(words), *words)
+        )
 
     def close(self):
         self.socket.close()

@@ -28,7 +28,10 @@ def start(zoom):
     cell.sh("systemctl stop plumbline.service")
     cell.configure(zoom)
     watch = cell.watch()
-    cell.sh("systemctl enable -q plumbline.service plumbline.socket; systemctl start plumbline.socket plumbline.service", 60)
+    cell.sh(
+        "systemctl enable -q plumbline.service plumbline.socket; systemctl start plumbline.socket plumbline.service",
+        60,
+    )
     at = watch.until(plc.valid, 60)
     took = (at or 1e9) - cell.started_s()
     return took <= 10, "%.1f s, 10 allowed" % took
@@ -43,19 +46,28 @@ def security(unit):
 def visit():
     """The PLC goes to the points as taught and as corrected; a tracker sees where they land."""
     cell.running["watch"].reference = None
-    told = cell.sh("/rig/plumbline-plc-client visit --robot 10.77.1.2:502 --tracker 10.77.1.2:503 --daemon 10.77.2.1:502"
-                   " --robot-profile generic --program /rig/cockpit-program.toml --require-mm 0.25 --settle-s 0.5", 150, check=False)
+    told = cell.sh(
+        "/rig/plumbline-plc-client visit --robot 10.77.1.2:502 --tracker 10.77.1.2:503 --daemon 10.77.2.1:502"
+        " --robot-profile generic --program /rig/cockpit-program.toml --require-mm 0.25 --settle-s 0.5",
+        150,
+        check=False,
+    )
     lines = [line for line in told.split("\n") if "distance" in line]
     cell.tell("robot", "payload 60")
     good = "is below" in told
-    return good, "; ".join(" -> ".join(line.split()[1:]) + " mm" for line in lines) if good else told[-300:]
+    return (
+        good,
+        "; ".join(" -> ".join(line.split()[1:]) + " mm" for line in lines) if good else told[-300:],
+    )
 
 
 def turned(turn_away, turn_back):
     """@return whether the register said stale, and came back; the functions turn the lens"""
     first = cell.camera_is(4, patience_s=30)
     if first is None:
-        return False, "never valid: " + cell.sh("plumbline status | grep -A2 '^camera'", check=False)
+        return False, "never valid: " + cell.sh(
+            "plumbline status | grep -A2 '^camera'", check=False
+        )
     turn_away()
     withdrawn = cell.camera_is(1, 2, 3, 5)
     stale = cell.camera_is(5)
@@ -63,11 +75,17 @@ def turned(turn_away, turn_back):
     back = cell.camera_is(4, patience_s=30)
     if None in (withdrawn, stale, back):
         return False, "withdrawn %s, stale %s, back %s" % (withdrawn, stale, back)
-    return True, "lens withdrawn after %.2f s, stale after %.1f s, back after %.1f s" % (withdrawn, withdrawn + stale, back)
+    return True, "lens withdrawn after %.2f s, stale after %.1f s, back after %.1f s" % (
+        withdrawn,
+        withdrawn + stale,
+        back,
+    )
 
 
 def turned_at_the_camera():
-    return turned(lambda: cell.tell("camera", "zoom 7000"), lambda: cell.tell("camera", "zoom 4000"))
+    return turned(
+        lambda: cell.tell("camera", "zoom 7000"), lambda: cell.tell("camera", "zoom 4000")
+    )
 
 
 def upgrade():
@@ -79,14 +97,26 @@ def upgrade():
     watch.until(plc.withdrawn, 1)
     back = watch.until(plc.valid, 30)
     now = cell.sh("dpkg-query -W -f '${Version}' plumbline")
-    kept = open("/etc/plumbline/plumbline.toml").read() == before and cell.sh("plumbline model list") == model
-    return kept and back is not None and now.endswith("next"), "version %s, configuration and models kept, points valid" % now
+    kept = (
+        open("/etc/plumbline/plumbline.toml").read() == before
+        and cell.sh("plumbline model list") == model
+    )
+    return (
+        kept and back is not None and now.endswith("next"),
+        "version %s, configuration and models kept, points valid" % now,
+    )
 
 
 def purge():
     cell.unwatch()
     cell.sh("apt-get purge -y -q plumbline", 120)
-    left = sorted(name for name in files() - cell.running["before"]
-                  if "__pycache__" not in name and not name.startswith("/etc/systemd/system/dbus"))
+    left = sorted(
+        name
+        for name in files() - cell.running["before"]
+        if "__pycache__" not in name and not name.startswith("/etc/systemd/system/dbus")
+    )
     users = cell.sh("getent passwd plumbline; getent group plumbline", check=False)
-    return not left and not users, "nothing left" if not left and not users else "left: %s %s" % (left[:8], users)
+    return not left and not users, "nothing left" if not left and not users else "left: %s %s" % (
+        left[:8],
+        users,
+    )
