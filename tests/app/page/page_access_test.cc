@@ -228,7 +228,7 @@ TEST_CASE("who does not read is dropped; another is served meanwhile") {
   CHECK(HoldsSoon([&] {
     auto noise = std::make_shared<ShownPicture>();
     noise->image.size = {1280, 720};
-    noise->image.rgb.resize(1280 * 720 * 3);
+    noise->image.rgb.resize(std::size_t{1280} * 720 * 3);
     for (std::uint8_t& byte : noise->image.rgb) byte = static_cast<std::uint8_t>(rand());
     noise->time_s = MonotonicSeconds();
     scene.shown.Put(std::shared_ptr<const ShownPicture>(noise));
