@@ -1,5 +1,7 @@
 #include "app/view/drawing.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <map>
 
@@ -63,6 +65,7 @@ const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneNow>& s
       renderer_->DropMesh(number);
     }
   }
+  malloc_trim(0);  // the copies that went to the GPU
   scene_ = scene;
   numbers_ = std::move(numbers);
   return numbers_;

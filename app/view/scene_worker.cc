@@ -1,5 +1,6 @@
 #include "app/view/scene_worker.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -65,7 +66,10 @@ void SceneWorker::Run() {
       const std::lock_guard lock(mutex_);
       scene_ = scene;
     }
+    const bool other = scene != taken_;
     measuring_.Take(scene);
+    if (other) malloc_trim(0);  // reading and building took many times what is kept
+    taken_ = scene;
     if (!input) continue;
     auto measured = std::make_shared<Measured>(measuring_.Measure(*input, MonotonicSeconds()));
     const std::lock_guard lock(mutex_);

@@ -31,6 +31,7 @@ class SceneWorker {
   void Run();
 
   SceneStock stock_;
+  std::shared_ptr<const SceneNow> taken_;  ///< by measuring_; of the thread
   Measuring measuring_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -157,8 +157,14 @@ void ViewLoop::Reload() {
   OpenDisplay();
 }
 
-int RunView(const std::string& config_file) {
+void KeepHeapSmall() {
+  constexpr int kOwnPages = 1 << 20;
   mallopt(M_ARENA_MAX, 2);
+  mallopt(M_MMAP_THRESHOLD, kOwnPages);
+}
+
+int RunView(const std::string& config_file) {
+  KeepHeapSmall();
   const int signals = OpenSignals();
   FaultList faults;
   std::optional<ViewModel> model = ReadViewModel(config_file, 0, faults);

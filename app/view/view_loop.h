@@ -47,6 +47,10 @@ class ViewLoop {
   double shared_s_ = -1e300;  ///< the last picture for them
 };
 
+/// For the process, before its threads: few arenas, and pictures in pages of their own, which go
+/// back as soon as they are done with.
+void KeepHeapSmall();
+
 /// Runs until SIGTERM or SIGINT; SIGHUP reads the configuration again.
 /// @return the process's exit code: 0 ended by signal, 1 faults in the configuration
 int RunView(const std::string& config_file);

@@ -33,6 +33,7 @@ int BeViewer(const std::string& config_file) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  KeepHeapSmall();
   const int ended = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   test::FakeCard card;
   card.modes = {{1920, 1080}};
