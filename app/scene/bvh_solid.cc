@@ -40,9 +40,7 @@ BvhSolid::BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale)
   for (const Vec3f& p : mesh.mesh.vertices_O) {
     straight_K_.push_back(X_KO * Vec3(scale * p.cast<double>()));
   }
-  vertices_K_ = straight_K_;
   BuildTree();
-  nodes_ = straight_nodes_;
   FindBox();
 }
 
@@ -66,6 +64,10 @@ void BvhSolid::BuildTree() {
 }
 
 void BvhSolid::Bend(const BendField& field) {
+  if (nodes_.empty()) {
+    vertices_K_ = straight_K_;
+    nodes_ = straight_nodes_;
+  }
   for (std::size_t i = 0; i < straight_K_.size(); ++i) {
     vertices_K_[i] = BentPoint(field, straight_K_[i]);
   }
@@ -96,8 +98,8 @@ void BvhSolid::Bend(const BendField& field) {
 }
 
 void BvhSolid::FindBox() {
-  low_K_ = high_K_ = vertices_K_[0];
-  for (const Vec3& p_K : vertices_K_) {
+  low_K_ = high_K_ = vertices_K()[0];
+  for (const Vec3& p_K : vertices_K()) {
     low_K_ = low_K_.cwiseMin(p_K);
     high_K_ = high_K_.cwiseMax(p_K);
   }
@@ -110,8 +112,9 @@ bool BvhSolid::InBox(const Vec3& p_K) const {
 bool BvhSolid::Encloses(const Vec3& p_K) const {
   const Vec3 ray(0.5671, 0.3313, 0.7541);  // along no edge or face that somebody would draw
   bool odd = false;
+  const std::vector<Vec3>& at = vertices_K();
   for (const Triangle& t : triangles_) {
-    odd ^= RayMeets(p_K, ray, vertices_K_[t[0]], vertices_K_[t[1]], vertices_K_[t[2]]);
+    odd ^= RayMeets(p_K, ray, at[t[0]], at[t[1]], at[t[2]]);
   }
   return odd;
 }
@@ -119,7 +122,7 @@ bool BvhSolid::Encloses(const Vec3& p_K) const {
 bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {
   if (!closed_) return false;
   return std::any_of(other.ends_.begin(), other.ends_.end(), [&](const auto& ends) {
-    const auto at = [&](std::uint32_t i) { return Vec3(X_KL * other.vertices_K_[i]); };
+    const auto at = [&](std::uint32_t i) { return Vec3(X_KL * other.vertices_K()[i]); };
     const auto in_box = [&](std::uint32_t i) { return InBox(at(i)); };
     return std::all_of(ends.begin(), ends.end(), in_box) && Encloses(at(ends[0]));
   });

@@ -26,9 +26,13 @@ class BvhSolid {
   /// any other a vertex decides, by the parity of the triangles that a ray from it meets.
   bool EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const;
 
-  const std::vector<Vec3>& vertices_K() const { return vertices_K_; }  ///< bent
+  const std::vector<Vec3>& vertices_K() const {  ///< bent
+    return vertices_K_.empty() ? straight_K_ : vertices_K_;
+  }
   const std::vector<Triangle>& triangles() const { return triangles_; }
-  const std::vector<BoxNode>& nodes() const { return nodes_; }  ///< around the bent ones
+  const std::vector<BoxNode>& nodes() const {  ///< around the bent ones
+    return nodes_.empty() ? straight_nodes_ : nodes_;
+  }
   const Pose& X_KO() const { return X_KO_; }
   double scale() const { return scale_; }
 
@@ -43,7 +47,7 @@ class BvhSolid {
   bool closed_;
   std::vector<std::array<std::uint32_t, 6>> ends_;  ///< of its parts (MeshFacts)
   std::vector<Triangle> triangles_;
-  std::vector<Vec3> straight_K_, vertices_K_;    ///< before bending, and after
+  std::vector<Vec3> straight_K_, vertices_K_;    ///< before bending, and after; empty: never bent
   std::vector<BoxNode> straight_nodes_, nodes_;  ///< around them
   Vec3 low_K_, high_K_;
 };

@@ -21,10 +21,11 @@ namespace plumbline {
 namespace {
 
 constexpr double kStateWait_s = 0.05, kScreenWait_s = 0.02;
-constexpr double kOldest_s = 0.5;  ///< a picture on a screen: ages and clocks go on
-constexpr double kUnseen_s = 1.0;  ///< from picture to picture where nobody looks
-constexpr double kShared_s = 0.1;  ///< from picture to picture for who looks from elsewhere
-constexpr double kTold_s = 0.2;    ///< from word to word for them
+constexpr double kOldest_s = 0.5;     ///< a picture on a screen: ages and clocks go on
+constexpr double kUnseen_s = 1.0;     ///< from picture to picture where nobody looks
+constexpr double kShared_s = 0.1;     ///< from picture to picture for who looks from elsewhere
+constexpr double kTold_s = 0.2;       ///< from word to word for them
+constexpr double kTrimPeriod_s = 10;  ///< what compiled shaders and pictures left behind
 constexpr ImageSize kWithoutDisplay{1280, 720};
 
 void Tell(bool bad, const std::string& text) {
@@ -112,6 +113,10 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
                                        : PictureWithoutState(facts, layout, drawing_.text_width()));
   if (!drawn) return;
   if (show) TellDisplay(display_->Show(drawing_.renderer()));
+  if (now_s - trimmed_s_ >= kTrimPeriod_s) {
+    if (trimmed_s_ > 0) malloc_trim(0);
+    trimmed_s_ = now_s;
+  }
   const bool keep = alarms_->Due(now_s);
   const bool share = shown_.Asked(now_s) && now_s - shared_s_ >= kShared_s;
   if (!keep && !share) return;

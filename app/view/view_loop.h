@@ -42,7 +42,7 @@ class ViewLoop {
   std::unique_ptr<Display> display_;
   std::string display_problem_;  ///< empty: it shows pictures, or was not asked yet
   bool fresh_ = false;           ///< a state that was not drawn
-  double drawn_s_ = -1e300;
+  double drawn_s_ = -1e300, trimmed_s_ = 0;
   double told_s_ = -1e300;    ///< to whom looks from elsewhere
   double shared_s_ = -1e300;  ///< the last picture for them
 };
