@@ -1,5 +1,5 @@
 // The lens calibration: corners, the solve, what is claimed against what is true, and what is
-// accepted; OpenCV and mrcal in the same run as the peers. lens_bench [--quick]
+// accepted; OpenCV and mrcal in the same run as the peers. lens_bench [--quick | --adversarial]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -306,7 +306,12 @@ void Adversarial(int frames) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
+  const auto given = [&](const char* flag) { return argc > 1 && std::strcmp(argv[1], flag) == 0; };
+  if (given("--adversarial")) {
+    Adversarial(10000);
+    return 0;
+  }
+  const bool quick = given("--quick");
   cv::setNumThreads(1);
   BoardCorners(quick ? 6 : 20);
   Solve(quick ? 20 : 200);
