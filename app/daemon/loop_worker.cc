@@ -98,6 +98,7 @@ void LoopWorker::TakeOver(Task task) {
   }
   if (task.models.applied != models_.applied) alarm_handled_ = false;
   config_ = std::move(task.config);
+  if (!cameras_) cameras_ = config_.vision.cameras;
   models_ = task.models;
   journal_.reset();
   monitor_.reset();
@@ -168,8 +169,7 @@ bool LoopWorker::RestartMonitor(const char* reason) {
 }
 
 bool LoopWorker::Record(const LoopEvent& event) {
-  JournalRow row =
-      RowOfProbe(event, config_.loop.session, journal_->EpochUtc_s(), config_.vision.cameras);
+  JournalRow row = RowOfProbe(event, config_.loop.session, journal_->EpochUtc_s(), *cameras_);
   const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size())) return true;  // of a former cell
   const Result<std::int64_t> id = journal_->Append({row}, joints);
@@ -188,14 +188,14 @@ bool LoopWorker::Record(const LoopEvent& event) {
 void LoopWorker::NewReference() {
   reference_camera_.reset();
   passed_over_.clear();
+  judged_.clear();
 }
 
 bool LoopWorker::IsOfReference(const JournalRow& row, bool replayed) {
   if (row.source != JournalRow::Source::kCamera) return true;
   if (!reference_camera_) reference_camera_ = row.camera;
   if (row.camera == *reference_camera_) return true;
-  if (!replayed && passed_over_ != row.camera) {
-    passed_over_ = row.camera;
+  if (!replayed && passed_over_.insert(row.camera).second) {
     sink_({Event::kProbesUnwatched,
            fmt::format("probes by {} are kept, and not watched for drift: the reference is of {}",
                        CameraText(row.camera), CameraText(*reference_camera_))});
@@ -207,6 +207,7 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   if (!MayBeJudged(row, config_.loop.probe_sigma_m) || !IsOfReference(row, replayed)) return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
+  judged_.push_back(row.id);
   if (verdict.raised) alarm_row_ = row.id;
   if (replayed) return;
   if (verdict.wild || verdict.raised) {
@@ -234,8 +235,12 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
 /// The change for a person to read: the median over the probes that took part. The monitor's own
 /// estimate shortens each of them, and tells a change of millimetres too small.
 Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
+  const auto count = static_cast<std::size_t>(alarm.probe - alarm.began + 1);
+  if (count > judged_.size()) return alarm.shift_m;
+  const std::vector<std::int64_t> part(judged_.end() - static_cast<std::ptrdiff_t>(count),
+                                       judged_.end());
   JournalFilter filter;
-  filter.last = static_cast<std::int64_t>(alarm.probe - alarm.began + 1);
+  filter.after_id = part.front() - 1;
   filter.model_version = models_.applied;
   const auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
   if (!rows || rows->empty()) return alarm.shift_m;
@@ -243,7 +248,8 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
   for (int k = 0; k < 3; ++k) {
     std::vector<double> values;
     for (const JournalRow& row : *rows) {
-      if (row.measured_W && row.predicted_W) {
+      const bool judged = std::binary_search(part.begin(), part.end(), row.id);
+      if (judged && row.measured_W && row.predicted_W) {
         values.push_back((*row.measured_W)[k] - (*row.predicted_W)[k]);
       }
     }

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "app/config/daemon_config.h"
@@ -84,7 +85,10 @@ class LoopWorker {
   /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
   /// otherwise in another's. Nothing: none was judged yet.
   std::optional<std::string> reference_camera_;
-  std::string passed_over_;  ///< the camera whose probes were told not to be judged
+  std::set<std::string> passed_over_;  ///< cameras whose probes were told not to be judged
+  std::vector<std::int64_t> judged_;   ///< rows that the monitor has seen, ascending
+  /// Those of the start: a reload changes no camera.
+  std::optional<std::vector<CameraConfig>> cameras_;
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
   bool diagnosis_failed_ = false;

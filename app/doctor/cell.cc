@@ -120,13 +120,15 @@ CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account) {
     return DeviceOf("zoom sensor", link.visca.device, account,
                     "plug the adapter in; add the user to the group dialout");
   }
-  if (zoom.kind == "v4l2") {
-    return DeviceOf("zoom sensor", link.v4l2.device, account,
-                    "plug the camera in; add the user to the group video");
+  if (zoom.kind == "v4l2") {  // a path, or a camera's name as in [camera]
+    const char* const remedy = "plug the camera in; add the user to the group video";
+    const auto device = SelectV4l2Device(link.v4l2.device, ListV4l2Devices());
+    if (!device) return {Health::kFault, "zoom sensor", device.error(), remedy};
+    return DeviceOf("zoom sensor", device->path, account, remedy);
   }
   if (zoom.kind == "gpio" && link.gpio.chip.rfind('/', 0) == 0) {
     return DeviceOf("zoom sensor", link.gpio.chip, account,
-                    "the rule 60-plumbline.rules gives the right: udevadm trigger");
+                    "the rule 65-plumbline.rules gives the right: udevadm trigger");
   }
   return {Health::kNotLooked,
           "zoom sensor",

@@ -71,9 +71,9 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, Tria
   const std::vector<TrianglePair> crossing = pair.Crossing(with_depth ? kMostCrossings : 1);
   if (!crossing.empty()) {
     found.touching = true;
-    if (!with_depth) return found;
-    const Crossing curve = CrossingOf(pair, crossing);
+    const Crossing curve = CrossingOf(pair, crossing);  // without depth: of the first crossing
     found.p_a_W = found.p_b_W = a.X_WK * curve.middle_A;
+    if (!with_depth) return found;
     find_way_out(crossing, curve.plane_A, found);
     return found;
   }

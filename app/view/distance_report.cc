@@ -115,6 +115,9 @@ int TellDistances(const DistanceOptions& options) {
     return RefuseDistance(kNotAll, why);
   }
   const Measured& measured = *facts.measured;
+  if (facts.now_s - measured.time_s > kMeasuredFresh_s) {
+    return RefuseDistance(kNobody, "what was measured is old: the daemon's states do not come");
+  }
   std::set<std::string> left(options.names.begin(), options.names.end()), known;
   const auto wanted = [&](const std::string& name) {
     known.insert(name);

@@ -200,12 +200,13 @@ bool ViewClient::Read(double timeout_s, View& view) {
     problem_ = state.error();
     return false;
   }
-  view.state = std::move(state).value();
+  fresh_.state = std::move(state).value();
   if (!images_) {
-    view.pixels.clear();
-  } else if (!CopyImages(view)) {
-    return false;  // one was overtaken: the next is on its way
+    fresh_.pixels.clear();
+  } else if (!CopyImages(fresh_)) {
+    return false;  // one was overtaken: the next is on its way, and `view` stays as it was
   }
+  std::swap(view, fresh_);
   back_off_.Well();
   problem_.clear();
   return true;

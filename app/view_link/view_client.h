@@ -60,6 +60,7 @@ class ViewClient {
   int memory_ = 0;  ///< counts up with each that was handed over
   BackOff back_off_;
   std::vector<char> message_;
+  View fresh_;  ///< what comes is put together here: state and pixels belong together
   std::string problem_ = "not connected yet";
 };
 

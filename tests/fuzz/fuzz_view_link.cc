@@ -37,9 +37,10 @@ void TakeState(std::string_view text) {
     Require(!state.error().empty());
     return;
   }
-  if (state->camera.lens) Require(state->camera.lens->fx > 0 && state->camera.lens->fy > 0);
-  if (state->camera.image)
-    Require(state->camera.image->width > 0 && state->camera.image->slot >= 0);
+  for (const ViewCamera& camera : state->cameras) {
+    if (camera.lens) Require(camera.lens->fx > 0 && camera.lens->fy > 0);
+    if (camera.image) Require(camera.image->width > 0 && camera.image->slot >= 0);
+  }
   Require(ViewOfJson(JsonOfView(*state)).ok());
 }
 
