@@ -81,15 +81,14 @@ CheckUp LookAtDaemon(const DaemonConfig& config) {
   }
   const ViewState& state = view.state;
   const bool trusted = (state.status & status::kRobotLink) != 0;
-  CheckUp found = {
-      {Health::kGood,
-       "daemon",
-       fmt::format("plumblined {} runs, cell {}", state.version, state.cell),
-       {}},
-      {trusted ? Health::kGood : Health::kFault, "robot",
-       trusted ? fmt::format("trusted, read {:.0f} ms ago", 1e3 * state.data_age_s)
-               : "the daemon has no trusted reading",
-       trusted ? "" : "plumbline log --event robot-link-lost --explain; plumbline status"}};
+  CheckUp found = {{Health::kGood,
+                    "daemon",
+                    fmt::format("plumblined {} runs, cell {}", state.version, state.cell),
+                    {}},
+                   {trusted ? Health::kGood : Health::kFault, "robot",
+                    trusted ? fmt::format("trusted, read {:.0f} ms ago", 1e3 * state.data_age_s)
+                            : "the daemon has no trusted reading",
+                    trusted ? "" : "plumbline log --level error --explain; plumbline status"}};
   const CheckUp alarms = AlarmsOf(state);
   found.insert(found.end(), alarms.begin(), alarms.end());
   return found;

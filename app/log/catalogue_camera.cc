@@ -88,16 +88,13 @@ constexpr EventEntry kCameraEntries[] = {
      "b2ec545685634a97a6e41ec2ca889de6", "monitor", "nothing can be shown on a monitor: ...",
      "view.socket cannot be made; the correction works on", "what it says; the state directory"},
     {Event::kViewFault, "view-fault", LogLevel::kError, "e4d12f0b4dd3491f9b18965a1c2ee96d",
-     "monitor", "... (a display, a mesh, a file)", "a part of the picture is missing, and why",
-     "what it says"},
+     "monitor", "... (a display, a mesh, a file); interference of ... begins",
+     "a part of the picture is missing, and why; or two watched objects touch, in the deflected "
+     "state",
+     "what it says; of interference: stop and look what came into the way"},
     {Event::kViewNote, "view-note", LogLevel::kNotice, "dc3fca954204418983ed80ab2364e349",
-     "monitor", "...", "a part of the picture is there (again)", ""},
-    {Event::kInterferenceBegins, "interference-begins", LogLevel::kError,
-     "02b8376bf4a4417d99d32ffff0f11a3e", "monitor", "interference of ... begins",
-     "two watched objects touch, in the deflected state", "stop and look: what came into the way?"},
-    {Event::kInterferenceEnds, "interference-ends", LogLevel::kNotice,
-     "2bf7fdb30dd04f5397251d8a201f8df0", "monitor", "interference of ... has ended, ... apart", "",
-     ""},
+     "monitor", "... ; interference of ... has ended",
+     "what the monitor tells of itself: something is there, or there again", ""},
 };
 
 }  // namespace

@@ -104,8 +104,6 @@ enum class Event : std::uint8_t {
   kViewUnavailable,
   kViewFault,
   kViewNote,
-  kInterferenceBegins,
-  kInterferenceEnds,
   // fleet
   kFleetStarted,
   kFleetNotStarted,

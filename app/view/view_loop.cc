@@ -11,6 +11,7 @@
 
 #include "app/config/daemon_config_reader.h"
 #include "app/daemon/service_manager.h"
+#include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/version.h"
 #include "app/view/page_side.h"
@@ -173,12 +174,10 @@ int RunView(const std::string& config_file) {
   const int signals = OpenSignals();
   FaultList faults;
   std::optional<ViewModel> model = ReadViewModel(config_file, 0, faults);
-  for (const Fault& fault : faults.All()) {
-    Tell(fault.severity == Fault::Severity::kFault, FaultText(fault));
-  }
+  LogFaults(faults);
   if (!model) {
-    Tell(true,
-         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file));
+    Log({Event::kNotStarted,
+         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file)});
     return 1;
   }
   ServiceManager manager;
@@ -186,7 +185,7 @@ int RunView(const std::string& config_file) {
   PageSide page(shown, manager.TakeSocket("http"), Tell);
   const DaemonConfig config = model->config;
   ViewLoop loop(config_file, std::move(*model), shown);
-  Tell(false, fmt::format("plumbline-view {}", PLUMBLINE_VERSION));
+  Log({Event::kViewStarted, fmt::format("plumbline-view {}", PLUMBLINE_VERSION)});
   page.Open(config);
   for (;;) {
     signalfd_siginfo info{};

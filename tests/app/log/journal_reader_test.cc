@@ -54,7 +54,7 @@ const std::string kEntries =
              "plumblined") +
     Exported(1790000020, {Event::kRobotLinkLost, "robot link lost: no answer"}, "plumblined") +
     Exported(1790000025, {Event::kRobotLinkLost, "robot link lost: someone else"}, "another") +
-    Exported(1790000030, {Event::kInterferenceBegins, "interference begins"}, "plumbline-view");
+    Exported(1790000030, {Event::kViewFault, "interference begins"}, "plumbline-view");
 
 std::vector<std::string> Texts(const JournalQuery& query) {
   auto reader = JournalReader::Open(query);
