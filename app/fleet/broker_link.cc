@@ -89,23 +89,27 @@ class Connection {
     mosquitto* const client = client_.get();
     const int socket = mosquitto_socket(client);
     if (socket < 0) return Words(MOSQ_ERR_CONN_LOST);
-    const bool write = mosquitto_want_write(client) || !up();
+    const bool write = !reached_ || (mosquitto_want_write(client) && !stuck_);
     pollfd waiting[2] = {{socket, static_cast<short>(write ? POLLIN | POLLOUT : POLLIN), 0},
                          {wake, POLLIN, 0}};
     if (poll(waiting, 2, wait_ms) < 0 && errno != EINTR) return std::strerror(errno);
     std::uint64_t woken = 0;
     [[maybe_unused]] const ssize_t taken = read(wake, &woken, sizeof woken);
     int code = MOSQ_ERR_SUCCESS;
-    if ((waiting[0].revents & ~POLLOUT) != 0) code = mosquitto_loop_read(client, 1);
-    if (code == MOSQ_ERR_SUCCESS && (waiting[0].revents & POLLOUT) != 0) {
-      code = mosquitto_loop_write(client, 1);
-    }
+    const bool writable = (waiting[0].revents & POLLOUT) != 0;
+    // The handshake of TLS goes on in the library's reading, once there is a connection.
+    const bool handshake = writable && !up() && !config_.tls_ca.empty();
+    if ((waiting[0].revents & ~POLLOUT) != 0 || handshake) code = mosquitto_loop_read(client, 1);
+    if (code == MOSQ_ERR_SUCCESS && writable) code = mosquitto_loop_write(client, 1);
+    reached_ = reached_ || writable;
+    stuck_ = writable && !up() && mosquitto_want_write(client);
     if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_misc(client);
     if (connack_ > 0) return mosquitto_connack_string(connack_);
     return code == MOSQ_ERR_SUCCESS ? "" : Words(code);
   }
 
   bool up() const { return connack_ == 0; }
+  bool spoken() const { return spoken_; }
 
   std::string Publish(const Outgoing& message) {
     int number = 0;
@@ -114,6 +118,7 @@ class Connection {
                                        message.payload.data(), kQos, message.retained);
     if (code != MOSQ_ERR_SUCCESS) return Words(code);
     ids_[number] = message.id;
+    spoken_ = true;
     return "";
   }
   std::vector<std::int64_t> TakeAcknowledged() { return std::exchange(acknowledged_, {}); }
@@ -135,7 +140,12 @@ class Connection {
 
   const MqttConfig& config_;
   const std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
-  int connack_ = -1;  ///< -1: not answered yet
+  int connack_ = -1;      ///< -1: not answered yet
+  bool reached_ = false;  ///< the host has taken the connection, not yet the broker
+  /// What is to be written waits for an answer, not for room: the socket would be writable for
+  /// ever.
+  bool stuck_ = false;
+  bool spoken_ = false;  ///< has published
   std::string told_;
   std::map<int, std::int64_t> ids_;
   std::vector<std::int64_t> acknowledged_;
@@ -166,6 +176,7 @@ struct BrokerLink::Shared {
   std::mutex mutex;  ///< of what follows
   std::condition_variable changed;
   bool stop = false, ended = false;
+  std::int64_t farewell = 0;  ///< the connection whose will is not needed; 0: none
   News news;
   std::vector<Outgoing> given;  ///< for the present connection
 };
@@ -196,7 +207,8 @@ std::string BrokerLink::Shared::Serve(BackOff& back_off) {
     problem = connection.Round(wake, kRound_ms);
     std::vector<Outgoing> messages;
     if (!Exchange(connection, number, messages)) {
-      connection.End();
+      const std::lock_guard lock(mutex);
+      if (farewell == number || !connection.spoken()) connection.End();
       return "ended";
     }
     if (connection.up()) back_off.Well();
@@ -256,6 +268,11 @@ void BrokerLink::Publish(std::int64_t connection, std::vector<Outgoing> messages
     std::move(messages.begin(), messages.end(), std::back_inserter(shared_->given));
   }
   shared_->Wake();
+}
+
+void BrokerLink::Farewell(std::int64_t connection) {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->farewell = connection;
 }
 
 std::uint64_t BrokerLink::beats() const {

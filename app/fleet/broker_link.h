@@ -37,7 +37,8 @@ class BrokerLink {
   /// The password file is read at each connection, so that a new one needs no restart.
   /// @param will  without a topic: none
   BrokerLink(const MqttConfig& config, LastWill will);
-  /// Ends within two seconds.
+  /// Ends within two seconds. Says goodbye only after Farewell(), or where it has published
+  /// nothing: in every other case the broker tells the will.
   ~BrokerLink();
   BrokerLink(const BrokerLink&) = delete;
   BrokerLink& operator=(const BrokerLink&) = delete;
@@ -50,6 +51,8 @@ class BrokerLink {
   News Take();
   /// What was given for another connection than the present one is thrown away.
   void Publish(std::int64_t connection, std::vector<Outgoing> messages);
+  /// What is to be told at the end of this connection is with the broker: no will is needed.
+  void Farewell(std::int64_t connection);
   /// Raised by the thread each time it comes round; while a name is looked up it does not.
   std::uint64_t beats() const;
 

@@ -214,13 +214,14 @@ void FleetLoop::End(double patience_s) {
   const double until_s = MonotonicSeconds() + patience_s;
   while (MonotonicSeconds() < until_s) {
     const BrokerLink::News news = link_.Take();
-    bool farewell = news.connection != connection_;
+    if (news.connection != connection_) return;  // the broker tells the will
+    bool farewell = false;
     for (const std::int64_t id : news.acknowledged) {
       if (id > 0) arrived_.push_back(id);
       farewell = farewell || id == kDeathId;
     }
     if (queue_.Remove(arrived_)) arrived_.clear();
-    if (farewell) return;
+    if (farewell) return link_.Farewell(connection_);
     SleepSeconds(kHurry_s);
   }
 }

@@ -1,0 +1,79 @@
+#include "app/fleet/broker_link.h"
+
+#include <ctime>
+#include <filesystem>
+#include <tuple>
+
+#include "tests/app/fleet/silent_broker.h"
+
+using namespace plumbline;
+using namespace plumbline::test;
+
+namespace {
+
+MqttConfig At(int port) {
+  MqttConfig config;
+  config.host = "127.0.0.1";
+  config.port = port;
+  config.client_id = "link-test";
+  return config;
+}
+
+/// Of the link's thread in a second; each waits 200 ms where nothing is to be done.
+std::uint64_t TurnsInASecond(const MqttConfig& config) {
+  const BrokerLink link(config, {});
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  return link.beats();
+}
+
+constexpr std::uint64_t kMostTurns = 30;
+
+}  // namespace
+
+TEST_CASE("a broker that takes the connection and says nothing costs no processor") {
+  const SilentBroker broker(false);
+  const std::uint64_t turns = TurnsInASecond(At(broker.port()));
+  CHECK(turns >= 1);
+  CHECK(turns <= kMostTurns);
+  const std::clock_t before = std::clock();
+  const auto tried = TryBroker(At(broker.port()), 1);
+  REQUIRE_FALSE(tried);
+  CHECK(tried.error() == "no answer");
+  CHECK(std::clock() - before < CLOCKS_PER_SEC / 4);  // of this process, however busy the computer
+}
+
+TEST_CASE("the same with TLS") {
+  MqttConfig config;
+  config.tls_ca = "/etc/ssl/certs/ca-certificates.crt";
+  if (!std::filesystem::exists(config.tls_ca)) {
+    WARN("SKIPPED: no certificates here (apt install ca-certificates)");
+    return;
+  }
+  const SilentBroker broker(false);
+  const std::string authority = config.tls_ca;
+  config = At(broker.port());
+  config.tls_ca = authority;
+  CHECK(TurnsInASecond(config) <= kMostTurns);
+}
+
+TEST_CASE(
+    "goodbye is said after the farewell, or by one who has said nothing; else comes the will") {
+  const std::string goodbye("\xE0\x00", 2);  // DISCONNECT [MQTT 3.1.1, 3.14]
+  for (const auto& [publishes, farewell, expected] :
+       {std::tuple(true, false, false), {true, true, true}, {false, false, true}}) {
+    SilentBroker broker(true);
+    {
+      BrokerLink link(At(broker.port()), {"will", [](std::int64_t) { return "dead"; }});
+      std::int64_t connection = 0;
+      while ((connection = link.Take().connection) == 0) std::this_thread::yield();
+      if (publishes) link.Publish(connection, {{1, "birth", "BIRTH", true}});
+      while (publishes && broker.Bytes().find("BIRTH") == std::string::npos) {
+        std::this_thread::yield();
+      }
+      if (farewell) link.Farewell(connection);
+    }
+    const std::string heard = broker.Heard();
+    const bool said = heard.size() >= 2 && heard.substr(heard.size() - 2) == goodbye;
+    CHECK(said == expected);
+  }
+}
