@@ -34,7 +34,6 @@ class Changes {
  private:
   static constexpr int kNothingTold = -1;
   struct TimedBit {
-    bool told = false;
     double seen_s = -1e300, seen_utc_s = 0;  ///< when it was set last
   };
   struct ToldPoint {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/daemon/utc_clock.h"
 #include "app/log/log.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr double kRest_s = 0.1;     ///< where nothing is on its way
 constexpr double kHurry_s = 0.002;  ///< where something is
 constexpr double kJournalPeriod_s = 1;
+constexpr double kRetry_s = 1;  ///< of a queue that does not work
 constexpr double kBytesPerMB = 1e6;
 /// Of messages that are not in the queue.
 constexpr std::int64_t kBirthId = -1, kDeathId = -2;
@@ -82,10 +84,8 @@ void FleetLoop::Round() {
 
 void FleetLoop::LookAtDaemon() {
   const bool came = client_.Read(on_the_way_ > 0 ? kHurry_s : kRest_s, view_);
-  // What could not be kept is not noticed again: nothing new is taken until it is.
-  if (!queue_problem_.empty()) return;
-  pending_ = came ? changes_.Take(view_.state, MonotonicSeconds())
-                  : changes_.Wait(MonotonicSeconds(), ComputerUtcSeconds());
+  Notice(came ? changes_.Take(view_.state, MonotonicSeconds())
+              : changes_.Wait(MonotonicSeconds(), ComputerUtcSeconds()));
   if (came) {
     SetLogContext({view_.state.cell, view_.state.model_version});
     if (!feed_problem_.empty()) Log({Event::kFleetFeedBack, "the daemon's states come again"});
@@ -94,6 +94,28 @@ void FleetLoop::LookAtDaemon() {
     feed_problem_ = client_.problem();
     Log({Event::kFleetFeedLost, feed_problem_});
   }
+}
+
+/// While the queue does not work what is noticed waits here: no states, and of the rest what is
+/// least important goes first where it is too much.
+void FleetLoop::Notice(std::vector<Message> messages) {
+  for (Message& message : messages) {
+    if (!queue_problem_.empty() && ImportanceOf(message.kind) == 0) continue;
+    if (pending_.size() >= kMostPending) {
+      const auto least = std::min_element(pending_.begin(), pending_.end(),
+                                          [](const Message& a, const Message& b) {
+                                            return ImportanceOf(a.kind) < ImportanceOf(b.kind);
+                                          });
+      pending_.erase(least);
+      ++forgotten_;
+    }
+    pending_.push_back(std::move(message));
+  }
+}
+
+void FleetLoop::QueueFault(const std::string& problem) {
+  if (queue_problem_.empty()) Log({Event::kFleetQueueFault, "queue: " + problem});
+  queue_problem_ = problem;
 }
 
 void FleetLoop::LookAtJournal(double now_s) {
@@ -115,16 +137,23 @@ void FleetLoop::LookAtJournal(double now_s) {
 }
 
 void FleetLoop::Keep() {
+  const bool faulty = !queue_problem_.empty();
+  if (faulty && MonotonicSeconds() - tried_s_ < kRetry_s) return;
+  tried_s_ = MonotonicSeconds();
   const FleetQueue::Dropped before = queue_.dropped();
-  const auto kept = queue_.Append(pending_, Memory());
-  if (!kept) {
-    if (queue_problem_.empty()) Log({Event::kFleetQueueFault, "queue: " + kept.error()});
-    queue_problem_ = kept.error();
-    return;
+  const auto kept = queue_.Append(pending_, Memory(), faulty);
+  if (!kept) return QueueFault(kept.error());
+  const std::size_t late = std::exchange(pending_, {}).size();
+  if (faulty) {
+    // It works when it is written, emptied and read.
+    if (const auto removed = queue_.Remove(arrived_); !removed) return QueueFault(removed.error());
+    arrived_.clear();
+    if (const auto next = queue_.Next(sent_, 1); !next) return QueueFault(next.error());
+    Log({Event::kFleetQueueWorks,
+         fmt::format("queue works again; {} messages are told late, {} were forgotten", late,
+                     std::exchange(forgotten_, 0))});
+    queue_problem_.clear();
   }
-  if (!queue_problem_.empty()) Log({Event::kFleetQueueWorks, "queue works again"});
-  queue_problem_.clear();
-  pending_.clear();
   if (queue_.dropped() == before || dropping_) return;
   dropping_ = true;
   Log({Event::kFleetDropping,
@@ -161,11 +190,10 @@ void FleetLoop::Forward() {
   const BrokerLink::News news = link_.Take();
   std::copy_if(news.acknowledged.begin(), news.acknowledged.end(), std::back_inserter(arrived_),
                [](std::int64_t id) { return id > 0; });
-  const auto removed = queue_.Remove(arrived_);
-  if (removed) arrived_.clear();
-  if (!removed && queue_problem_.empty()) {
-    Log({Event::kFleetQueueFault, "queue: " + removed.error()});
-    queue_problem_ = removed.error();
+  if (queue_problem_.empty()) {
+    const auto removed = queue_.Remove(arrived_);
+    if (removed) arrived_.clear();
+    if (!removed) QueueFault(removed.error());
   }
   if (news.connection != connection_) {
     TakeConnection(news.connection);
@@ -184,6 +212,7 @@ void FleetLoop::Forward() {
   link_problem_.clear();
   if (on_the_way_ < kMostOnTheWay) {
     const auto next = queue_.Next(sent_, kMostOnTheWay - on_the_way_);
+    if (!next) QueueFault(next.error());
     if (next && !next->empty()) {
       std::vector<Outgoing> messages;
       for (const QueuedMessage& queued : *next) {

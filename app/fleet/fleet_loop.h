@@ -28,6 +28,8 @@ FleetCell FleetCellOf(const DaemonConfig& config);
 class FleetLoop {
  public:
   static constexpr std::size_t kMostOnTheWay = 200;
+  /// Kept in memory while the queue does not work.
+  static constexpr std::size_t kMostPending = 10'000;
   FleetLoop(const DaemonConfig& config, FleetQueue queue);
 
   /// One round, at most some 100 ms.
@@ -42,7 +44,9 @@ class FleetLoop {
  private:
   void LookAtDaemon();
   void LookAtJournal(double now_s);
+  void Notice(std::vector<Message> messages);
   void Keep();
+  void QueueFault(const std::string& problem);
   void Forward();
   void TakeConnection(std::int64_t connection);
   void TellQueue();
@@ -59,6 +63,8 @@ class FleetLoop {
 
   View view_;
   std::vector<Message> pending_;  ///< noticed, not in the queue yet
+  int forgotten_ = 0;             ///< of those, since the queue does not work
+  double tried_s_ = -1e300;       ///< to write the queue
   double looked_s_ = -1e300;      ///< at the journal
   std::int64_t connection_ = 0;   ///< 0: none
   std::int64_t sent_ = 0;         ///< seq of the last one on its way

@@ -152,8 +152,9 @@ bool FleetQueue::MakeRoom(Counts& counts) {
   return true;
 }
 
-Result<bool> FleetQueue::Append(const std::vector<Message>& messages, const std::string& memory) {
-  if (messages.empty() && memory == memory_) return true;
+Result<bool> FleetQueue::Append(const std::vector<Message>& messages, const std::string& memory,
+                                bool anyway) {
+  if (messages.empty() && memory == memory_ && !anyway) return true;
   Counts counts = counts_;
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");

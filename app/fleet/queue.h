@@ -25,7 +25,9 @@ class FleetQueue {
   static Result<FleetQueue> Open(const std::string& path, std::int64_t bound_bytes);
 
   /// All of it or nothing. @param memory  replaces the former one
-  Result<bool> Append(const std::vector<Message>& messages, const std::string& memory);
+  /// @param anyway  writes even where nothing is new: whether the queue works is seen by it
+  Result<bool> Append(const std::vector<Message>& messages, const std::string& memory,
+                      bool anyway = false);
   const std::string& memory() const { return memory_; }
 
   /// The oldest behind `after_seq`.

@@ -34,10 +34,13 @@ constexpr EventEntry kFleetEntries[] = {
      "probes stand in the journal: `plumbline journal export`"},
     {Event::kFleetQueueFault, "fleet-queue-fault", LogLevel::kError,
      "9a7903677ed4360cc1a5908e109cbc2f", "fleet", "queue: ...",
-     "nothing new is taken until it works; alarms and probes are then told late, not lost",
+     "states are not kept until it works; alarms, points, models and lenses wait in memory, "
+     "10000 at most, and are told late; what waits is forgotten where the publisher is restarted; "
+     "probes stay in the journal and are told late",
      "disk full, permissions of `fleet` in the state directory"},
     {Event::kFleetQueueWorks, "fleet-queue-works", LogLevel::kNotice,
-     "b9f263cd703bdaa7ee5b888dc443e622", "fleet", "queue works again", "", ""},
+     "b9f263cd703bdaa7ee5b888dc443e622", "fleet",
+     "queue works again; N messages are told late, N were forgotten", "", ""},
     {Event::kFleetJournal, "fleet-journal", LogLevel::kWarning, "f6963626370b361e4fb9d55a9667766e",
      "fleet", "probes are not published: ...",
      "the measurement journal cannot be read; they are told when it can",
