@@ -188,9 +188,9 @@ def kill(service, count):
     applied = subprocess.run(
         program + ["list", "--state", state], stdout=subprocess.PIPE, text=True
     ).stdout.count("APPLIED")
-    good = max(times) <= 1.5 and not watch.corrupt and rows >= recorded > 0 and applied == 1
     return (
-        good,
+        not watch.corrupt and rows >= recorded > 0 and applied == 1 and max(times) < 99,
+        max(times) <= 1.5,
         "first good poll after %.2f s at most of %d (1.5 allowed), median %.2f; %d corrupt; %d probes told as recorded, %d in the journal"
         % (max(times), count, sorted(times)[count // 2], len(watch.corrupt), recorded, rows),
     )
@@ -211,14 +211,17 @@ def abandon_one(address, kind):
 
 def abandon(service, cycles):
     """A hostile laptop beside a PLC that polls."""
-    polls, ending = [], threading.Event()
+    polls, thrown, ending = [], [], threading.Event()
 
     def poll():
-        client = plc.Client(service.address, 10)
-        while not ending.wait(0.002):
-            began = time.perf_counter()
-            client.read(2000, 20)
-            polls.append(time.perf_counter() - began)
+        try:
+            client = plc.Client(service.address, 10)
+            while not ending.wait(0.002):
+                began = time.perf_counter()
+                client.read(2000, 20)
+                polls.append(time.perf_counter() - began)
+        except Exception as error:  # the PLC was thrown out: told by who waits for this thread
+            thrown.append("%s: %s" % (type(error).__name__, error))
 
     time.sleep(1)
     for kind in range(2000):
@@ -228,6 +231,8 @@ def abandon(service, cycles):
     poller = threading.Thread(target=poll)
     poller.start()
     time.sleep(2)
+    if thrown or not polls:
+        return False, False, "the PLC was thrown out before the storm: %s" % thrown
     alone = max(polls)
     del polls[:]
     failed = subprocess.run(
@@ -237,9 +242,11 @@ def abandon(service, cycles):
     poller.join()
     time.sleep(1.5)  # a frame that was begun is given up after a second
     after = service.usage()
+    if thrown or not polls:
+        return False, False, "the PLC was thrown out: %s" % thrown
     most, slowest = sorted(polls)[int(0.99 * len(polls))], max(polls)
     figure = (
-        "%d cycles: descriptors %d -> %d, memory %d -> %d KiB; of %d polls beside them 99 %% within %.1f ms (10 allowed), slowest %.1f ms; without them %.1f ms"
+        "%d cycles: descriptors %d -> %d, memory %d -> %d KiB (+256 allowed); of %d polls beside them 99 %% within %.1f ms (10 allowed), slowest %.1f ms; without them %.1f ms"
         % (
             cycles,
             before[0],
@@ -254,18 +261,20 @@ def abandon(service, cycles):
     )
     # The slowest is told, not judged: on a busy computer it is the computer's.
     return (
-        not failed and after[0] <= before[0] and after[1] <= before[1] + 256 and most <= 0.010,
+        not failed and after[0] <= before[0] and after[1] <= before[1] + 256,
+        most <= 0.010,
         figure,
     )
 
 
 def quietest(check, count):
-    """Of three runs: this computer may be busy with something else."""
+    """Again, three times at most, where the time alone was missed: this computer may be busy with
+    something else. Every other failure is one at the first run."""
     for _ in range(3):
-        good, figure = with_service(check, count)
-        if good:
+        right, in_time, figure = with_service(check, count)
+        if not right or in_time:
             break
-    return good, figure
+    return right and in_time, figure
 
 
 if __name__ == "__main__":

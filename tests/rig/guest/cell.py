@@ -240,9 +240,9 @@ def keep_applying():
 
 
 def after_a_cut():
-    """(what is wrong with the state or true, version in force, seconds to the first valid point)"""
+    """(whole, the list of models, version in force, seconds to the first valid point or None)"""
     at = watch().until(plc.valid, 60)
-    took = (at or 1e9) - started_s()
+    took = None if at is None else at - started_s()
     listed = sh("plumbline model list")
     version = [line.split()[0] for line in listed.split("\n") if "APPLIED" in line]
     whole = (
@@ -255,4 +255,4 @@ P"""
         ).strip()
         == "True"
     )
-    return (whole and len(version) == 1) or listed, int(version[0]) if version else None, took
+    return whole and len(version) == 1, listed, int(version[0]) if version else None, took

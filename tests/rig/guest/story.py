@@ -8,6 +8,7 @@ import cell
 import plc
 
 UNTOUCHED = "/var/log /var/cache /var/lib/dpkg /var/lib/apt /var/lib/systemd /run /proc /sys /dev /tmp /var/tmp /rig /root /usr/share/mime /etc/passwd- /etc/group- /etc/shadow- /etc/gshadow-"
+BEFORE = "/var/tmp/rig-files-before"
 
 
 def files():
@@ -16,7 +17,11 @@ def files():
 
 
 def install():
-    cell.running["before"] = files()
+    # On the disk: the agent that runs now does not outlive a power cut.
+    with open(BEFORE, "w") as out:
+        out.write("\n".join(files()))
+        out.flush()
+        os.fsync(out.fileno())
     began = time.monotonic()
     cell.sh("apt-get install -y -q /rig/plumbline.deb", 180)
     idle = cell.sh("systemctl is-active plumbline.service", check=False).strip()
@@ -93,17 +98,20 @@ def upgrade():
     model = cell.sh("plumbline model list")
     watch = cell.watch()
     watch.until(plc.valid, 20)
+    pid = cell.main_pid()
     cell.sh("apt-get install -y -q /rig/plumbline-next.deb", 180)
     watch.until(plc.withdrawn, 1)
     back = watch.until(plc.valid, 30)
+    another = cell.main_pid() not in (0, pid)
     now = cell.sh("dpkg-query -W -f '${Version}' plumbline")
     kept = (
         open("/etc/plumbline/plumbline.toml").read() == before
         and cell.sh("plumbline model list") == model
     )
     return (
-        kept and back is not None and now.endswith("next"),
-        "version %s, configuration and models kept, points valid" % now,
+        kept and another and back is not None and now.endswith("next"),
+        "version %s, another process: %s, configuration and models kept: %s, points valid: %s"
+        % (now, another, kept, back is not None),
     )
 
 
@@ -112,7 +120,7 @@ def purge():
     cell.sh("apt-get purge -y -q plumbline", 120)
     left = sorted(
         name
-        for name in files() - cell.running["before"]
+        for name in files() - set(open(BEFORE).read().split("\n"))
         if "__pycache__" not in name and not name.startswith("/etc/systemd/system/dbus")
     )
     users = cell.sh("getent passwd plumbline; getent group plumbline", check=False)
