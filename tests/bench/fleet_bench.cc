@@ -43,10 +43,35 @@ pid_t Start(const std::vector<std::string>& command, const std::string& log,
   _exit(127);
 }
 
-void End(pid_t child) {
-  kill(child, SIGTERM);
-  waitpid(child, nullptr, 0);
-}
+/// A child, ended when it is left, whichever way.
+class Child {
+ public:
+  explicit Child(pid_t pid) : pid_(pid) {}
+  ~Child() { End(); }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  pid_t pid() const { return pid_; }
+  void Wait() {
+    waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+  }
+  void End() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGTERM);
+    Wait();
+  }
+
+ private:
+  pid_t pid_;
+};
+
+struct Folder {
+  const std::string path;
+  ~Folder() {
+    std::error_code failed;
+    std::filesystem::remove_all(path, failed);
+  }
+};
 
 int FreePort() {
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
@@ -151,11 +176,12 @@ int main(int argc, char** argv) {
     return 0;
   }
   char pattern[] = "/tmp/plumbline-bench-XXXXXX";
-  const std::string folder = mkdtemp(pattern), log = folder + "/log";
+  const Folder own{mkdtemp(pattern)};
+  const std::string folder = own.path, log = folder + "/log";
   const int port = FreePort();
   std::ofstream(folder + "/mosquitto.conf")
       << "listener " << port << " 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\n";
-  const pid_t broker = Start({"/usr/sbin/mosquitto", "-c", folder + "/mosquitto.conf"}, log);
+  const Child broker(Start({"/usr/sbin/mosquitto", "-c", folder + "/mosquitto.conf"}, log));
 
   mosquitto_lib_init();
   Counter counter;
@@ -181,12 +207,12 @@ int main(int argc, char** argv) {
       lines << text << "\n";
     }
   }
-  const pid_t peer = Start(
+  Child peer(Start(
       {"mosquitto_pub", "-p", std::to_string(port), "-q", "1", "-l", "-t", "peer/bench/NDATA/cell"},
-      log, folder + "/lines");
+      log, folder + "/lines"));
   if (!Within(60, [&] { return counter.count == messages.size(); })) return 1;
   const double peer_s = counter.newest_s - counter.first_s;
-  waitpid(peer, nullptr, 0);
+  peer.Wait();
 
   auto publisher = ViewPublisher::Open(ViewSocketOf(folder + "/state"));
   if (!publisher) return 1;
@@ -200,7 +226,7 @@ int main(int argc, char** argv) {
                           std::filesystem::copy_options::recursive);
   }
   counter.count = 0;
-  const pid_t fleet = Start({argv[1], folder + "/plumbline.toml"}, log);
+  Child fleet(Start({argv[1], folder + "/plumbline.toml"}, log));
   // The birth comes first; what the feed gives comes after all that waited.
   if (!Within(60, [&] { return counter.count >= 1 + messages.size(); })) return 1;
   const double ours_s = counter.newest_s - counter.first_s;
@@ -213,17 +239,16 @@ int main(int argc, char** argv) {
     }
   });
   SleepSeconds(3);
-  const double before_s = CpuSeconds(fleet);
+  const double before_s = CpuSeconds(fleet.pid());
   SleepSeconds(kIdle_s);
-  const double share = (CpuSeconds(fleet) - before_s) / kIdle_s, memory_MB = ResidentMB(fleet);
+  const double share = (CpuSeconds(fleet.pid()) - before_s) / kIdle_s,
+               memory_MB = ResidentMB(fleet.pid());
   stop = true;
   feed.join();
-  End(fleet);
+  fleet.End();
   mosquitto_disconnect(client);
   mosquitto_loop_stop(client, true);
   mosquitto_destroy(client);
-  End(broker);
-  std::filesystem::remove_all(folder);
 
   fmt::print("| what | ours | peer | ratio |\n|---|---|---|---|\n");
   fmt::print(
