@@ -232,10 +232,21 @@ STALE_S = (
 )  # stale_after_ms of the configuration; a cycle, a poll and the fault's own command
 
 
+def robot_told(line):
+    """Gives the virtual cell a line, which answers ok, or the fault is not in force."""
+    answers = lambda: open("/run/robot.log").read().split("\n").count("ok")
+    before, end = answers(), time.monotonic() + 5
+    cell.tell("robot", line)
+    while answers() == before:
+        if time.monotonic() > end:
+            raise RuntimeError("the virtual cell did not answer ok to: " + line)
+        time.sleep(0.01)
+
+
 def link(count, fault):
     """The robot's link goes bad; the valid bit clears within the staleness limit, or data stay fresh."""
     inject, mend, must_clear = {
-        "stalled": (lambda: cell.tell("robot", "fault stall 2"), lambda: time.sleep(2), True),
+        "stalled": (lambda: robot_told("fault stall 2"), lambda: time.sleep(2), True),
         "delayed": (
             lambda: cell.sh("tc qdisc add dev robot0 root netem delay 700ms"),
             lambda: cell.sh("tc qdisc del dev robot0 root"),
@@ -251,8 +262,8 @@ def link(count, fault):
             lambda: cell.sh("tc qdisc del dev robot0 root"),
             False,
         ),
-        "half closed": (lambda: cell.tell("robot", "fault half-close"), lambda: None, False),
-        "reset": (lambda: cell.tell("robot", "fault reset"), lambda: None, False),
+        "half closed": (lambda: robot_told("fault half-close"), lambda: None, False),
+        "reset": (lambda: robot_told("fault reset"), lambda: None, False),
     }[fault]
     cell.sh("tc qdisc del dev robot0 root 2> /dev/null; true")  # a check before that broke off
     watch, cleared, times = ready(), [], []
