@@ -27,6 +27,10 @@ void TokenFromToml(const TomlTable& table, PageConfig& page) {
     table.AddFault("", fmt::format("token is not {}..{} letters, digits and signs without spaces",
                                    kShortestToken, kLongestToken));
   }
+  // Parsers of HTTP headers take %41 for A, and the token would never fit.
+  if (token && token->find('%') != std::string::npos) {
+    table.AddFault("", "token has a %, which does not arrive in a header as it is: another sign");
+  }
   page.token = token.value_or("");
 }
 

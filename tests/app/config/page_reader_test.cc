@@ -53,6 +53,9 @@ TEST_CASE("a page that other computers reach needs a token, which no fault tells
   const ReadPage weak("listen = \"0.0.0.0\"\ntoken = \"secret\"\n");
   CHECK(weak.Says("token is not 16..200"));
   CHECK_FALSE(weak.Says("secret"));
+  const ReadPage percent("token = \"0123456789%41abcdef\"\n");
+  CHECK(percent.Says("token has a %"));
+  CHECK_FALSE(percent.Says("%41"));
 }
 
 TEST_CASE("all faults of [page] at once") {
