@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <system_error>
 
 #include "drivers/clock.h"
 
@@ -200,7 +201,15 @@ void HttpServer::Admit(int fd, const std::string& peer) {
   free->peer = peer;
   free->done = false;
   ++connections_;
-  free->thread = std::thread([this, free] { Serve(*free); });
+  try {
+    free->thread = std::thread([this, free] { Serve(*free); });
+  } catch (const std::system_error&) {  // the limit of threads or memory
+    ++turned_away_;
+    SendShort(fd, "503 Service Unavailable");
+    --connections_;
+    free->done = true;
+    Free(*free);
+  }
 }
 
 void HttpServer::Serve(Place& place) {

@@ -67,17 +67,20 @@ ssize_t HttpStream::read(char* bytes, size_t size) {
 }
 
 ssize_t HttpStream::write(const char* bytes, size_t size) {
-  const double until_s = MonotonicSeconds() + limits_.write_s;
+  const double begun_s = MonotonicSeconds(), end_s = begun_s + limits_.answer_s;
+  double until_s = begun_s + limits_.write_s;
   wrote_ = true;
   std::size_t sent = 0;
   while (sent < size) {
     const ssize_t n = send(fd_, bytes + sent, size - sent, MSG_NOSIGNAL);
     if (n > 0) {
       sent += static_cast<std::size_t>(n);
+      until_s = MonotonicSeconds() + limits_.write_s;
+      if (sent < size && MonotonicSeconds() >= end_s) return -1;
       continue;
     }
     const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
-    if (broken || !WaitFor(fd_, POLLOUT, until_s)) return -1;
+    if (broken || !WaitFor(fd_, POLLOUT, std::min(until_s, end_s))) return -1;
   }
   return static_cast<ssize_t>(size);
 }

@@ -12,7 +12,8 @@ namespace plumbline {
 struct StreamLimits {
   double request_s = 5;              ///< from the connection to the end of the request's head
   std::size_t request_bytes = 8192;  ///< of the head; nobody here reads a body
-  double write_s = 20;               ///< until one piece of the answer was taken
+  double write_s = 20;               ///< without one byte of the answer being taken
+  double answer_s = 300;             ///< until a body, or one picture, was taken whole
 };
 
 /// Does not own the descriptor, which does not block. Whoever sends a byte now and then is cut off

@@ -1,4 +1,7 @@
 // Who may look, and what hostile or broken clients try, on real sockets.
+#include <fcntl.h>
+#include <pthread.h>
+
 #include "app/page/request_parts.h"
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
@@ -233,5 +236,58 @@ TEST_CASE("who does not read is dropped; another is served meanwhile") {
     noise->time_s = MonotonicSeconds();
     scene.shown.Put(std::shared_ptr<const ShownPicture>(noise));
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 0;
+  }));
+}
+
+TEST_CASE("the time of an answer begins anew with every byte that is taken, up to a total") {
+  const bool endless = GENERATE(false, true);
+  int ends[2];
+  REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
+  const int small = 4096;
+  setsockopt(ends[0], SOL_SOCKET, SO_SNDBUF, &small, sizeof small);
+  fcntl(ends[0], F_SETFL, O_NONBLOCK);
+  StreamLimits limits;
+  limits.write_s = endless ? 20 : 1.5;
+  limits.answer_s = endless ? 0.3 : 300;
+  HttpStream stream(ends[0], "", limits, MonotonicSeconds());
+  std::atomic<bool> stop{false};
+  std::thread reader([&] {
+    std::vector<char> bytes(4096);
+    for (int k = 0; !stop && recv(ends[1], bytes.data(), bytes.size(), 0) > 0; ++k) {
+      SleepSeconds(0.1);
+    }
+  });
+  const std::string body(endless ? 10'000'000 : 120'000, 'x');
+  const double begun_s = MonotonicSeconds();
+  const ssize_t written = stream.write(body.data(), body.size());
+  const double took_s = MonotonicSeconds() - begun_s;
+  stop = true;
+  close(ends[0]);
+  reader.join();
+  close(ends[1]);
+  if (endless) {
+    CHECK(written == -1);
+  } else {
+    CHECK(written == static_cast<ssize_t>(body.size()));
+    CHECK(took_s > limits.write_s);  // else nothing was tried here
+  }
+}
+
+TEST_CASE("where no thread can be started the caller is told, and the place is free again") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  pthread_attr_t usual, huge;
+  pthread_getattr_default_np(&usual);
+  pthread_attr_init(&huge);
+  pthread_attr_setstacksize(&huge, std::size_t{1} << 46U);
+  REQUIRE(pthread_setattr_default_np(&huge) == 0);
+  for (int k = 0; k < 40; ++k) {
+    PageConnection connection(scene.port());
+    CHECK(PageAnswer(connection.Read()).status == 503);
+  }
+  REQUIRE(pthread_setattr_default_np(&usual) == 0);
+  CHECK(scene.Get("/").status == 200);
+  CHECK(HoldsSoon([&] {
+    return Exposition(scene.Get("/metrics").body).Value("plumbline_page_connections") == 1;
   }));
 }
