@@ -3,17 +3,26 @@
 namespace plumbline {
 
 void LogTail::Take(const ShownNow& now) {
+  static const std::vector<ViewLine> kNone;
+  const std::vector<ViewLine>& own = now.own_lines;
+  const std::vector<ViewLine>& daemon = now.state ? now.state->lines : kNone;
   const std::lock_guard lock(mutex_);
-  const auto take = [this](const std::vector<ViewLine>& lines, bool own) {
-    for (const ViewLine& line : lines) {
-      lines_.try_emplace(
-          {line.utc_s, {line.number, own}},
-          TailLine{line.utc_s, line.level, own ? "plumbline-view" : "plumblined", line.text});
-    }
-  };
-  take(now.own_lines, true);
-  if (now.state) take(now.state->lines, false);
-  while (lines_.size() > kMost) lines_.erase(lines_.begin());
+  std::set<Key> carried;
+  // Each program's lines in its own order, the two of one state by their time.
+  auto a = own.begin(), b = daemon.begin();
+  while (a != own.end() || b != daemon.end()) {
+    const bool is_own = b == daemon.end() || (a != own.end() && a->utc_s <= b->utc_s);
+    const ViewLine& line = is_own ? *a++ : *b++;
+    const Key key{line.utc_s, {line.number, is_own}};
+    carried.insert(key);
+    if (!known_.insert(key).second) continue;
+    lines_.push_back(
+        {key, {line.utc_s, line.level, is_own ? "plumbline-view" : "plumblined", line.text}});
+  }
+  while (lines_.size() > kMost) lines_.pop_front();
+  // What states still bring does not come a second time, though it was trimmed.
+  known_ = std::move(carried);
+  for (const auto& [key, line] : lines_) known_.insert(key);
 }
 
 std::vector<TailLine> LogTail::Lines() const {
