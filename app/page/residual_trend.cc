@@ -4,8 +4,25 @@
 #include <nlohmann/json.hpp>
 
 #include "app/journal/journal.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
+namespace {
+
+/// Nobody waits for a search through years.
+constexpr std::int64_t kTrendSought = 100'000;
+
+/// Rows that are not of this cell (imported, of a former arm) and those that nothing was measured
+/// or predicted of are passed over; they do not count.
+constexpr const char* kSelectTrend =
+    "SELECT * FROM (SELECT id, unix_ms, x_mm - predicted_x_mm, y_mm - predicted_y_mm,"
+    " z_mm - predicted_z_mm, model_version, wild, alarm FROM measurement"
+    " WHERE id > (SELECT coalesce(max(id), 0) FROM measurement) - ?3"
+    " AND x_mm + y_mm + z_mm IS NOT NULL"
+    " AND predicted_x_mm + predicted_y_mm + predicted_z_mm IS NOT NULL"
+    " AND json_array_length(q) = ?1 ORDER BY id DESC LIMIT ?2) ORDER BY id";
+
+}  // namespace
 
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
                                           const std::vector<Joint>& joints) {
@@ -15,20 +32,24 @@ Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
   if (!std::filesystem::exists(file, none)) return trend;
   Result<Journal> journal = Journal::OpenForReading(file);
   if (!journal) return Error{journal.error()};
-  JournalFilter newest;
-  newest.last = kTrendRows;
-  const Result<bool> read = journal.value().ForEach(newest, joints, [&](const JournalRow& row) {
-    if (!row.measured_W || !row.predicted_W) return;
+  Result<Database> database = Database::Open(file, Database::Mode::kRead);
+  if (!database) return Error{database.error()};
+  Statement rows(database.value().get(), kSelectTrend);
+  rows.Bind(1, static_cast<std::int64_t>(joints.size()));
+  rows.Bind(2, kTrendRows);
+  rows.Bind(3, kTrendSought);
+  int code = SQLITE_ROW;
+  while ((code = rows.Step()) == SQLITE_ROW) {
     TrendPoint point;
-    point.id = row.id;
-    if (row.unix_ms) point.utc_s = 1e-3 * static_cast<double>(*row.unix_ms);
-    point.residual_W = *row.measured_W - *row.predicted_W;
-    point.model_version = row.model_version;
-    point.wild = row.wild;
-    point.alarm = row.alarm;
+    point.id = rows.Integer(0);
+    if (!rows.IsNull(1)) point.utc_s = 1e-3 * rows.Number(1);
+    point.residual_W = kMetrePerMm * Vec3(rows.Number(2), rows.Number(3), rows.Number(4));
+    if (!rows.IsNull(5)) point.model_version = static_cast<int>(rows.Integer(5));
+    point.wild = rows.Integer(6) != 0;
+    point.alarm = rows.Integer(7) != 0;
     trend.push_back(point);
-  });
-  if (!read) return Error{read.error()};
+  }
+  if (code != SQLITE_DONE) return Error{file + ": " + database.value().Problem()};
   return trend;
 }
 

@@ -26,7 +26,7 @@ inline constexpr std::int64_t kTrendRows = 400;
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
                                           const std::vector<Joint>& joints);
 
-/// {"points": [{"id", "utc", "mm", "xyz_mm", "model", "wild", "alarm"}]}, or {"problem"}
+/// {"points": [{"id", "utc_s", "mm", "xyz_mm", "model", "wild", "alarm"}]}, or {"problem"}
 std::string TrendJson(const Result<std::vector<TrendPoint>>& trend);
 
 }  // namespace plumbline
