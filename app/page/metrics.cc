@@ -185,8 +185,10 @@ std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_
   writer.Add(1, {{"version", PLUMBLINE_VERSION}});
   writer.Begin("page_requests_total", Type::kCounter, "Requests to the page.");
   writer.Add(static_cast<double>(page.requests));
-  writer.Begin("page_refused_total", Type::kCounter,
-               "Of those, without token, of another host, or beyond a limit.");
+  writer.Begin(
+      "page_refused_total", Type::kCounter,
+      "Not answered as asked: no token, wrong host, method or address, no picture, a limit, "
+      "with connections that were turned away.");
   writer.Add(static_cast<double>(page.refused));
   writer.Gauge("page_connections", "Connections to the page now.", page.connections);
   writer.Gauge("page_viewers", "Of those, of the live picture.", page.viewers);

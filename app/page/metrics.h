@@ -13,7 +13,7 @@ namespace plumbline {
 
 /// What the page counts of itself.
 struct PageCounts {
-  std::uint64_t requests = 0, refused = 0;  ///< refused: token, host, limits
+  std::uint64_t requests = 0, refused = 0;  ///< refused: not answered as asked
   int connections = 0, viewers = 0;         ///< now; of the live picture
 };
 
@@ -36,7 +36,7 @@ class MetricsWriter {
 };
 
 /// SI, seconds and metres. What is not known now has no sample: an old value would look like a
-/// present one. plumbline_up says whether the daemon told something within kStateOld_s.
+/// present one. plumbline_up says whether the daemon told something within kPageStateOld_s.
 /// @param now    null: nothing was put together yet
 /// @param now_s  monotonic
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s);
