@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <system_error>
 
 #include "app/page/page_files.h"
 #include "app/page/report_files.h"
@@ -67,6 +69,11 @@ std::string OwnName() {
   return small;
 }
 
+std::string NewStart() {
+  std::random_device chance;
+  return fmt::format("{:08x}{:08x}", chance(), chance());
+}
+
 void SetHeader(httplib::Response& response, const char* key, const std::string& value) {
   response.headers.erase(key);
   response.set_header(key, value);
@@ -96,7 +103,8 @@ Page::Page(PageOptions options, Shown& shown, Sink sink)
       cookie_value_(CookieValueOf(options_.config.token)),
       shown_(shown),
       feed_(shown),
-      own_names_(options_.config.hosts) {
+      own_names_(options_.config.hosts),
+      start_(NewStart()) {
   const std::string name = OwnName();
   own_names_.push_back(name);
   own_names_.push_back(name + ".local");
@@ -124,7 +132,11 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Sin
       fd, limits, [raw = page.get()](const httplib::Request& request, httplib::Response& response) {
         raw->Answer(request, response);
       });
-  page->server_->Start();
+  try {
+    page->server_->Start();
+  } catch (const std::system_error& error) {
+    return Error{fmt::format("no thread for it: {}", error.what())};
+  }
   return page;
 }
 
@@ -277,13 +289,21 @@ void Page::AnswerReport(const std::string& name, httplib::Response& response) co
                        ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
 }
 
+void Page::Remember() {
+  auto now = shown_.Now();
+  if (!now || now == remembered_) return;
+  log_.Take(*now);
+  remembered_ = std::move(now);
+}
+
 std::string Page::Status() {
   const double now_s = MonotonicSeconds();
   const auto now = shown_.Now();
   const auto picture = shown_.picture();
   if (now) log_.Take(*now);
   PictureFacts facts;
-  if (picture) facts = {picture->image.size, now_s - picture->time_s};
+  if (picture) facts = {picture->image.size, now_s - picture->time_s, ""};
+  facts.server_start = start_;
   return StatusJson(now.get(), facts, log_.Lines(), now_s);
 }
 

@@ -48,6 +48,9 @@ class Page {
 
   const ListeningAt& at() const { return at_; }
 
+  /// Gathers the messages of the newest state; where states arrive, also while nobody looks.
+  void Remember();
+
   /// Fills in the answer to one request; what the server's threads call.
   void Answer(const httplib::Request& request, httplib::Response& response);
 
@@ -72,10 +75,12 @@ class Page {
   Shown& shown_;
   PictureFeed feed_;
   LogTail log_;
+  std::shared_ptr<const ShownNow> remembered_;  ///< of the thread that calls Remember()
   KeptText trend_, reports_;
   std::vector<std::string> own_names_;
   ListeningAt at_;
   std::string cookie_name_;
+  const std::string start_;  ///< another one with every start
   std::atomic<std::uint64_t> requests_{0}, refused_{0};
   std::atomic<int> viewers_{0};
   std::mutex told_mutex_;

@@ -163,6 +163,7 @@ std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
                {"version", PLUMBLINE_VERSION},
                {"daemon", {{"there", there}, {"age_s", nullptr}, {"problem", ""}}},
                {"view", {{"age_s", now != nullptr ? Json(now_s - now->time_s) : Json(nullptr)}}},
+               {"page", {{"start", picture.server_start}}},
                {"picture", {{"age_s", nullptr}, {"problem", ""}}},
                {"headline", LineJson({"STARTING: nothing was put together yet", Tone::kFaded})},
                {"panels", Json::array()}};

@@ -9,10 +9,11 @@
 
 namespace plumbline {
 
-/// The picture as far as the page tells of it.
+/// The picture and the server as far as the page tells of them.
 struct PictureFacts {
   ImageSize size{0, 0};  ///< 0: none was drawn
   double age_s = 0;
+  std::string server_start;  ///< another one with every start: streams of a former one have ended
 };
 
 /// Raised with every change that an older reader would misunderstand.

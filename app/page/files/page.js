@@ -2,6 +2,7 @@
 "use strict";
 
 const kPoll_ms = 1000, kPatience_ms = 4000, kLost_ms = 3000, kAsleep_ms = 6000, kRetry_ms = 3000;
+const kRenew_ms = 30000, kSoon_ms = 500;
 const kSlow_ms = 10000, kOldView_s = 3, kOldPicture_s = 3;
 const kMarks = {good: ["✓", "good: "], attention: ["▲", "attention: "], bad: ["✕", "bad: "],
   faded: ["", ""], plain: ["", ""]};
@@ -9,7 +10,9 @@ const kLevels = {3: "bad", 4: "attention"};
 
 const byId = (id) => document.getElementById(id);
 let lastGood_ms = performance.now(), lastPoll_ms = performance.now(), lost = false, pictures = 0;
-let status = null, slow_ms = -kSlow_ms, retry = null;
+let status = null, slow_ms = -kSlow_ms, retry = null, serverStart = null;
+// The stream: when it was asked for, and until when what it brought passes for live.
+let asked_ms = -Infinity, liveUntil_ms = -Infinity;
 
 function element(tag, text, className) {
   const made = document.createElement(tag);
@@ -87,21 +90,37 @@ function showHeadline(line, todo) {
 
 function showPicture(picture) {
   const old = picture.age_s === null || picture.age_s > kOldPicture_s;
-  byId("live").classList.toggle("old", old);
+  const live = performance.now() < liveUntil_ms;
+  byId("live").classList.toggle("old", old || !live);
   let words = "Live, as on the monitor.";
   if (picture.age_s === null) words = "No picture yet.";
   else if (old) words = "THE PICTURE IS OLD: from " + ageText(picture.age_s) + " ago.";
+  else if (!live) words = "WAITING FOR THE LIVE PICTURE: what stands here is old.";
   if (picture.problem) words = "NO PICTURE: " + picture.problem;
   byId("caption").textContent = words;
 }
 
-function startPicture() {
+function askPicture() {
   clearTimeout(retry);
+  asked_ms = performance.now();
   byId("picture").src = "live.mjpg?" + (++pictures);
+}
+
+function startPicture() {
+  liveUntil_ms = -Infinity;
+  askPicture();
+}
+
+// A stream that was cut off looks like a picture that stands still: it is asked for anew now and
+// then. Until the new one has begun, the former is shown, and passes for live a little longer.
+function renewPicture() {
+  liveUntil_ms = Math.min(liveUntil_ms, performance.now() + 1000 * kOldPicture_s);
+  askPicture();
 }
 
 function stopPicture() {
   clearTimeout(retry);
+  liveUntil_ms = -Infinity;
   byId("picture").removeAttribute("src");
 }
 
@@ -183,7 +202,12 @@ async function poll() {
     status = fresh;
     lastGood_ms = performance.now();
     // The stream does not come back by itself.
-    if ((lost || slept) && !document.hidden) startPicture();
+    const another = serverStart !== null && serverStart !== fresh.page.start;
+    serverStart = fresh.page.start;
+    if (!document.hidden) {
+      if (lost || slept || another) startPicture();
+      else if (performance.now() - asked_ms > kRenew_ms) renewPicture();
+    }
     lost = false;
   }
   show();
@@ -191,9 +215,17 @@ async function poll() {
   setTimeout(poll, kPoll_ms);
 }
 
+byId("picture").addEventListener("load", () => {
+  liveUntil_ms = Infinity;
+  show();
+});
+// One that was live finds its place taken for a moment: its former stream is not done with yet.
 byId("picture").addEventListener("error", () => {
   clearTimeout(retry);
-  if (!document.hidden) retry = setTimeout(startPicture, kRetry_ms);
+  const soon = performance.now() < liveUntil_ms;
+  liveUntil_ms = -Infinity;
+  if (!document.hidden) retry = setTimeout(startPicture, soon ? kSoon_ms : kRetry_ms);
+  show();
 });
 // Nobody looks: nothing needs to be drawn for this page.
 document.addEventListener("visibilitychange", () => document.hidden ? stopPicture() : startPicture());

@@ -24,7 +24,7 @@ class Telling {
         {
           const std::lock_guard lock(scene_mutex);
           if (!silent) scene_.Tell();
-          if (!silent) scene_.Paint(40, 90, 140, 0, {1280, 720});
+          if (!silent) scene_.Paint(red, 90, 140, 0, {1280, 720});
           if (silent) scene_.Tell(10, "the daemon has ended the connection");
         }
         SleepSeconds(0.2);
@@ -37,6 +37,7 @@ class Telling {
   }
   std::mutex scene_mutex;
   bool silent = false;
+  std::uint8_t red = 40;
 
  private:
   PageScene& scene_;
@@ -201,4 +202,47 @@ TEST_CASE("a person gives the token once") {
   CHECK(browser.Evaluate("document.cookie.length") == 0);  // HttpOnly
   browser.Open(AddressOf(scene));
   CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
+}
+
+TEST_CASE("a picture that stands still is not called live") {
+  if (!CanBrowse()) return;
+  constexpr const char* kLive = "document.getElementById('caption').innerText.startsWith('Live')";
+  constexpr const char* kWaits =
+      "document.getElementById('caption').innerText.startsWith('WAITING FOR THE LIVE PICTURE')";
+  constexpr const char* kRed = R"((() => { const c = document.createElement("canvas");
+    c.width = c.height = 1; const d = c.getContext("2d");
+    d.drawImage(document.getElementById("picture"), 0, 0, 1, 1);
+    return d.getImageData(0, 0, 1, 1).data[0] > 150; })())";
+  PageScene scene;
+  scene.Start(scene.Options());
+  const int port = scene.port();
+  Telling telling(scene);
+  std::vector<std::unique_ptr<PageConnection>> viewers;
+  for (int k = 0; k < Page::kMostViewers; ++k) {
+    viewers.push_back(std::make_unique<PageConnection>(port));
+    viewers.back()->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    viewers.back()->Read("\r\n\r\n");
+  }
+  Browser browser(1280, 800, false, false);
+  browser.Open(AddressOf(scene));
+  CHECK(browser.Becomes(kWaits));
+  viewers.clear();
+  REQUIRE(browser.Becomes(kLive));
+  // Every half minute the stream is asked for anew.
+  const int asked = browser.Evaluate("pictures").get<int>();
+  browser.Evaluate("asked_ms -= 60000");
+  CHECK(browser.Becomes("pictures === " + std::to_string(asked + 1)));
+  REQUIRE(browser.Becomes(kLive));
+  // As by a reload with another [page]: too short for the page to miss an answer.
+  scene.page.reset();
+  PageOptions options = scene.Options();
+  options.config.port = port;
+  scene.Start(options);
+  {
+    const std::lock_guard lock(telling.scene_mutex);
+    telling.red = 220;
+  }
+  CHECK(browser.Becomes(kRed));
+  CHECK(browser.Becomes(kLive));
+  CHECK(browser.Evaluate("document.body.classList.contains('is-lost')") == false);
 }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/journal/journal.h"
+#include "app/page/residual_trend.h"
 #include "drivers/camera/jpeg_image.h"
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
@@ -109,6 +110,42 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
   json = nlohmann::json::parse(scene.Get("/status.json").body);
   REQUIRE(json.at("log").size() == 4);
   CHECK(json.at("log")[3].at("text") == "plumblined 0.1.0 again");
+}
+
+TEST_CASE("messages stay in the order of arrival, though the clock is set back") {
+  LogTail tail;
+  ShownNow now;
+  ViewState state;
+  now.own_lines = {{1, 500, 5, "quiet viewer"}};
+  for (std::size_t k = 0; k < LogTail::kMost; ++k) {
+    state.lines = {{k + 1, 1000.0 + static_cast<double>(k), 5, "before"}};
+    now.state = std::make_shared<const ViewState>(state);
+    tail.Take(now);
+  }
+  state.lines.push_back({LogTail::kMost + 1, 10, 5, "after"});
+  now.state = std::make_shared<const ViewState>(state);
+  tail.Take(now);
+  tail.Take(now);
+  const std::vector<TailLine> lines = tail.Lines();
+  REQUIRE(lines.size() == LogTail::kMost);
+  CHECK(lines.back().text == "after");
+  for (const TailLine& line : lines) CHECK(line.text != "quiet viewer");
+}
+
+TEST_CASE("messages are gathered while nobody looks; each start of the server has its own name") {
+  PageScene scene;
+  scene.Start(scene.Options());
+  scene.scene.state.lines = {{1, 1.8e9, 5, "first"}};
+  scene.Tell();
+  scene.page->Remember();
+  scene.scene.state.lines = {{2, 1.8e9, 5, "second"}};
+  scene.Tell();
+  const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
+  CHECK_THAT(json.at("log").dump(), Contains("first") && Contains("second"));
+  scene.page.reset();
+  scene.Start(scene.Options());
+  CHECK(nlohmann::json::parse(scene.Get("/status.json").body).at("page").at("start") !=
+        json.at("page").at("start"));
 }
 
 TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
@@ -227,10 +264,18 @@ TEST_CASE("the trend comes from the journal; no journal is no fault, a broken on
     row.predicted_W = Vec3(1, 2, 3);
     row.measured_W = Vec3(1.0003, 2, 3.0004);
     row.model_version = 2;
+    // Of a former arm with another number of joints, and rows without a prediction that would fill
+    // the newest ones: the trend passes them over.
+    JournalRow foreign = row;
+    foreign.q = JointVector::Zero(row.q.size() - 1);
+    const std::vector<Joint> fewer(joints.begin(), joints.end() - 1);
+    REQUIRE(journal.value().Append({foreign}, fewer));
     JournalRow unpredicted = row;
     unpredicted.predicted_W.reset();
     unpredicted.model_version.reset();
-    const auto last = journal.value().Append({row, unpredicted, row}, joints);
+    std::vector<JournalRow> rows(kTrendRows + 2, unpredicted);
+    rows.front() = rows.back() = row;
+    const auto last = journal.value().Append(rows, joints);
     REQUIRE(last);
     REQUIRE(journal.value().Mark(*last, true, true));
   }
