@@ -196,6 +196,7 @@ int RunView(const std::string& config_file) {
       if (const auto fresh = ReadDaemonConfig(config_file, ignored)) page.Open(*fresh);
     }
     loop.Round();
+    page.Round(MonotonicSeconds());
   }
 }
 
