@@ -5,7 +5,6 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "drivers/camera/dv_image.h"
 #include "drivers/camera/jpeg_image.h"
 
 namespace plumbline {
@@ -24,14 +23,13 @@ constexpr std::array<Named, kPixelFormats> kNames = {{
     {PixelFormat::kYuyv, "YUYV"},
     {PixelFormat::kUyvy, "UYVY"},
     {PixelFormat::kMjpeg, "MJPG"},
-    {PixelFormat::kDv, "dvsd"},
 }};
 
 bool IsPacked(PixelFormat format) {
   return format == PixelFormat::kYuyv || format == PixelFormat::kUyvy;
 }
 
-/// Why these bytes are no image of that size, or nothing. Not for kMjpeg and kDv.
+/// Why these bytes are no image of that size, or nothing. Not for kMjpeg.
 std::optional<Error> LayoutFault(const RawImage& image) {
   const auto [width, height] = image.size;
   const bool is_yuv = image.format != PixelFormat::kGrey;
@@ -52,12 +50,6 @@ std::optional<Error> LayoutFault(const RawImage& image) {
                              needed)};
   }
   return std::nullopt;
-}
-
-/// `image` with what its bytes decode to, in `yuyv`.
-Result<RawImage> DecodedDv(const RawImage& image, std::vector<std::uint8_t>& yuyv) {
-  if (const auto why = DecodeDv(image.bytes, image.size, yuyv)) return *why;
-  return RawImage{PixelFormat::kYuyv, image.size, std::ptrdiff_t{2} * image.size.width, yuyv};
 }
 
 }  // namespace
@@ -108,11 +100,6 @@ Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer
     if (auto why = DecodeJpeg(image.bytes, image.size, JpegColour::kLuma, buffer)) return *why;
     return LumaView{buffer.data(), width, height, width};
   }
-  if (image.format == PixelFormat::kDv) {
-    std::vector<std::uint8_t> yuyv;
-    const auto decoded = DecodedDv(image, yuyv);
-    return decoded ? LumaOf(*decoded, buffer) : Result<LumaView>(Error{decoded.error()});
-  }
   if (const auto why = LayoutFault(image)) return *why;
   if (!IsPacked(image.format)) return LumaView{image.bytes.data(), width, height, image.stride};
   buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -128,11 +115,6 @@ Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer
 std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
   if (image.format == PixelFormat::kMjpeg) {
     return DecodeJpeg(image.bytes, image.size, JpegColour::kBgr, bgr);
-  }
-  if (image.format == PixelFormat::kDv) {
-    std::vector<std::uint8_t> yuyv;
-    const auto decoded = DecodedDv(image, yuyv);
-    return decoded ? BgrOf(*decoded, bgr) : std::optional(Error{decoded.error()});
   }
   if (auto why = LayoutFault(image)) return why;
   const auto [width, height] = image.size;
@@ -158,7 +140,6 @@ std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr
       cv::cvtColor(first, to, cv::COLOR_YUV2BGR_UYVY);
       break;
     case PixelFormat::kMjpeg:
-    case PixelFormat::kDv:
       break;
   }
   return std::nullopt;

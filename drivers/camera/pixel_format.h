@@ -21,13 +21,12 @@ enum class PixelFormat : std::uint8_t {
   kYuyv,   ///< Y U Y V
   kUyvy,   ///< U Y V Y
   kMjpeg,  ///< a baseline JPEG file, also without its Huffman tables
-  kDv,     ///< a frame of DV, interlaced: see DecodeDv
 };
 
-inline constexpr std::size_t kPixelFormats = 6;
+inline constexpr std::size_t kPixelFormats = 5;
 inline constexpr int kLargestImageSide_px = 16384;
 
-/// "GREY", "NV12", "YUYV", "UYVY", "MJPG", "dvsd".
+/// "GREY", "NV12", "YUYV", "UYVY", "MJPG".
 std::string_view PixelFormatName(PixelFormat format);
 std::optional<PixelFormat> PixelFormatOfName(std::string_view name);
 
@@ -41,14 +40,13 @@ std::string FourccText(std::uint32_t fourcc);
 struct RawImage {
   PixelFormat format = PixelFormat::kGrey;
   ImageSize size;
-  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; nothing for kMjpeg and kDv
+  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; nothing for kMjpeg
   std::span<const std::uint8_t> bytes;
 };
 
 /// Luma of `image`: its own memory for GREY and NV12, else `buffer`, which keeps its memory from
 /// frame to frame. Refused, with the reason: a short frame, a size or stride that cannot be, a JPEG
-/// that is damaged, progressive (its time has no bound) or of another size than `image.size`, DV
-/// that DecodeDv refuses.
+/// that is damaged, progressive (its time has no bound) or of another size than `image.size`.
 Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer);
 
 /// Blue, green, red, 8 bits each, row by row without padding, into `bgr`. YUV of limited range is

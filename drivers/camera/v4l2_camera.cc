@@ -135,8 +135,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
   format.fmt.pix.width = static_cast<std::uint32_t>(choice->size.width);
   format.fmt.pix.height = static_cast<std::uint32_t>(choice->size.height);
   format.fmt.pix.pixelformat = FourccOf(choice->format);
-  const bool is_dv = choice->format == PixelFormat::kDv;  // which one field is taken of
-  format.fmt.pix.field = is_dv ? V4L2_FIELD_INTERLACED : V4L2_FIELD_NONE;
+  format.fmt.pix.field = V4L2_FIELD_NONE;
   if (IoctlAgain(fd_, VIDIOC_S_FMT, &format) != 0) {
     return Error{fmt::format("the mode is refused: {}{}", std::strerror(errno),
                              errno == EBUSY ? "; does another program use the camera?" : "")};
@@ -149,7 +148,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
                              ModeText(choice->format, choice->size, 0),
                              FourccText(agreed.pixelformat), agreed.width, agreed.height)};
   }
-  if (!is_dv && agreed.field != V4L2_FIELD_NONE && agreed.field != V4L2_FIELD_ANY) {
+  if (agreed.field != V4L2_FIELD_NONE && agreed.field != V4L2_FIELD_ANY) {
     return Error{"sends half images line by line (interlaced), which cannot be measured in"};
   }
   raw_ = {choice->format, choice->size, static_cast<std::ptrdiff_t>(agreed.bytesperline), {}};

@@ -99,6 +99,10 @@ std::string Remedy(const std::vector<V4l2Mode>& modes) {
     std::vector<std::uint32_t> fourccs;
   };
   static const std::vector<Unread> kinds = {
+      {"DV is interlaced, and nothing that moves can be measured in it: use the camera's "
+       "progressive "
+       "output (HDMI, SDI) with a capture device",
+       {V4L2_PIX_FMT_DV}},
       {"compressed video is not read: set the camera to Motion JPEG or raw images",
        {V4L2_PIX_FMT_H264, V4L2_PIX_FMT_H264_NO_SC, V4L2_PIX_FMT_HEVC, V4L2_PIX_FMT_MPEG,
         V4L2_PIX_FMT_MPEG4, V4L2_PIX_FMT_VP8, V4L2_PIX_FMT_VP9}},
@@ -140,8 +144,8 @@ std::vector<V4l2Mode> ModesOf(int fd) {
 Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequest& request) {
   std::vector<PixelFormat> wanted = request.formats;
   if (wanted.empty()) {
-    wanted = {PixelFormat::kGrey, PixelFormat::kNv12,  PixelFormat::kYuyv,
-              PixelFormat::kUyvy, PixelFormat::kMjpeg, PixelFormat::kDv};
+    wanted = {PixelFormat::kGrey, PixelFormat::kNv12, PixelFormat::kYuyv, PixelFormat::kUyvy,
+              PixelFormat::kMjpeg};
   }
   const bool any_size = request.size == ImageSize{};
   ModeChoice best;
@@ -169,7 +173,7 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
   if (found) return best;
   const std::string remedy = std::any_of(modes.begin(), modes.end(), IsRead)
                                  ? ""
-                                 : " (read are GREY, NV12, YUYV, UYVY, MJPG, dvsd)" + Remedy(modes);
+                                 : " (read are GREY, NV12, YUYV, UYVY, MJPG)" + Remedy(modes);
   if (any_size) {
     return Error{fmt::format("no format that can be read; it has {}{}", Offer(modes), remedy)};
   }

@@ -12,7 +12,7 @@ using namespace plumbline;
 TEST_CASE("Cameras with their names, modes and settings") {
   test::FakeMachine machine;
   auto& usual = machine.Plug(0, "1-2", "A1");
-  usual.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}, {V4L2_PIX_FMT_H264, 720, 576, {25}}};
+  usual.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}, {V4L2_PIX_FMT_DV, 720, 576, {25}}};
   usual.controls = {{V4L2_CID_EXPOSURE_ABSOLUTE, {3, 2047, 250}},
                     {V4L2_CID_ZOOM_ABSOLUTE, {0, 500, 100}}};
   machine.Plug(1, "1-3", "").modes = {{V4L2_PIX_FMT_GREY, 320, 240, {}}};
@@ -40,7 +40,7 @@ TEST_CASE("Cameras with their names, modes and settings") {
 
   const std::string text = CamerasText(machine.tree());
   CHECK_THAT(text, Catch::Contains("--camera A1\n  YUYV 640x480 at 30, 15 Hz\n"));
-  CHECK_THAT(text, Catch::Contains("  not read by Plumbline: H264\n"));
+  CHECK_THAT(text, Catch::Contains("  not read by Plumbline: dvsd\n"));
   CHECK_THAT(text, Catch::Contains("exposure_s 0.025 (0.0003..0.2047"));
   CHECK_THAT(text, Catch::Contains("has no serial number"));
   CHECK_THAT(text, Catch::Contains("cannot be opened"));

@@ -273,6 +273,10 @@ TEST_CASE("v4l2 camera: in use, of another kind, or without the mode: what to do
   Cell planes;
   planes.device->caps = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
   CHECK_THAT(problem(planes), Catch::Contains("several planes") && Catch::Contains("USB camera"));
+  Cell tape(V4L2_PIX_FMT_DV);
+  CHECK_THAT(problem(tape), Catch::Contains("it has dvsd 16x8") &&
+                                Catch::Contains("DV is interlaced") &&
+                                Catch::Contains("progressive output"));
   Cell small;
   CHECK_THAT(problem(small, {.device = {}, .mode = {.size = {640, 480}}}),
              Catch::Contains("no 640 x 480 px in a format that can be read; it has GREY 16x8"));
