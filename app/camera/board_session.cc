@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/camera/view_gain.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/camera/marks_fit.h"
-#include "firmware-like/chi_square.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
@@ -11,8 +12,10 @@
 namespace plumbline {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
+constexpr int kMarksSchema = 1;
 constexpr double kSlack = 1e-6;
 
 template <typename Matrix>
@@ -83,7 +86,8 @@ std::string MarksJson(const std::map<std::int64_t, MarksMemory>& memories, const
     lenses[std::to_string(id)] = {
         {"R", NumbersOf(memory.X_CK.R)}, {"p_m", NumbersOf(memory.X_CK.p)}, {"tags", tags}};
   }
-  return Json{{"schema", 1}, {"marks", Declared(cell)}, {"lenses", lenses}}.dump() + "\n";
+  return Json{{"schema", kMarksSchema}, {"marks", Declared(cell)}, {"lenses", lenses}}.dump() +
+         "\n";
 }
 
 Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& text,
@@ -91,7 +95,9 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
   std::map<std::int64_t, MarksMemory> memories;
   try {
     const Json json = Json::parse(text);
-    if (json.at("schema") != 1) return Error{"its schema is not 1"};
+    if (json.at("schema") != kMarksSchema) {
+      return Error{fmt::format("its schema is not {}", kMarksSchema)};
+    }
     if (json.at("marks") != Json::parse(Declared(cell).dump())) return memories;
     for (const auto& [id, memory] : json.at("lenses").items()) {
       memories[std::stoll(id)] = MemoryFrom(memory);
@@ -105,18 +111,16 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
 MarksStore::MarksStore(std::string path, Body cell, std::string& problem)
     : path_(std::move(path)), cell_(std::move(cell)) {
   std::error_code none;
-  if (!std::filesystem::exists(path_, none)) return;
+  if (!fs::exists(path_, none)) return;
   const Result<std::string> text = ReadTextFile(path_);
-  if (!text) {
-    problem = fmt::format("{}: {}", path_, text.error());
-    return;
-  }
-  auto read = MarksFromJson(*text, cell_);
+  auto read = text ? MarksFromJson(*text, cell_) : Error{text.error()};
   if (read) {
     memories_ = std::move(read).value();
-  } else {
-    problem = fmt::format("{}: {}; the marks are looked at anew", path_, read.error());
+    return;
   }
+  unread_ = true;
+  problem = fmt::format("{}: {}; the marks are looked at anew, the file is kept beside as .unread",
+                        path_, read.error());
 }
 
 std::shared_ptr<const MarksMemory> MarksStore::Find(std::int64_t lens_id) const {
@@ -128,6 +132,8 @@ std::shared_ptr<const MarksMemory> MarksStore::Find(std::int64_t lens_id) const 
 std::optional<Error> MarksStore::Keep(std::int64_t lens_id, const MarksMemory& memory) {
   const std::lock_guard lock(mutex_);
   memories_[lens_id] = memory;
+  std::error_code not_moved;  // then it is told as what cannot be written
+  if (std::exchange(unread_, false)) fs::rename(path_, path_ + ".unread", not_moved);
   const Result<bool> written = WriteDurably(path_, MarksJson(memories_, cell_));
   if (written) return std::nullopt;
   return Error{written.error()};

@@ -20,7 +20,8 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
 /// share. Any thread.
 class MarksStore {
  public:
-  /// A file that cannot be read is as none: the marks are judged anew. @param problem  says so
+  /// A file that cannot be read is as none: the marks are judged anew, and it is kept as
+  /// `path`.unread when they are written. @param problem  says so
   MarksStore(std::string path, Body cell, std::string& problem);
 
   std::shared_ptr<const MarksMemory> Find(std::int64_t lens_id) const;
@@ -31,6 +32,7 @@ class MarksStore {
   const std::string path_;
   const Body cell_;
   mutable std::mutex mutex_;
+  bool unread_ = false;
   std::map<std::int64_t, MarksMemory> memories_;
 };
 

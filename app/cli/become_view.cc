@@ -5,18 +5,15 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
+#include "app/config/program_beside.h"
 
 namespace plumbline {
 
 int BecomeView(const std::string& command, std::vector<std::string> arguments) {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::string program =
-      error ? "/usr/bin/plumbline-view" : (self.parent_path() / "plumbline-view").string();
+  const std::string program = ProgramBeside("plumbline-view");
   arguments.insert(arguments.begin(), program);
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);

@@ -13,12 +13,12 @@
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
+#include "app/config/body_reader.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
 #include "app/lens/lens_json.h"
-#include "app/tracking/body_reader.h"
 #include "drivers/camera/image_folder.h"
 
 namespace plumbline {

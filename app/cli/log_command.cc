@@ -19,6 +19,7 @@
 #include "app/log/catalogue_text.h"
 #include "app/log/journal_reader.h"
 #include "app/log/level_text.h"
+#include "app/service/utc_clock.h"
 
 namespace plumbline {
 namespace {
@@ -32,12 +33,6 @@ struct LogOptions {
   bool events = false, tables = false, catalogue = false;
 };
 
-double UtcNow_s() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return static_cast<double>(now.tv_sec);
-}
-
 /// "15m", "2h", "3d", "90s" before now, or a time in UTC.
 std::optional<double> SinceFromText(const std::string& text) {
   if (const auto utc_s = UtcFromText(text)) return utc_s;
@@ -50,7 +45,7 @@ std::optional<double> SinceFromText(const std::string& text) {
                         : unit == 'd' ? 86400
                                       : 0;
   if (!count || *count < 0 || unit_s == 0) return {};
-  return UtcNow_s() - *count * unit_s;
+  return ComputerUtcSeconds() - *count * unit_s;
 }
 
 std::string LocalTime(double utc_s) {

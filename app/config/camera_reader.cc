@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "app/config/body_reader.h"
 #include "app/config/camera_config.h"
 #include "app/config/limits.h"
 #include "app/config/named_files.h"
 #include "app/config/toml_reader.h"
-#include "app/tracking/body_reader.h"
 #include "drivers/plc/plc_camera.h"
 #include "firmware-like/geometry/rotation.h"
 

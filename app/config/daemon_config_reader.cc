@@ -12,6 +12,7 @@
 #include "app/config/limits.h"
 #include "app/config/named_files.h"
 #include "app/config/point_reader.h"
+#include "app/config/program_beside.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
@@ -314,9 +315,8 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 
 std::string InstalledDataDirectory() {
   std::error_code none;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
-  const auto beside = program.parent_path().parent_path() / "share/plumbline";
-  if (!none && std::filesystem::is_directory(beside, none)) return beside.string();
+  const auto beside = std::filesystem::path(OwnFolder()).parent_path() / "share/plumbline";
+  if (std::filesystem::is_directory(beside, none)) return beside.string();
   return PLUMBLINE_DATADIR;
 }
 

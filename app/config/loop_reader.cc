@@ -4,6 +4,7 @@
 namespace plumbline {
 namespace {
 
+constexpr std::int64_t kBytesPerMb = 1'000'000;
 constexpr NumberRange kProbeSigma{0.001, 10, kMetrePerMm};
 constexpr NumberRange kShift{0.001, 100, kMetrePerMm};
 constexpr NumberRange kReferenceSd{0, 10, kMetrePerMm};
@@ -41,6 +42,9 @@ LoopConfig LoopFromToml(const TomlTable& table) {
   loop.apply = table.OneOf<Apply>("apply", {{"ask", Apply::kAsk}, {"automatic", Apply::kAutomatic}})
                    .value_or(loop.apply);
   number("max_change_mm", kMaxChange, loop.max_change_m);
+  if (const auto megabytes = table.Integer("journal_mb", 1, 1'000'000)) {
+    loop.journal_bytes = kBytesPerMb * *megabytes;
+  }
   return loop;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/daemon/device_wait.h"
 #include "app/daemon/diagnosis_process.h"
 #include "app/log/log.h"
 
@@ -9,7 +10,14 @@ namespace plumbline {
 namespace {
 
 /// The sensor's thread may wait for a serial line, the images' solves a lens.
-constexpr double kSensorPatience_s = 5, kImagePatience_s = 10;
+constexpr double kSensorPatience_s = 5, kImagePatience_s = 5;
+
+void AddPulse(Lifeline& lifeline, const std::string& thread, double patience_s,
+              const Pulse& pulse) {
+  lifeline.Add(
+      thread, patience_s, [&pulse] { return pulse.beats(); },
+      [&pulse] { return WaitsForDevice(pulse.thread()); });
+}
 
 LogSink SinkOf(const std::string& name) {
   return [name](LogEntry entry) {
@@ -59,11 +67,10 @@ void CameraSide::Stop() {
 
 void CameraSide::AddTo(Lifeline& lifeline) const {
   for (const Watched& camera : cameras_) {
-    const CameraWatch* const watch = camera.watch.get();
-    lifeline.Add(LineOfCamera(camera.name, "zoom sensor"), kSensorPatience_s,
-                 [watch] { return watch->sensor_pulse().beats(); });
-    lifeline.Add(LineOfCamera(camera.name, "camera images"), kImagePatience_s,
-                 [watch] { return watch->image_pulse().beats(); });
+    AddPulse(lifeline, LineOfCamera(camera.name, "zoom sensor"), kSensorPatience_s,
+             camera.watch->sensor_pulse());
+    AddPulse(lifeline, LineOfCamera(camera.name, "camera images"), kImagePatience_s,
+             camera.watch->image_pulse());
   }
 }
 

@@ -1,13 +1,12 @@
 #include "app/daemon/cyclic_loop.h"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
 
 #include "app/version.h"
+#include "drivers/real_time.h"
 
 namespace plumbline {
 namespace {
@@ -115,11 +114,7 @@ void CyclicLoop::Start() {
   start_s_ = MonotonicSeconds();
   parts_->link->Start();
   thread_ = std::thread([this] { Run(); });
-  // Real-time priority where the service manager allows it; the cycle works without.
-  sched_param priority{};
-  priority.sched_priority = 10;
-  pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &priority);
-  pthread_setname_np(thread_.native_handle(), "cycle");
+  MakeRealTime(thread_, kCyclePriority, "cycle");
 }
 
 void CyclicLoop::Stop() {
@@ -139,7 +134,7 @@ void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts) {
 }
 
 LoopCounters CyclicLoop::counters() const {
-  return {cycles_, overruns_, longest_cycle_s_};
+  return {cycles_, overruns_, longest_cycle_s_, starts_.Counts()};
 }
 
 void CyclicLoop::Run() {
@@ -152,6 +147,7 @@ void CyclicLoop::Run() {
       parts = next;
       environment_.cycle_period_s = parts->period_s;
     }
+    starts_.Add(MonotonicSeconds() - tick_s);
     OneCycle(*parts, tick_s);
     // The old parts are no longer touched, and no snapshot of theirs is the newest.
     if (next != nullptr) next_.store(nullptr);

@@ -7,7 +7,8 @@
 
 #include "app/daemon/loop_link.h"
 #include "app/daemon/setup.h"
-#include "app/daemon/utc_clock.h"
+#include "app/service/utc_clock.h"
+#include "drivers/lateness.h"
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
 #include "drivers/plc/codec.h"
@@ -38,6 +39,7 @@ struct LoopCounters {
   std::uint64_t cycles = 0;
   std::uint32_t overruns = 0;
   double longest_cycle_s = 0;  ///< computation only, without the wait for the robot
+  LatenessCounts starts;       ///< of cycles, against their ticks
 };
 
 class CyclicLoop {
@@ -93,6 +95,7 @@ class CyclicLoop {
   std::atomic<std::uint64_t> cycles_{0};
   std::atomic<std::uint32_t> overruns_{0};
   std::atomic<double> longest_cycle_s_{0};
+  Lateness starts_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 #include <poll.h>
-#include <pthread.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
@@ -13,35 +12,39 @@
 #include "app/daemon/boot_counter.h"
 #include "app/daemon/camera_side.h"
 #include "app/daemon/cyclic_loop.h"
+#include "app/daemon/device_wait.h"
 #include "app/daemon/lifeline.h"
 #include "app/daemon/loop_worker.h"
 #include "app/daemon/model_in_force.h"
 #include "app/daemon/plc_side.h"
 #include "app/daemon/reporter.h"
-#include "app/daemon/service_manager.h"
 #include "app/daemon/view_side.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
+#include "app/service/service_manager.h"
+#include "app/service/signals.h"
 #include "app/version.h"
+#include "drivers/robot/host_name.h"
 
 namespace plumbline {
 namespace {
 
 constexpr int kReportPeriod_ms = 50;
+constexpr char kRobotLink[] = "robot link";
 
-/// For how long a thread may do one thing. The robot's may wait for a name server, the journal's
-/// for a disk.
-constexpr double kPatience_s = 2, kRobotPatience_s = 60, kDiskPatience_s = 30;
+/// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
+/// the robot's for a name server where it is given by name.
+constexpr double kPatience_s = 2, kJournalPatience_s = 5.5, kNamePatience_s = 60;
 
-/// SIGTERM, SIGINT and SIGHUP as a file descriptor; blocked in every thread started afterwards.
-int OpenSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return signalfd(-1, &signals, SFD_CLOEXEC);
+/// Of the robot link: one point pushed is seven requests, and each may take nearly its time-out.
+double RobotPatience_s(const DaemonConfig& config) {
+  constexpr double kRequestsInARow = 7;
+  if (config.robot.transport == "tcp" && !IsAddress(config.robot.connection.tcp.host)) {
+    return kNamePatience_s;
+  }
+  return kPatience_s + kRequestsInARow * config.robot.connection.timeout_s;
 }
 
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force) {
@@ -83,7 +86,7 @@ struct Running {
   Lifeline lifeline;
 };
 
-void Reload(const Running& running, Reporter& reporter) {
+void Reload(Running& running, Reporter& reporter) {
   const std::string& file = running.file;
   const DaemonConfig& started = running.started;
   FaultList faults;
@@ -113,6 +116,7 @@ void Reload(const Running& running, Reporter& reporter) {
                            in_force->models);  // first: it judges the new machine's first probe too
   running.loop.Replace(std::move(parts));
   running.view.Configure(fresh);
+  running.lifeline.SetPatience(kRobotLink, RobotPatience_s(fresh));
   reporter = ReporterFor(fresh);
   Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
   TellModel(*in_force);
@@ -140,6 +144,7 @@ class Watchdog {
                          running.manager.feed_period_s() ? ": the service manager will restart"
                                                          : ": restart the daemon"),
              {{"THREAD", told_}}});
+        running.manager.AskForRestart();
       }
     }
     const auto period_s = running.manager.feed_period_s();
@@ -157,14 +162,15 @@ class Watchdog {
   double fed_s_ = -1e300, status_s_ = -1e300;
 };
 
-void AddThreads(const CyclicLoop& loop, const LoopWorker& worker, Lifeline& lifeline) {
+void AddThreads(const DaemonConfig& config, const CyclicLoop& loop, const LoopWorker& worker,
+                Lifeline& lifeline) {
   lifeline.Add("cycle", kPatience_s, [&loop] { return loop.counters().cycles; });
-  lifeline.Add("robot link", kRobotPatience_s, [&loop] {
-    const RobotLinkStatus robot = loop.parts().link->Status();
-    return robot.readings + robot.failures;
-  });
-  lifeline.Add("journal and diagnosis", kDiskPatience_s,
-               [&worker] { return worker.pulse().beats(); });
+  lifeline.Add(
+      kRobotLink, RobotPatience_s(config), [&loop] { return loop.parts().link->pulse().beats(); },
+      [&loop] { return WaitsForDevice(loop.parts().link->pulse().thread()); });
+  lifeline.Add(
+      "journal and diagnosis", kJournalPatience_s, [&worker] { return worker.pulse().beats(); },
+      [&worker] { return WaitsForDevice(worker.pulse().thread()); });
 }
 
 /// Tells transitions until a signal ends the daemon.
@@ -289,7 +295,7 @@ int RunDaemon(const std::string& config_file) {
   TellModel(*in_force);
   malloc_trim(0);
   Running running{config_file, *config, loop, worker, view, manager, {}};
-  AddThreads(loop, worker, running.lifeline);
+  AddThreads(*config, loop, worker, running.lifeline);
   (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);
   manager.Ready("started");

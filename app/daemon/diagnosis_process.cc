@@ -11,8 +11,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
+
+#include "app/config/program_beside.h"
 
 namespace plumbline {
 namespace {
@@ -100,9 +101,7 @@ void DiagnosisProcess::Kill() {
 
 std::string PlumblineProgram() {
   if (const char* named = std::getenv("PLUMBLINE_PROGRAM")) return named;
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? "/usr/bin/plumbline" : (self.parent_path() / "plumbline").string();
+  return ProgramBeside("plumbline");
 }
 
 }  // namespace plumbline

@@ -16,7 +16,7 @@
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 #include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -4,8 +4,22 @@
 
 namespace plumbline {
 
-void Lifeline::Add(std::string thread, double patience_s, std::function<std::uint64_t()> beats) {
-  threads_.push_back({std::move(thread), patience_s, std::move(beats)});
+namespace {
+
+/// Of its patience, after which a thread is late.
+constexpr double kLate = 0.5;
+
+}  // namespace
+
+void Lifeline::Add(std::string thread, double patience_s, std::function<std::uint64_t()> beats,
+                   std::function<bool()> waits) {
+  threads_.push_back({std::move(thread), patience_s, std::move(beats), std::move(waits)});
+}
+
+void Lifeline::SetPatience(const std::string& name, double patience_s) {
+  for (Thread& thread : threads_) {
+    if (thread.name == name) thread.patience_s = patience_s;
+  }
 }
 
 Lifeline::Standing Lifeline::Look(double now_s) {
@@ -15,10 +29,15 @@ Lifeline::Standing Lifeline::Look(double now_s) {
     if (!thread.looked || beats != thread.seen) {
       thread.looked = true;
       thread.seen = beats;
-      thread.changed_s = now_s;
+      thread.changed_s = thread.excused_s = now_s;
     }
     const double for_s = now_s - thread.changed_s;
-    if (first.thread.empty() && for_s > thread.patience_s) first = {thread.name, for_s};
+    if (for_s > kLate * thread.patience_s && for_s <= kDevicePatience_s && thread.waits()) {
+      thread.excused_s = now_s;
+    }
+    if (first.thread.empty() && now_s - thread.excused_s > thread.patience_s) {
+      first = {thread.name, for_s};
+    }
   }
   return first;
 }

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "app/daemon/probe_row.h"
-#include "app/daemon/utc_clock.h"
-#include "firmware-like/median.h"
+#include "app/service/utc_clock.h"
 #include "firmware-like/monitor/run_length.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {
@@ -23,7 +23,8 @@ std::string CameraText(const std::string& name) {
   return name.empty() ? "a camera without name" : "camera " + name;
 }
 
-MonitorDesign DesignFrom(const LoopConfig& loop) {
+/// @param step  called between its steps, which take a second together
+MonitorDesign DesignFrom(const LoopConfig& loop, const std::function<void()>& step) {
   MonitorWish wish;
   wish.sigma_m = loop.probe_sigma_m;
   wish.shift_m = loop.shift_m;
@@ -31,7 +32,7 @@ MonitorDesign DesignFrom(const LoopConfig& loop) {
   wish.false_alarms_per_year = loop.false_alarms_per_year;
   wish.reference_probes = loop.reference_probes;
   wish.reference_sd_m = loop.reference_sd_m;
-  return MonitorDesignFor(wish);
+  return MonitorDesignFor(wish, step);
 }
 
 }  // namespace
@@ -81,10 +82,15 @@ void LoopWorker::Run() {
     while (const LoopEvent* event = link_.queue.Front()) {
       if (!Take(*event)) break;  // it stays; the PLC is refused while the queue is full
       link_.queue.Pop();
+      pulse_.Beat();
     }
     if (stop) break;
+    // Each may wait for another program's lock on journal or models.
+    pulse_.Beat();
     ConsiderDiagnosis();
+    pulse_.Beat();
     WatchDiagnosis();
+    pulse_.Beat();
     RefreshModels();
     Tell();
   }
@@ -107,10 +113,11 @@ void LoopWorker::TakeOver(Task task) {
 
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
-  Result<Journal> opened = Journal::Open(config_.state_directory + "/journal.sqlite");
+  Result<Journal> opened =
+      Journal::Open(config_.state_directory + "/journal.sqlite", config_.loop.journal_bytes);
   if (!opened) return Fail(opened.error());
   Journal journal = std::move(opened).value();
-  monitor_.emplace(DesignFrom(config_.loop));
+  monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));
   NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
@@ -127,8 +134,10 @@ void LoopWorker::OpenJournal() {
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
   filter.model_version = models_.applied;
   const Result<bool> replayed =
-      journal.ForEach(filter, config_.machine.cell.robot.joints,
-                      [this](const JournalRow& row) { Judge(row, true); });
+      journal.ForEach(filter, config_.machine.cell.robot.joints, [this](const JournalRow& row) {
+        pulse_.Beat();
+        Judge(row, true);
+      });
   if (!replayed) return Fail(replayed.error());
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
@@ -177,6 +186,7 @@ bool LoopWorker::Record(const LoopEvent& event) {
     Fail(id.error());
     return false;
   }
+  pulse_.Beat();
   Recovered();
   row.id = *id;
   ++recorded_;

@@ -1,17 +1,21 @@
 #include "app/daemon/plc_side.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
+#include <array>
 #include <tuple>
 
+#include "app/daemon/device_wait.h"
 #include "app/log/log.h"
 #include "app/version.h"
 
 namespace plumbline {
 namespace {
 
-/// A serial line that was lost is tried again after pauses of up to 5 s.
-constexpr double kTcpPatience_s = 2, kSerialPatience_s = 8;
+constexpr double kPlcPatience_s = 2;
 
 void TellClient(const modbus::TcpServerEvent& event) {
   using Kind = modbus::TcpServerEvent::Kind;
@@ -42,6 +46,41 @@ Result<std::unique_ptr<modbus::RtuSlave>> OpenLine(modbus::RtuSlaveOptions optio
   return modbus::RtuSlave::Start(options, handler);
 }
 
+/// Where a socket listens: "192.168.0.1", "::"; empty where it is none of the network.
+std::string BoundAddress(int fd) {
+  sockaddr_storage bound{};
+  socklen_t size = sizeof bound;
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  auto* const any = reinterpret_cast<sockaddr*>(&bound);
+  if (getsockname(fd, any, &size) != 0 ||
+      getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0) {
+    return "";
+  }
+  return text.data();
+}
+
+bool IsEveryAddress(const std::string& address) {
+  return address == "0.0.0.0" || address == "::";
+}
+
+/// What the configuration asks for does not hold where the service manager has the socket.
+void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
+  const auto tell = [](const std::string& key, const std::string& wanted, const std::string& is) {
+    Log({Event::kPlcPortDiffers,
+         fmt::format("plc.{} is {}, but the service manager's socket listens on {}, which is "
+                     "served: set the same in both (systemctl edit plumbline.socket)",
+                     key, wanted, is)});
+  };
+  if (asked.port != 0 && port != asked.port) {
+    tell("port", fmt::format("{}", asked.port), fmt::format("{}", port));
+  }
+  if (asked.listen_fd < 0) return;
+  const std::string address = BoundAddress(asked.listen_fd);
+  if (address == asked.address || (IsEveryAddress(address) && IsEveryAddress(asked.address)))
+    return;
+  tell("listen", asked.address, IsEveryAddress(address) ? "every address" : address);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int listen_fd,
@@ -53,12 +92,7 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int list
   auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();
-  if (const int port = side->server_->port(); config.tcp.port != 0 && port != config.tcp.port) {
-    Log({Event::kPlcPortDiffers,
-         fmt::format("plc.port is {}, but the service manager's socket listens on {}, which is "
-                     "served: set the same in both (systemctl edit plumbline.socket)",
-                     config.tcp.port, port)});
-  }
+  TellWhereItDiffers(tcp, side->server_->port());
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);
     if (!slave) return Error{slave.error()};
@@ -68,11 +102,13 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int list
 }
 
 void PlcSide::AddTo(Lifeline& lifeline) const {
-  lifeline.Add("Modbus TCP server", kTcpPatience_s,
+  lifeline.Add("Modbus TCP server", kPlcPatience_s,
                [server = server_.get()] { return server->pulse().beats(); });
   if (!slave_) return;
-  lifeline.Add("Modbus serial line", kSerialPatience_s,
-               [slave = slave_.get()] { return slave->pulse().beats(); });
+  lifeline.Add(
+      "Modbus serial line", kPlcPatience_s,
+      [slave = slave_.get()] { return slave->pulse().beats(); },
+      [slave = slave_.get()] { return WaitsForDevice(slave->pulse().thread()); });
 }
 
 modbus::DeviceIdentification Identification() {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "app/daemon/utc_clock.h"
 #include "app/log/log.h"
+#include "app/service/utc_clock.h"
 #include "app/version.h"
 #include "drivers/clock.h"
 
@@ -114,7 +114,7 @@ void ViewSide::Send() {
   TakeSnapshot(*loop_->ReadSnapshot(), point_ids_, state);
   const LoopCounters counters = loop_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
-                 counters.overruns};
+                 counters.overruns, counters.starts};
   state.loop = *link_.told.Read();
   state.model_version = state.loop.applied;
   for (std::size_t k = 0; k < cameras_.size(); ++k) {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -11,7 +11,7 @@
 #include "app/diagnosis/clusters.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "app/diagnosis/robust.h"
-#include "firmware-like/chi_square.h"
 #include "firmware-like/effects/parameter_name.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {

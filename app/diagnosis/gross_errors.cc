@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "app/diagnosis/alignment.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/diagnosis/remainder_design.h"
-#include "firmware-like/chi_square.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "firmware-like/chi_square.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {

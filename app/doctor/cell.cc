@@ -1,6 +1,7 @@
 #include "app/doctor/cell.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 
 #include "app/fleet/broker_link.h"
@@ -70,6 +71,19 @@ CheckUp AlarmsOf(const ViewState& state) {
 }
 
 }  // namespace
+
+CheckedThing LookAtAccess(const modbus::TcpServerOptions& plc) {
+  const std::string where = fmt::format("{} port {}", plc.address, plc.port);
+  if (!plc.allow.empty()) {
+    return {Health::kGood, "plc access",
+            where + ", for " + fmt::format("{}", fmt::join(plc.allow, ", ")), ""};
+  }
+  return {Health::kWarning, "plc access",
+          where +
+              ", or that of plumbline.socket, for every computer that reaches it: each may give "
+              "commands",
+          "allow = [\"the PLC's address\"] under [plc], then systemctl restart plumbline"};
+}
 
 CheckUp LookAtDaemon(const DaemonConfig& config) {
   ViewClient client(ViewSocketOf(config.state_directory));

@@ -12,6 +12,8 @@ namespace plumbline {
 /// Asks the running daemon, which holds robot and camera; where none runs, the robot itself, with
 /// one reading.
 CheckUp LookAtDaemon(const DaemonConfig& config);
+/// Who may give commands to the PLC's side: whoever reaches the port, where plc.allow names nobody.
+CheckedThing LookAtAccess(const modbus::TcpServerOptions& plc);
 /// Whether the camera is plugged in, the only one of that name, and may be used.
 CheckedThing LookAtCamera(const CameraConfig& camera, const Account& account,
                           const DeviceTree& tree = {});

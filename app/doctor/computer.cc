@@ -8,11 +8,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <sstream>
 
 #include "app/config/utc_text.h"
+#include "app/service/utc_clock.h"
 
 namespace plumbline {
 namespace {
@@ -33,7 +33,7 @@ bool InPath(const std::string& program) {
 }  // namespace
 
 CheckedThing LookAtClock() {
-  const double now_s = static_cast<double>(std::time(nullptr));
+  const double now_s = ComputerUtcSeconds();
   const std::string when = TextFromUtc(now_s);
   if (now_s < kEarliest_s) {
     return {Health::kFault, "clock", when + ": it was never set",

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "app/config/daemon_config_reader.h"
+#include "app/config/program_beside.h"
 #include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
 
@@ -18,12 +17,6 @@ CheckUp FaultsOf(const FaultList& faults) {
                      "configuration", FaultText(fault), "mend that line"});
   }
   return found;
-}
-
-/// Where this program lies, and with it plumbline-mesh.
-std::string OwnFolder() {
-  std::error_code none;
-  return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().string();
 }
 
 }  // namespace
@@ -47,6 +40,7 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
   add({LookAtState(config->state_directory, account)});
   add(LookAtPrograms(*config, OwnFolder()));
   add(LookAtDaemon(*config));
+  add({LookAtAccess(config->plc.tcp)});
   for (const CameraConfig& camera : config->vision.cameras) {
     add({LookAtCamera(camera, account), LookAtZoom(camera.zoom, account)});
   }

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "app/config/text_file.h"
-#include "app/daemon/utc_clock.h"
+#include "app/service/utc_clock.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/pulse.h"
@@ -243,7 +243,9 @@ void BrokerLink::Shared::Run() {
 BrokerLink::BrokerLink(const MqttConfig& config, LastWill will)
     : shared_(std::make_shared<Shared>(config, std::move(will))) {
   OpenLibrary();
-  std::thread([shared = shared_] { shared->Run(); }).detach();
+  std::thread thread([shared = shared_] { shared->Run(); });
+  pthread_setname_np(thread.native_handle(), "broker");
+  thread.detach();
 }
 
 BrokerLink::~BrokerLink() {

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "app/daemon/utc_clock.h"
 #include "app/log/log.h"
+#include "app/service/utc_clock.h"
 #include "drivers/clock.h"
 
 namespace plumbline {

@@ -83,10 +83,30 @@ Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_
   return queue;
 }
 
+/// A file of another program, or of a newer version, is told and left as it is.
+Result<bool> FleetQueue::IsOurs() {
+  const auto version = database_.IntegerOf("PRAGMA user_version");
+  const auto kind = database_.IntegerOf("PRAGMA application_id");
+  const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
+  for (const auto* read : {&version, &kind, &tables}) {
+    if (!*read) return Failed("cannot be read (does another plumbline-fleet use it?)");
+  }
+  if (*tables > 0 && *kind != kQueueId) {
+    return Error{
+        fmt::format("{}: is a database, but no queue of plumbline-fleet", database_.path())};
+  }
+  if (*version > kQueueSchema) {
+    return Error{NewerSchema(database_.path(), *version, kQueueSchema)};
+  }
+  return true;
+}
+
 Result<bool> FleetQueue::Prepare() {
   // Two publishers of one queue would tell everything twice: the second does not get in.
-  if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE") ||
-      !database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
+  if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE")) return Failed("cannot be prepared");
+  const Result<bool> ours = IsOurs();
+  if (!ours) return ours;
+  if (!database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
       !database_.Run("PRAGMA wal_autocheckpoint=200") ||
       !database_.Run("PRAGMA journal_size_limit=4000000")) {
     return Failed("cannot be prepared (does another plumbline-fleet use it?)");
@@ -94,19 +114,7 @@ Result<bool> FleetQueue::Prepare() {
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   const auto version = database_.IntegerOf("PRAGMA user_version");
-  const auto kind = database_.IntegerOf("PRAGMA application_id");
-  const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
-  for (const auto* read : {&version, &kind, &tables}) {
-    if (!*read) return Error{read->error()};
-  }
-  if (*tables > 0 && *kind != kQueueId) {
-    return Error{
-        fmt::format("{}: is a database, but no queue of plumbline-fleet", database_.path())};
-  }
-  if (*version > kQueueSchema) {
-    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             database_.path(), *version, kQueueSchema)};
-  }
+  if (!version) return Error{version.error()};
   if (*version == 0) {
     const std::string mark =
         fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);

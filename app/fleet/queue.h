@@ -51,6 +51,7 @@ class FleetQueue {
   };
   FleetQueue(Database database, std::int64_t bound_bytes)
       : database_(std::move(database)), bound_bytes_(bound_bytes) {}
+  Result<bool> IsOurs();
   Result<bool> Prepare();
   Result<bool> Load();
   bool MakeRoom(Counts& counts);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
-#include <pthread.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
@@ -11,10 +10,11 @@
 #include <optional>
 
 #include "app/config/daemon_config_reader.h"
-#include "app/daemon/service_manager.h"
 #include "app/fleet/fleet_loop.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
+#include "app/service/service_manager.h"
+#include "app/service/signals.h"
 #include "app/version.h"
 #include "drivers/clock.h"
 
@@ -25,15 +25,6 @@ constexpr double kGoodbye_s = 2;
 constexpr double kStatusPeriod_s = 1;
 /// The link's thread waits for name servers, which have their own patience.
 constexpr double kLinkPatience_s = 120;
-
-/// Blocked in every thread started afterwards.
-int OpenFleetSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-}
 
 std::optional<DaemonConfig> ReadFleetConfig(const std::string& file) {
   FaultList faults;
@@ -104,7 +95,7 @@ int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) 
 int RunFleet(const std::string& config_file) {
   mallopt(M_ARENA_MAX, 2);
   const ServiceManager manager;
-  const int signals = OpenFleetSignals();
+  const int signals = OpenSignals();
   auto config = ReadFleetConfig(config_file);
   if (!config) return 1;
   for (;;) {

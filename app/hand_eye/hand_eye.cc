@@ -9,7 +9,7 @@
 
 #include "app/hand_eye/hand_eye_fit.h"
 #include "firmware-like/geometry/rotation.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

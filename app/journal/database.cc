@@ -64,6 +64,14 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
                            code == SQLITE_DONE ? "what was asked for is not there" : Problem())};
 }
 
+std::string NewerSchema(const std::string& path, std::int64_t schema, int known) {
+  return fmt::format(
+      "{}: written by a newer plumbline (schema {}, this one knows {}); install that version "
+      "again, "
+      "or move the file away to begin a new one",
+      path, schema, known);
+}
+
 Transaction::Transaction(Database& database)
     : database_(database), open_(database.Run("BEGIN IMMEDIATE")) {}
 

@@ -74,6 +74,9 @@ class Database {
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_{nullptr, &sqlite3_close_v2};
 };
 
+/// What to say of a file that only a newer version can read: it is left as it is.
+std::string NewerSchema(const std::string& path, std::int64_t schema, int known);
+
 /// Begins a write transaction; rolled back where Commit() was not reached.
 class Transaction {
  public:

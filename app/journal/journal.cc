@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 
 #include "app/journal/journal_schema.h"
 #include "app/journal/row_statement.h"
 
 namespace plumbline {
-Result<Journal> Journal::Open(const std::string& path) {
+
+Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
   if (!opened) return Error{opened.error()};
   Journal journal(std::move(opened).value());
@@ -21,7 +23,22 @@ Result<Journal> Journal::Open(const std::string& path) {
   if (!ready) return Error{ready.error()};
   const Result<bool> timed = journal.ReadEpoch();
   if (!timed) return Error{timed.error()};
+  journal.bound_bytes_ = bound_bytes;
+  const Result<bool> bound = journal.Bound();
+  if (!bound) return Error{bound.error()};
   return journal;
+}
+
+/// SQLite itself holds the bound, in pages; a file that is larger already does not grow.
+Result<bool> Journal::Bound() {
+  if (bound_bytes_ <= 0) return true;
+  const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
+  if (!page_bytes) return Error{page_bytes.error()};
+  const std::string bound = fmt::format("PRAGMA max_page_count={}",
+                                        std::max<std::int64_t>(bound_bytes_ / *page_bytes, 1));
+  const Result<std::int64_t> held = database_.IntegerOf(bound.c_str());
+  if (!held) return Error{held.error()};
+  return true;
 }
 
 Result<bool> Journal::ReadEpoch() {
@@ -54,12 +71,29 @@ Error Journal::Failed(const char* what) const {
   return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
 }
 
+Error Journal::NotWritten(const char* what) {
+  // SQLite says the same of a full disk; by its size it is known which of the two it was.
+  constexpr double kNear = 0.95;
+  Error other = Failed(what);
+  if (sqlite3_errcode(database_.get()) != SQLITE_FULL || bound_bytes_ <= 0) return other;
+  const Result<std::int64_t> pages = database_.IntegerOf("PRAGMA page_count");
+  const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
+  if (!pages || !page_bytes ||
+      static_cast<double>(*pages * *page_bytes) < kNear * static_cast<double>(bound_bytes_)) {
+    return other;
+  }
+  return Error{
+      fmt::format("{}: {}: it has the {} MB that journal_mb allows; allow more, or keep what is of "
+                  "worth by `plumbline journal export` and move it away",
+                  database_.path(), what, bound_bytes_ / 1'000'000)};
+}
+
 Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
                                            const std::vector<Joint>& joints) {
   Statement statement(database_.get(), kInsertRow);
   for (const JournalRow& row : rows) {
     assert(row.q.size() == static_cast<Eigen::Index>(joints.size()));
-    if (!InsertRow(statement, row, joints)) return Failed("row not written");
+    if (!InsertRow(statement, row, joints)) return NotWritten("row not written");
   }
   return sqlite3_last_insert_rowid(database_.get());
 }
@@ -69,7 +103,7 @@ Result<std::int64_t> Journal::Append(const std::vector<JournalRow>& rows,
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("row not written");
   Result<std::int64_t> last = AppendInside(rows, joints);
-  if (last && !transaction.Commit()) return Failed("row not written");
+  if (last && !transaction.Commit()) return NotWritten("row not written");
   return last;
 }
 
@@ -95,7 +129,7 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   record.Bind(2, static_cast<std::int64_t>(content_hash));
   record.Bind(3, static_cast<std::int64_t>(rows.size()));
   record.Bind(4, *last);
-  if (!record.Run() || !transaction.Commit()) return Failed("nothing imported");
+  if (!record.Run() || !transaction.Commit()) return NotWritten("nothing imported");
   return last;
 }
 
@@ -113,7 +147,7 @@ Result<bool> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
   statement.Bind(1, std::int64_t{wild});
   statement.Bind(2, std::int64_t{alarm});
   statement.Bind(3, id);
-  if (!statement.Run()) return Failed("row not marked");
+  if (!statement.Run()) return NotWritten("row not marked");
   return true;
 }
 
@@ -164,7 +198,7 @@ Result<bool> Journal::NoteRestart(int model_version, const std::string& reason) 
                       "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
   statement.Bind(1, std::int64_t{model_version});
   statement.Bind(2, reason);
-  if (!statement.Run()) return Failed("restart of the monitor not noted");
+  if (!statement.Run()) return NotWritten("restart of the monitor not noted");
   return true;
 }
 

@@ -24,8 +24,9 @@ struct JournalFilter {
 /// it can be read with the sqlite3 command.
 class Journal {
  public:
-  /// Opens or makes the file. @return why not: not a journal, of a newer version, not writable
-  static Result<Journal> Open(const std::string& path);
+  /// Opens or makes the file. @param bound_bytes  it grows up to so much; 0: up to the disk
+  /// @return why not: not a journal, of a newer version, not writable
+  static Result<Journal> Open(const std::string& path, std::int64_t bound_bytes = 0);
   /// Opens an existing one for reading; makes nothing.
   static Result<Journal> OpenForReading(const std::string& path);
 
@@ -81,10 +82,13 @@ class Journal {
                                     const std::vector<Joint>& joints);
   Result<std::optional<Restart>> RestartBy(const char* sql);
   Result<bool> ReadEpoch();
+  Result<bool> Bound();
   Error Failed(const char* what) const;
+  Error NotWritten(const char* what);
 
   Database database_;
   double epoch_utc_s_ = 0;
+  std::int64_t bound_bytes_ = 0;
 };
 
 /// FNV-1a, to recognise a file that was imported before.

@@ -78,8 +78,7 @@ std::optional<Error> WhyNoJournal(Database& database) {
     if (!*read) return Error{read->error()};
   }
   if (*version > kJournalSchema) {
-    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             database.path(), *version, kJournalSchema)};
+    return Error{NewerSchema(database.path(), *version, kJournalSchema)};
   }
   if (*tables > 0 && *kind != kApplicationId) {
     return Error{fmt::format("{}: is a database, but no plumbline journal", database.path())};

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

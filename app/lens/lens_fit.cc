@@ -9,7 +9,7 @@
 #include "app/lens/disc_offsets.h"
 #include "app/lens/lens_costs.h"
 #include "app/lens/lens_start.h"
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

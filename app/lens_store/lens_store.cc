@@ -44,8 +44,7 @@ std::optional<Error> NoLensStore(Database& database, bool& empty) {
     return Error{fmt::format("{}: cannot be read: {}", database.path(), database.Problem())};
   }
   if (*version > LensStore::kSchemaVersion) {
-    return Error{fmt::format("{}: written by a newer plumbline (schema {}, this one knows {})",
-                             database.path(), *version, LensStore::kSchemaVersion)};
+    return Error{NewerSchema(database.path(), *version, LensStore::kSchemaVersion)};
   }
   empty = *tables == 0;
   if (empty || *kind == kApplicationId) return std::nullopt;

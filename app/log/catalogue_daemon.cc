@@ -53,6 +53,12 @@ constexpr EventEntry kEntries[] = {
      "service", "... N more in the last minute, the latest: ...",
      "of an event at most five lines a minute are told of one thing; the others are counted",
      "as for the event"},
+    {Event::kLogHeldUp, "log-held-up", LogLevel::kWarning, "04b121fd73e6479e9d6089758f29e6bc",
+     "service", "the log was held up for ... s: ...",
+     "journald, or whoever reads the log, took nothing for so long; the daemon did not wait for "
+     "it, "
+     "kept 256 lines, and told them afterwards",
+     "`systemctl status systemd-journald`; the disk under /var/log/journal"},
     // robot
     {Event::kRobotSetUp, "robot-set-up", LogLevel::kError, "16182868f6574819834426a4062549bb",
      "robot", "robot: ...", "the robot's side cannot be set up (a replay without rows, a unit id)",
@@ -121,8 +127,8 @@ constexpr EventEntry kEntries[] = {
      "`plc.listen`, `plc.port`; another plumblined?"},
     {Event::kPlcPortDiffers, "plc-port-differs", LogLevel::kWarning,
      "44b5d0e9478244c8a5e4bc8ff4b7337a", "plc",
-     "plc.port is ..., but the service manager's socket listens on ...", "the socket unit counts",
-     "set the same in both (`systemctl edit plumbline.socket`)"},
+     "plc.port (plc.listen) is ..., but the service manager's socket listens on ...",
+     "the socket unit counts", "set the same in both (`systemctl edit plumbline.socket`)"},
     {Event::kHeartbeatLost, "heartbeat-lost", LogLevel::kWarning,
      "0fb19b15eace4f0c9ccda86b91e19ea1", "plc", "PLC heartbeat lost",
      "register 1030 stood still for 2 s", "the PLC's program"},
@@ -182,7 +188,7 @@ constexpr EventEntry kEntries[] = {
      "its own words are told", "the files in `diagnosis` of the state directory"},
     {Event::kJournalFault, "journal-fault", LogLevel::kError, "db6bfde1568d4261bdc4cdfa2941c442",
      "loop", "journal: ...", "probes are refused (code 12) until it works again",
-     "disk full, permissions, a file that is none: move it away"},
+     "disk full, `journal_mb` reached, permissions, a file that is none: move it away"},
     {Event::kJournalWorks, "journal-works", LogLevel::kNotice, "ddb43b9201944e9b88c2521301f0aca8",
      "loop", "journal works again", "", ""},
     {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,

@@ -6,14 +6,18 @@
 
 namespace plumbline {
 
-void LogFault(const Fault& fault) {
+LogEntry EntryOfFault(const Fault& fault) {
   const bool is_fault = fault.severity == Fault::Severity::kFault;
-  Log({is_fault ? Event::kFileFault : Event::kFileWarning,
-       FaultText(fault),
-       {{"PLACE", fmt::format("{}:{} {}", fault.file, fault.line, fault.key)},
-        {"CONFIG_FILE", fault.file},
-        {"CONFIG_LINE", fmt::format("{}", fault.line)},
-        {"CONFIG_KEY", fault.key}}});
+  return {is_fault ? Event::kFileFault : Event::kFileWarning,
+          FaultText(fault),
+          {{"PLACE", fmt::format("{}:{} {}", fault.file, fault.line, fault.key)},
+           {"CONFIG_FILE", fault.file},
+           {"CONFIG_LINE", fmt::format("{}", fault.line)},
+           {"CONFIG_KEY", fault.key}}};
+}
+
+void LogFault(const Fault& fault) {
+  Log(EntryOfFault(fault));
 }
 
 void LogFaults(const FaultList& faults) {

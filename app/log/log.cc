@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <sys/uio.h>
-#include <systemd/sd-journal.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,11 +10,23 @@
 #include <deque>
 #include <mutex>
 
+#include "app/log/log_outlet.h"
 #include "app/log/repeats.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
+
+constexpr const char* kJournalSocket = "/run/systemd/journal/socket";
+constexpr double kWorthTelling_s = 1;
+
+/// Whether standard error goes to journald, which says so by device and inode (systemd.exec(5)).
+bool ErrorIsJournal() {
+  const char* told = std::getenv("JOURNAL_STREAM");
+  struct stat error {};
+  return told != nullptr && fstat(STDERR_FILENO, &error) == 0 &&
+         fmt::format("{}:{}", error.st_dev, error.st_ino) == told;
+}
 
 struct LogState {
   std::mutex mutex;
@@ -24,6 +34,7 @@ struct LogState {
   Repeats repeats;
   std::deque<LogLine> lines;
   std::uint64_t number = 0;
+  LogOutlet outlet{ErrorIsJournal() ? kJournalSocket : "", STDERR_FILENO};
 };
 
 LogState& State() {
@@ -37,36 +48,14 @@ timespec UtcNow() {
   return now;
 }
 
-/// Whether standard error goes to journald, which says so by device and inode (systemd.exec(5)).
-bool ErrorIsJournal() {
-  const char* told = std::getenv("JOURNAL_STREAM");
-  struct stat error {};
-  return told != nullptr && fstat(STDERR_FILENO, &error) == 0 &&
-         fmt::format("{}:{}", error.st_dev, error.st_ino) == told;
-}
-
-bool ToJournal(const std::vector<std::string>& fields) {
-  std::vector<iovec> parts;
-  for (const std::string& field : fields) {
-    parts.push_back({const_cast<char*>(field.data()), field.size()});
-  }
-  return sd_journal_sendv(parts.data(), static_cast<int>(parts.size())) == 0;
-}
-
-void ToStandardError(LogLevel level, const std::string& text) {
-  fmt::memory_buffer line;
-  if (isatty(STDERR_FILENO) != 0) {
-    const timespec now = UtcNow();
-    std::tm local{};
-    localtime_r(&now.tv_sec, &local);
-    fmt::format_to(std::back_inserter(line), "{:02}:{:02}:{:02}.{:03} ", local.tm_hour,
-                   local.tm_min, local.tm_sec, now.tv_nsec / 1000000);
-  } else {
-    fmt::format_to(std::back_inserter(line), "<{}>", static_cast<int>(level));
-  }
-  fmt::format_to(std::back_inserter(line), "{}\n", text);
-  // One write a line, so that threads do not mix theirs; nothing can be done where it fails.
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line.data(), line.size());
+/// As it stands on a terminal or in a file, with its line end.
+std::string PlainLine(LogLevel level, const std::string& text) {
+  if (isatty(STDERR_FILENO) == 0) return fmt::format("<{}>{}\n", static_cast<int>(level), text);
+  const timespec now = UtcNow();
+  std::tm local{};
+  localtime_r(&now.tv_sec, &local);
+  return fmt::format("{:02}:{:02}:{:02}.{:03} {}\n", local.tm_hour, local.tm_min, local.tm_sec,
+                     now.tv_nsec / 1000000, text);
 }
 
 /// The state's mutex is held, so that lines keep their order.
@@ -77,11 +66,22 @@ void Put(LogState& state, const LogEntry& entry) {
                          static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec),
                          level, entry.text});
   if (state.lines.size() > kKeptLogLines) state.lines.pop_front();
-  static const bool journal = ErrorIsJournal();
   const char* const program = program_invocation_short_name;
-  if (!journal || !ToJournal(JournalFields(entry, state.context, program))) {
-    ToStandardError(level, entry.text);
-  }
+  state.outlet.Put(
+      {JournalDatagram(JournalFields(entry, state.context, program)), PlainLine(level, entry.text)},
+      MonotonicSeconds());
+}
+
+/// That lines were lost, or stand at a later time than they belong to. The mutex is held.
+void TellHeldUp(LogState& state) {
+  const std::optional<LogOutlet::HeldUp> held = state.outlet.TakeHeldUp();
+  if (!held || (held->lost == 0 && held->for_s < kWorthTelling_s)) return;
+  Put(state,
+      {Event::kLogHeldUp,
+       fmt::format("the log was held up for {:.1f} s: the {} lines above are late, {} before "
+                   "them are lost",
+                   held->for_s, held->late, held->lost),
+       {{"LOST", fmt::format("{}", held->lost)}}});
 }
 
 }  // namespace
@@ -90,12 +90,15 @@ void Log(const LogEntry& entry) {
   LogState& state = State();
   const std::lock_guard lock(state.mutex);
   if (state.repeats.Pass(entry, MonotonicSeconds())) Put(state, entry);
+  TellHeldUp(state);
 }
 
 void LogRepeats(bool all) {
   LogState& state = State();
   const std::lock_guard lock(state.mutex);
   for (const LogEntry& entry : state.repeats.Due(MonotonicSeconds(), all)) Put(state, entry);
+  state.outlet.Flush(MonotonicSeconds());
+  TellHeldUp(state);
 }
 
 void SetLogContext(LogContext context) {

@@ -11,10 +11,11 @@ namespace plumbline {
 
 /// Tells it. Where standard error is journald's, with all its fields; on a terminal with the time
 /// of day; elsewhere with the "<n>" that journald turns into a priority. Repeats are counted
-/// (Repeats). Any thread. A log that cannot be written stops nothing.
+/// (Repeats). Any thread. Never waits: what cannot be written now is kept for a while (LogOutlet).
 void Log(const LogEntry& entry);
 
-/// Tells what was counted and is due; at the end, all of it. Any thread.
+/// Tells what was counted and is due, and what could not be written before; at the end, all of it.
+/// Called every second or so. Any thread.
 void LogRepeats(bool all = false);
 
 /// What every entry is about from now on.

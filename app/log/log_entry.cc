@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace plumbline {
 namespace {
@@ -39,6 +40,22 @@ std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& 
     }
   }
   return fields;
+}
+
+std::string JournalDatagram(const std::vector<std::string>& fields) {
+  std::string datagram;
+  for (const std::string& field : fields) {
+    const std::size_t equals = field.find('=');
+    if (equals == std::string::npos || field.find('\n') == std::string::npos) {
+      datagram += field + '\n';
+      continue;
+    }
+    datagram += field.substr(0, equals) + '\n';
+    const std::uint64_t length = field.size() - equals - 1;
+    for (int byte = 0; byte < 8; ++byte) datagram += static_cast<char>(length >> (8 * byte));
+    datagram += field.substr(equals + 1) + '\n';
+  }
+  return datagram;
 }
 
 }  // namespace plumbline

@@ -36,4 +36,9 @@ struct LogContext {
 std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& context,
                                        const char* program);
 
+/// The fields as one datagram of journald's native protocol (systemd's
+/// docs/JOURNAL_NATIVE_PROTOCOL.md): "NAME=value\n", or where the value has lines of its own
+/// "NAME\n", its length as 64 bits, little endian, the value, "\n".
+std::string JournalDatagram(const std::vector<std::string>& fields);
+
 }  // namespace plumbline

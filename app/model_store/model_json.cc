@@ -39,11 +39,18 @@ std::string TextIn(const json& object, const char* name) {
 
 }  // namespace
 
+int SchemaInJson(const std::string& text) {
+  const json object = json::parse(text, nullptr, false);
+  if (!object.is_object()) return 0;
+  const auto schema = object.find("schema");
+  return schema != object.end() && schema->is_number_integer() ? schema->get<int>() : 0;
+}
+
 std::string JsonFrom(const ModelFacts& facts) {
-  json object = {
-      {"schema", 1},           {"origin", NameOf(facts.origin)}, {"date", facts.date},
-      {"from", facts.from},    {"verdict", facts.verdict},       {"effects", facts.effects},
-      {"report", facts.report}};
+  json object = {{"schema", kModelSchema},   {"origin", NameOf(facts.origin)},
+                 {"date", facts.date},       {"from", facts.from},
+                 {"verdict", facts.verdict}, {"effects", facts.effects},
+                 {"report", facts.report}};
   Put(object, "based_on", facts.based_on);
   Put(object, "rms_before_mm", facts.rms_before_mm);
   Put(object, "rms_after_mm", facts.rms_after_mm);
@@ -54,7 +61,7 @@ std::string JsonFrom(const ModelFacts& facts) {
 }
 
 std::string JsonFrom(const ModelState& state) {
-  return json{{"schema", 1},
+  return json{{"schema", kModelSchema},
               {"declared", state.declared},
               {"applied", state.applied},
               {"proposed", state.proposed},

@@ -8,6 +8,10 @@
 
 namespace plumbline {
 
+inline constexpr int kModelSchema = 1;
+/// The schema that a file of the store names; 0 where it names none.
+int SchemaInJson(const std::string& text);
+
 std::string JsonFrom(const ModelFacts& facts);
 std::string JsonFrom(const ModelState& state);
 /// Nothing where the text is not what JsonFrom() writes.

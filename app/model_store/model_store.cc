@@ -6,12 +6,27 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"
 
 namespace plumbline {
+namespace {
+
+/// A file that only a newer version understands is left as it is.
+std::optional<Error> WrittenByNewer(const std::string& path, const std::string& text) {
+  const int schema = SchemaInJson(text);
+  if (schema <= kModelSchema) return std::nullopt;
+  return Error{
+      fmt::format("{}: written by a newer plumbline (schema {}, this one knows {}); install that "
+                  "version again, or move the folder away to begin a new one",
+                  path, schema, kModelSchema)};
+}
+
+}  // namespace
 
 Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   ModelStore store(state_directory + "/models");
@@ -52,6 +67,7 @@ Result<ModelState> ModelStore::State() const {
   if (!std::filesystem::exists(path)) return ModelState{};
   const Result<std::string> text = ReadTextFile(path);
   if (!text) return Error{fmt::format("{}: {}", path, text.error())};
+  if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) {
     return Error{
@@ -66,6 +82,7 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
   const std::string path = Path(number, ".json");
   const Result<std::string> text = ReadTextFile(path);
   if (!text) return Error{fmt::format("no version {}: {}: {}", number, path, text.error())};
+  if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: is not what the model store wrote", path)};
   return *facts;

@@ -139,6 +139,7 @@ HttpServer::HttpServer(int listen_fd, StreamLimits limits, HttpFormat::Answer an
 
 void HttpServer::Start() {
   thread_ = std::thread([this] { Run(); });
+  pthread_setname_np(thread_.native_handle(), "page");
 }
 
 HttpServer::~HttpServer() {
@@ -203,6 +204,7 @@ void HttpServer::Admit(int fd, const std::string& peer) {
   ++connections_;
   try {
     free->thread = std::thread([this, free] { Serve(*free); });
+    pthread_setname_np(free->thread.native_handle(), "page-answer");
   } catch (const std::system_error&) {  // the limit of threads or memory
     ++turned_away_;
     SendShort(fd, "503 Service Unavailable");

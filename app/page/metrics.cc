@@ -122,6 +122,21 @@ void AddLoop(MetricsWriter& writer, const ViewState& state) {
   }
 }
 
+/// Counts add up from class to class, as the format wants them.
+void AddLateness(MetricsWriter& writer, const LatenessCounts& starts) {
+  writer.Begin("cycle_start_late_seconds", Type::kHistogram,
+               "How late machine cycles began, since the daemon started.");
+  std::uint64_t sum = 0;
+  for (std::size_t k = 0; k < starts.began.size(); ++k) {
+    sum += starts.began[k];
+    const bool last = k == LatenessCounts::kBounds_s.size();
+    writer.Add(static_cast<double>(sum),
+               {{"le", last ? "+Inf" : NumberText(LatenessCounts::kBounds_s[k])}}, "_bucket");
+  }
+  writer.Add(starts.sum_s, {}, "_sum");
+  writer.Add(static_cast<double>(sum), {}, "_count");
+}
+
 void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
   const ViewState& state = *now.state;
   writer.Begin("daemon_info", Type::kGauge, "Of the daemon; always 1.");
@@ -133,6 +148,7 @@ void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
   writer.Add(static_cast<double>(state.cycle.late));
   writer.Gauge("longest_cycle_seconds", "Longest computation of a cycle since the start.",
                state.cycle.longest_s);
+  AddLateness(writer, state.cycle.starts);
   AddWord(writer, "alarm", "Alarms, each 1 while it stands.", "alarm", state.alarms,
           plc_map::AlarmBits());
   AddWord(writer, "warning", "Warnings, each 1 while it stands.", "warning", state.warnings,
@@ -155,11 +171,14 @@ void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
 void MetricsWriter::Begin(std::string_view name, Type type, std::string_view help) {
   name_ = fmt::format("plumbline_{}", name);
   text_ += fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name_, help,
-                       type == Type::kCounter ? "counter" : "gauge");
+                       type == Type::kCounter     ? "counter"
+                       : type == Type::kHistogram ? "histogram"
+                                                  : "gauge");
 }
 
-void MetricsWriter::Add(double value, const Labels& labels) {
+void MetricsWriter::Add(double value, const Labels& labels, std::string_view suffix) {
   text_ += name_;
+  text_ += suffix;
   const char* before = "{";
   for (const auto& [label, word] : labels) {
     text_ += fmt::format("{}{}=\"{}\"", before, label, EscapedLabel(word));

@@ -20,12 +20,13 @@ struct PageCounts {
 /// Writes metrics: HELP and TYPE once, then the samples.
 class MetricsWriter {
  public:
-  enum class Type { kGauge, kCounter };
+  enum class Type { kGauge, kCounter, kHistogram };
   using Labels = std::vector<std::pair<std::string_view, std::string>>;
 
   /// Begins a metric. @param name  without the prefix `plumbline_`; a counter's ends in _total
   void Begin(std::string_view name, Type type, std::string_view help);
-  void Add(double value, const Labels& labels = {});
+  /// @param suffix  of a histogram's samples: _bucket, _sum, _count
+  void Add(double value, const Labels& labels = {}, std::string_view suffix = "");
   /// Both, of a single gauge.
   void Gauge(std::string_view name, std::string_view help, double value);
 

@@ -97,7 +97,7 @@ std::string KeptText::Get(double now_s, double period_s, const std::function<std
   return text_;
 }
 
-Page::Page(PageOptions options, Shown& shown, Sink sink)
+Page::Page(PageOptions options, Shown& shown, LogSink sink)
     : options_(std::move(options)),
       sink_(std::move(sink)),
       cookie_value_(CookieValueOf(options_.config.token)),
@@ -110,7 +110,7 @@ Page::Page(PageOptions options, Shown& shown, Sink sink)
   own_names_.push_back(name + ".local");
 }
 
-Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Sink sink) {
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, LogSink sink) {
   int fd = options.listen_fd;
   if (fd < 0) {
     const Result<int> own = ListenForHttp(options.config.listen, options.config.port.value_or(0));
@@ -177,7 +177,9 @@ void Page::AskForToken(const httplib::Request& request, httplib::Response& respo
   const double now_s = MonotonicSeconds();
   if (now_s - told_s_ < kTold_s) return;
   told_s_ = now_s;
-  sink_(true, fmt::format("the page was asked with a wrong token by {}", request.remote_addr));
+  sink_({Event::kPageRefused,
+         fmt::format("the page was asked with a wrong token by {}", request.remote_addr),
+         {{"CLIENT", request.remote_addr}}});
 }
 
 /// The right token in the address becomes a cookie, and leaves the address.

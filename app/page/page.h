@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/config/page_config.h"
+#include "app/log/log_entry.h"
 #include "app/page/http_server.h"
 #include "app/page/log_tail.h"
 #include "app/page/metrics.h"
@@ -39,12 +40,11 @@ class KeptText {
 /// the token where there is one.
 class Page {
  public:
-  using Sink = std::function<void(bool bad, const std::string&)>;
   static constexpr int kMostViewers = 8;  ///< of the live picture
 
   /// @return  or why it is not served, with a remedy: the port, or no token though other computers
   ///          reach the socket
-  static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, Sink sink);
+  static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, LogSink sink);
 
   const ListeningAt& at() const { return at_; }
 
@@ -55,7 +55,7 @@ class Page {
   void Answer(const httplib::Request& request, httplib::Response& response);
 
  private:
-  Page(PageOptions options, Shown& shown, Sink sink);
+  Page(PageOptions options, Shown& shown, LogSink sink);
   bool IsKnown(const httplib::Request& request) const;
   bool GivesToken(const httplib::Request& request) const;  ///< in its address
   void AskForToken(const httplib::Request& request, httplib::Response& response);
@@ -70,7 +70,7 @@ class Page {
   void Health(httplib::Response& response) const;
 
   const PageOptions options_;
-  const Sink sink_;
+  const LogSink sink_;
   const std::string cookie_value_;
   Shown& shown_;
   PictureFeed feed_;

@@ -29,6 +29,7 @@ std::string_view WithoutSpaces(std::string_view text) {
 }
 
 bool IsAddress(const std::string& host) {
+  if (host.find('\0') != std::string::npos) return false;  // inet_pton() would not see what follows
   in6_addr address;
   return inet_pton(AF_INET, host.c_str(), &address) == 1 ||
          inet_pton(AF_INET6, host.c_str(), &address) == 1;

@@ -15,17 +15,19 @@ struct Shifts {
 /// Of what is kept in single precision, its last digit.
 constexpr float kRounded = 1e-6F;
 
-/// Whether a ray from p meets the triangle. [Moeller & Trumbore 1997]
-bool RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, const Vec3& c) {
+/// Whether a ray from p meets the triangle: 1 from behind, -1 from the side that it faces, 0 not.
+/// [Moeller & Trumbore 1997]
+int RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, normal_part = ray.cross(ac);
   const double det = ab.dot(normal_part);
-  if (det == 0) return false;
+  if (det == 0) return 0;
   const Vec3 ap = p - a;
   const double u = ap.dot(normal_part) / det;
-  if (u < 0 || u > 1) return false;
+  if (u < 0 || u > 1) return 0;
   const Vec3 q = ap.cross(ab);
   const double v = ray.dot(q) / det;
-  return v >= 0 && u + v <= 1 && ac.dot(q) / det > 0;
+  if (v < 0 || u + v > 1 || ac.dot(q) / det <= 0) return 0;
+  return det < 0 ? 1 : -1;
 }
 
 }  // namespace
@@ -34,6 +36,7 @@ BvhSolid::BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale)
     : X_KO_(X_KO),
       scale_(scale),
       closed_(mesh.facts.closed()),
+      winds_(mesh.facts.opposed_edges == 0),
       ends_(mesh.facts.ends),
       triangles_(mesh.mesh.triangles) {
   straight_K_.reserve(mesh.mesh.vertices_O.size());
@@ -111,12 +114,15 @@ bool BvhSolid::InBox(const Vec3& p_K) const {
 
 bool BvhSolid::Encloses(const Vec3& p_K) const {
   const Vec3 ray(0.5671, 0.3313, 0.7541);  // along no edge or face that somebody would draw
+  int winding = 0;
   bool odd = false;
   const std::vector<Vec3>& at = vertices_K();
   for (const Triangle& t : triangles_) {
-    odd ^= RayMeets(p_K, ray, at[t[0]], at[t[1]], at[t[2]]);
+    const int meets = RayMeets(p_K, ray, at[t[0]], at[t[1]], at[t[2]]);
+    winding += meets;
+    odd ^= meets != 0;
   }
-  return odd;
+  return winds_ ? winding != 0 : odd;
 }
 
 bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {

@@ -23,7 +23,10 @@ class BvhSolid {
 
   /// Whether some part of `other`, at X_KL, is enclosed; false where this surface is open. Only
   /// where the surfaces do not cross. A part that reaches out of the box around this cannot be; of
-  /// any other a vertex decides, by the parity of the triangles that a ray from it meets.
+  /// any other a vertex decides: it is enclosed where this surface winds around it, that is, where
+  /// a ray from it leaves through more triangles than it enters by. So bodies that overlap in one
+  /// file enclose what both hold, and a cavity whose triangles face into it is free. Where
+  /// triangles face different ways nothing winds; then the parity of what the ray meets decides.
   bool EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const;
 
   const std::vector<Vec3>& vertices_K() const {  ///< bent
@@ -45,6 +48,7 @@ class BvhSolid {
   Pose X_KO_;
   double scale_;
   bool closed_;
+  bool winds_;  ///< its triangles face one way, from each to its neighbours
   std::vector<std::array<std::uint32_t, 6>> ends_;  ///< of its parts (MeshFacts)
   std::vector<Triangle> triangles_;
   std::vector<Vec3> straight_K_, vertices_K_;    ///< before bending, and after; empty: never bent

@@ -14,8 +14,8 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 
+#include "app/config/program_beside.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
@@ -52,9 +52,7 @@ double Mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 std::string MeshProgram() {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? "/usr/bin/plumbline-mesh" : (self.parent_path() / "plumbline-mesh").string();
+  return ProgramBeside("plumbline-mesh");
 }
 
 MeshReader::MeshReader(MeshLimits limits, std::string program)

@@ -90,4 +90,24 @@ std::string Fitted(const std::string& text, float height_px, float width_px,
   return text.substr(0, fits) + kEllipsis;
 }
 
+std::vector<std::string> Wrapped(const std::string& text, float height_px, float width_px,
+                                 const TextWidth& text_width) {
+  std::vector<std::string> lines;
+  std::string line;
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t to = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, to - from);
+    const std::string longer = line.empty() ? word : line + ' ' + word;
+    if (!line.empty() && text_width(longer, height_px) > width_px) {
+      lines.push_back(line);
+      line = word;
+    } else {
+      line = longer;
+    }
+    from = to + 1;
+  }
+  lines.push_back(line);
+  return lines;
+}
+
 }  // namespace plumbline

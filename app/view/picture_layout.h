@@ -42,4 +42,9 @@ using TextWidth = std::function<float(const std::string&, float)>;
 std::string Fitted(const std::string& text, float height_px, float width_px,
                    const TextWidth& text_width);
 
+/// The text in lines that fit, divided between words; a word that is too long for a line of its own
+/// stays whole. At least one line.
+std::vector<std::string> Wrapped(const std::string& text, float height_px, float width_px,
+                                 const TextWidth& text_width);
+
 }  // namespace plumbline

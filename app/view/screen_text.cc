@@ -17,7 +17,7 @@ constexpr Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
     kShadow{0.05F, 0.05F, 0.06F, 0.75F}, kStale{1.0F, 0.66F, 0.0F, 1},
     kTitle{0.55F, 0.72F, 0.95F, 1};
 constexpr float kGap_em = 0.3F;         ///< between the images of two cameras
-constexpr std::size_t kMostUrgent = 5;  ///< lines of a panel, before others get their second
+constexpr std::size_t kMostUrgent = 5;  ///< rows of a panel, before others get their second
 
 Colour ColourOf(Tone tone) {
   switch (tone) {
@@ -50,6 +50,9 @@ class Writer {
     list_.texts.push_back({x, y + layout_.em, layout_.em, colour, fitted});
   }
   float WidthOf(const std::string& text) const { return text_width_(text, layout_.em); }
+  std::vector<std::string> Rows(const std::string& text, float width) const {
+    return Wrapped(text, layout_.em, width, text_width_);
+  }
 
  private:
   const PictureLayout& layout_;
@@ -57,29 +60,59 @@ class Writer {
   DisplayList& list_;
 };
 
-/// The lines up to the last one that somebody should act on.
-std::size_t UrgentLines(const Panel& panel) {
+/// A line of a panel, or a piece of an urgent one that is too long for the column.
+struct Row {
+  std::string text;
+  std::string
+      rest;  ///< of the line, from here to its end: what is shown where the next has no room
+  Tone tone;
+  bool begins;  ///< a line
+};
+using Rows = std::vector<Row>;
+
+/// Somebody should act on it.
+bool IsUrgent(Tone tone) {
+  return tone == Tone::kBad || tone == Tone::kAttention;
+}
+
+Rows RowsOf(const Panel& panel, float width, const Writer& writer) {
+  Rows rows;
+  for (const PanelLine& line : panel.lines) {
+    if (!IsUrgent(line.tone)) {  // its end may be cut off: others' beginnings are worth more
+      rows.push_back({line.text, line.text, line.tone, true});
+      continue;
+    }
+    std::string rest = line.text;
+    for (const std::string& piece : writer.Rows(line.text, width)) {
+      rows.push_back({piece, rest, line.tone, rest.size() == line.text.size()});
+      rest.erase(0, piece.size() + 1);
+    }
+  }
+  return rows;
+}
+
+/// The rows up to the last one that somebody should act on.
+std::size_t UrgentRows(const Rows& rows) {
   std::size_t urgent = 0;
-  for (std::size_t k = 0; k < panel.lines.size(); ++k) {
-    const Tone tone = panel.lines[k].tone;
-    if (tone == Tone::kBad || tone == Tone::kAttention) urgent = k + 1;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (IsUrgent(rows[k].tone)) urgent = k + 1;
   }
   return std::min(urgent, kMostUrgent);
 }
 
-/// How many lines each panel gets, its title not counted: one each, then what is urgent, from the
+/// How many rows each panel gets, its title not counted: one each, then what is urgent, from the
 /// first panel on, then the others in turn.
-std::vector<std::size_t> ShareLines(const std::vector<Panel>& panels, std::size_t room) {
+std::vector<std::size_t> ShareRows(const std::vector<Rows>& panels, std::size_t room) {
   std::vector<std::size_t> given(panels.size(), 0);
   std::size_t left = room > panels.size() ? room - panels.size() : 0;
-  const auto give = [&](std::size_t k, std::size_t lines) {
-    while (left > 0 && given[k] < std::min(lines, panels[k].lines.size())) {
+  const auto give = [&](std::size_t k, std::size_t rows) {
+    while (left > 0 && given[k] < std::min(rows, panels[k].size())) {
       ++given[k];
       --left;
     }
   };
   for (std::size_t k = 0; k < panels.size(); ++k) give(k, 1);
-  for (std::size_t k = 0; k < panels.size(); ++k) give(k, UrgentLines(panels[k]));
+  for (std::size_t k = 0; k < panels.size(); ++k) give(k, UrgentRows(panels[k]));
   for (std::size_t before = left + 1; left < before;) {
     before = left;
     for (std::size_t k = 0; k < panels.size(); ++k) give(k, given[k] + 1);
@@ -93,19 +126,25 @@ void AddColumn(const std::vector<Panel>& panels, const PictureLayout& layout, Wr
   const float margin = 0.5F * layout.em, width = column.width - 2 * margin;
   const auto room =
       static_cast<std::size_t>(std::max(0.0F, (column.height - margin) / layout.line()));
-  const std::vector<std::size_t> given = ShareLines(panels, room);
+  std::vector<Rows> rows;
+  for (const Panel& panel : panels) rows.push_back(RowsOf(panel, width - margin, writer));
+  const std::vector<std::size_t> given = ShareRows(rows, room);
   float y = column.y + margin / 2;
   for (std::size_t k = 0; k < panels.size(); ++k) {
     if (y + layout.line() > column.bottom()) return;
-    const Panel& panel = panels[k];
-    const std::size_t hidden = panel.lines.size() - given[k];
-    const std::string title =
-        hidden > 0 ? fmt::format("{} (+{})", panel.title, hidden) : panel.title;
+    const std::span<const Row> shown = std::span(rows[k]).first(given[k]);
+    const std::span<const Row> not_shown = std::span(rows[k]).subspan(given[k]);
+    const auto hidden = std::count_if(not_shown.begin(), not_shown.end(),
+                                      [](const Row& row) { return row.begins; });
+    const std::string& name = panels[k].title;
+    const std::string title = hidden > 0 ? fmt::format("{} (+{})", name, hidden) : name;
     writer.Line(column.x + margin, y, width, title, kTitle);
     y += layout.line();
-    for (std::size_t i = 0; i < given[k] && y + layout.line() <= column.bottom(); ++i) {
-      writer.Line(column.x + 2 * margin, y, width - margin, panel.lines[i].text,
-                  ColourOf(panel.lines[i].tone));
+    const bool cut = !not_shown.empty() && !not_shown.front().begins;
+    for (std::size_t i = 0; i < shown.size() && y + layout.line() <= column.bottom(); ++i) {
+      const Row& row = shown[i];
+      writer.Line(column.x + 2 * margin, y, width - margin,
+                  cut && i + 1 == shown.size() ? row.rest : row.text, ColourOf(row.tone));
       y += layout.line();
     }
   }

@@ -91,8 +91,10 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const PlcCamera& watch = camera.watch;
   const bool valid = watch.state == ZoomState::kValid;
+  const bool in_place = valid && watch.reason == ZoomReason::kMarksGood;
   std::vector<PanelLine> lines = {
-      {fmt::format("{}: {}", ZoomStateText(watch.state), ZoomReasonText(watch.reason)),
+      {in_place ? "valid: the marks are in place"  // in a line of the column, with a name before it
+                : fmt::format("{}: {}", ZoomStateText(watch.state), ZoomReasonText(watch.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
   if (watch.prompt != BoardPrompt::kNone) {
     lines.push_back({"→ " + std::string(BoardPromptText(watch.prompt)), Tone::kAttention});

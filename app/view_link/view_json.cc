@@ -272,12 +272,20 @@ Json CycleJson(const ViewCycle& cycle) {
   return {{"uptime_s", NumberJson(cycle.uptime_s)},
           {"longest_s", NumberJson(cycle.longest_s)},
           {"cycles", cycle.cycles},
-          {"late", cycle.late}};
+          {"late", cycle.late},
+          {"starts", cycle.starts.began},
+          {"starts_sum_s", cycle.starts.sum_s}};
 }
 
 ViewCycle CycleOf(const Json& json) {
-  return {NumberOf(json.at("uptime_s")), NumberOf(json.at("longest_s")),
-          json.at("cycles").get<std::uint64_t>(), json.at("late").get<std::uint64_t>()};
+  ViewCycle cycle{NumberOf(json.at("uptime_s")),
+                  NumberOf(json.at("longest_s")),
+                  json.at("cycles").get<std::uint64_t>(),
+                  json.at("late").get<std::uint64_t>(),
+                  {}};
+  cycle.starts.began = json.at("starts").get<decltype(cycle.starts.began)>();
+  cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
+  return cycle;
 }
 
 Json LinesJson(const std::vector<ViewLine>& lines) {

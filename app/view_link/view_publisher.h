@@ -27,7 +27,7 @@ namespace plumbline {
 /// kSlotsEach - 1 images of that camera sees that it is not.
 class ViewPublisher {
  public:
-  static constexpr int kSlotsEach = 4, kSlots = kSlotsEach * static_cast<int>(kMostCameras);
+  static constexpr int kSlotsEach = 3, kSlots = kSlotsEach * static_cast<int>(kMostCameras);
   static constexpr int kMostViewers = 8;
 
   /// @param path  of the socket; one that is left over is replaced. At most 107 bytes.

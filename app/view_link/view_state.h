@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/lateness.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/snapshot.h"
@@ -72,6 +73,7 @@ struct ViewPoint {
 struct ViewCycle {
   double uptime_s = 0, longest_s = 0;  ///< of computation, without the wait for the robot
   std::uint64_t cycles = 0, late = 0;
+  LatenessCounts starts;  ///< of cycles, against their ticks
 };
 
 /// One moment of the daemon. SI; times are of the monotonic clock of this computer where not UTC.

@@ -19,7 +19,7 @@ class DumbBuffer {
   DumbBuffer(const DumbBuffer&) = delete;
   DumbBuffer& operator=(const DumbBuffer&) = delete;
 
-  void Fill(const PictureView& picture) { PackPicture(picture, layout_, {memory_, bytes_}); }
+  void Fill(DrawnPicture& picture) { PackDrawn(picture, layout_, {memory_, bytes_}); }
   std::uint32_t framebuffer() const { return framebuffer_; }
 
  private:

@@ -108,9 +108,8 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
 
 DisplayResult FramebufferDisplay::Show(DrawnPicture& picture) {
   if (fd_ < 0) return DisplayResult::kLost;
-  const PictureView pixels = picture.ReadPixels();
-  if (pixels.size != layout_.size) return DisplayResult::kOtherSize;
-  PackPicture(pixels, layout_, {memory_ + mode_.offset, mode_.memory_bytes - mode_.offset});
+  if (picture.size() != layout_.size) return DisplayResult::kOtherSize;
+  PackDrawn(picture, layout_, {memory_ + mode_.offset, mode_.memory_bytes - mode_.offset});
   next_s_ = NextPicture_s(next_s_, clock_(), 1 / options_.rate_hz);
   return DisplayResult::kShown;
 }

@@ -111,10 +111,9 @@ DisplayResult KmsDisplay::Wait(double timeout_s) {
 DisplayResult KmsDisplay::Show(DrawnPicture& picture) {
   if (!output_) return DisplayResult::kLost;
   if (flipping_) return DisplayResult::kBusy;
-  const PictureView pixels = picture.ReadPixels();
-  if (pixels.size != size()) return DisplayResult::kOtherSize;
+  if (picture.size() != size()) return DisplayResult::kOtherSize;
   DumbBuffer& buffer = *buffers_[next_];
-  buffer.Fill(pixels);
+  buffer.Fill(picture);
   const int error = FlipTo(card_, *output_, buffer.framebuffer(), !mode_is_set_, &flipping_);
   if (error == EBUSY) return DisplayResult::kBusy;
   if (error == EACCES || error == EPERM) {

@@ -27,9 +27,23 @@ class DrawnPicture {
   DrawnPicture& operator=(const DrawnPicture&) = delete;
   virtual ~DrawnPicture() = default;
 
-  /// Its pixels; valid until the next call. Waits until it is finished. Empty: none was drawn.
-  virtual PictureView ReadPixels() = 0;
+  virtual ImageSize size() const = 0;  ///< {0, 0}: none was drawn
+
+  /// Some of its rows, as a picture that has no others; valid until the next call. Waits until it
+  /// is finished.
+  virtual PictureView ReadRows(int first, int count) = 0;
 };
+
+/// Reads it in parts, each small enough to stay in the processor's cache until it is taken, and
+/// needs memory for one part only. @param take  (int first_row, const PictureView& rows)
+template <typename Take>
+void ReadInParts(DrawnPicture& picture, Take take) {
+  constexpr int kParts = 8;
+  const int height = picture.size().height, most = (height + kParts - 1) / kParts;
+  for (int first = 0; first < height; first += most) {
+    take(first, picture.ReadRows(first, first + most < height ? most : height - first));
+  }
+}
 
 /// For files: red, green, blue; row by row from the top, no padding.
 struct RgbImage {

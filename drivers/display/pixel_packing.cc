@@ -86,4 +86,12 @@ void PackPicture(const PictureView& picture, const PixelLayout& layout,
   }
 }
 
+void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::uint8_t> memory) {
+  ReadInParts(picture, [&](int first, const PictureView& rows) {
+    PixelLayout part = layout;
+    part.size = rows.size;
+    PackPicture(rows, part, memory.subspan(static_cast<std::size_t>(first) * layout.stride));
+  });
+}
+
 }  // namespace plumbline

@@ -34,5 +34,7 @@ std::optional<Error> UnusableLayout(const PixelLayout& layout, std::size_t memor
 /// @param memory  as large as UnusableLayout() was told
 void PackPicture(const PictureView& picture, const PixelLayout& layout,
                  std::span<std::uint8_t> memory);
+/// The same, from where it was drawn.
+void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::uint8_t> memory);
 
 }  // namespace plumbline

@@ -116,24 +116,26 @@ DrawResult Renderer::Draw(const DisplayList& list) {
   return problem_.empty() ? DrawResult::kDrawn : DrawResult::kRefused;
 }
 
-PictureView Renderer::ReadPixels() {
-  if (size_ == ImageSize{}) return {};
+PictureView Renderer::ReadRows(int first, int count) {
   pixels_.resize(std::size_t{4} * static_cast<std::size_t>(size_.width) *
-                 static_cast<std::size_t>(size_.height));
+                 static_cast<std::size_t>(count));
   glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
-  glReadPixels(0, 0, size_.width, size_.height, GL_RGBA, GL_UNSIGNED_BYTE, pixels_.data());
-  return {pixels_.data(), size_};
+  glReadPixels(0, first, size_.width, count, GL_RGBA, GL_UNSIGNED_BYTE, pixels_.data());
+  return {pixels_.data(), {size_.width, count}};
 }
 
 RgbImage Renderer::ReadBack() {
-  const PictureView picture = ReadPixels();
-  RgbImage image{.rgb = {}, .size = picture.size};
-  image.rgb.resize(std::size_t{3} * static_cast<std::size_t>(picture.size.width) *
-                   static_cast<std::size_t>(picture.size.height));
-  for (std::size_t i = 0; 3 * i < image.rgb.size(); ++i) {
-    std::copy_n(picture.rgbx + 4 * i, 3, image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * i));
-  }
+  const auto pixels = [](ImageSize size) {
+    return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+  };
+  RgbImage image{.rgb = std::vector<std::uint8_t>(3 * pixels(size_)), .size = size_};
+  std::uint8_t* to = image.rgb.data();
+  ReadInParts(*this, [&](int, const PictureView& rows) {
+    for (std::size_t i = 0; i < pixels(rows.size); ++i, to += 3) {
+      std::copy_n(rows.rgbx + 4 * i, 3, to);
+    }
+  });
   return image;
 }
 

@@ -43,7 +43,8 @@ class Renderer : public DrawnPicture {
   /// What the last Draw() that was not kDrawn met.
   const std::string& problem() const { return problem_; }
 
-  PictureView ReadPixels() override;
+  ImageSize size() const override { return size_; }
+  PictureView ReadRows(int first, int count) override;
   RgbImage ReadBack();
 
   float TextWidth(const std::string& text, float height_px) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sys/eventfd.h>
 #include <termios.h>
 #include <unistd.h>
@@ -88,6 +89,7 @@ Result<std::unique_ptr<RtuSlave>> RtuSlave::Start(const RtuSlaveOptions& options
   std::unique_ptr<RtuSlave> slave(new RtuSlave(options, handler));
   if (slave->stop_fd_ < 0) return Error{"cannot start the RTU slave: " + ErrnoText()};
   slave->thread_ = std::thread([raw = slave.get()] { raw->Run(); });
+  ::pthread_setname_np(slave->thread_.native_handle(), "modbus line");
   return slave;
 }
 
@@ -145,9 +147,14 @@ bool RtuSlave::OpenDevice() {
 }
 
 /// @return false when the slave is to stop
-bool RtuSlave::SleepUnlessStopped(double time_s) const {
-  pollfd stop{.fd = stop_fd_, .events = POLLIN, .revents = 0};
-  return !Poll(&stop, 1, time_s);
+bool RtuSlave::SleepUnlessStopped(double time_s) {
+  while (time_s > 0) {
+    pulse_.Beat();
+    pollfd stop{.fd = stop_fd_, .events = POLLIN, .revents = 0};
+    if (Poll(&stop, 1, std::min(time_s, Pulse::kLongestRest_s))) return false;
+    time_s -= Pulse::kLongestRest_s;
+  }
+  return true;
 }
 
 void RtuSlave::ServeUntilLost() {

@@ -58,7 +58,7 @@ class RtuSlave {
   RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler);
   void Run();
   bool OpenDevice();
-  bool SleepUnlessStopped(double time_s) const;
+  bool SleepUnlessStopped(double time_s);
   void ServeUntilLost();
   bool ReadBytes();
   void HandleFrames();

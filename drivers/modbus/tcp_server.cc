@@ -1,6 +1,7 @@
 #include "drivers/modbus/tcp_server.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -53,6 +54,7 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
     return Error{"cannot start the Modbus server: " + ErrnoText()};
   }
   server->thread_ = std::thread([raw = server.get()] { raw->Run(); });
+  ::pthread_setname_np(server->thread_.native_handle(), "modbus");
   return server;
 }
 

@@ -15,4 +15,13 @@ const char* WhyUnresolved(const std::string& host) {
   return nullptr;
 }
 
+bool IsAddress(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_flags = AI_NUMERICHOST;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return false;
+  freeaddrinfo(found);
+  return true;
+}
+
 }  // namespace plumbline

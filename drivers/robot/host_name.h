@@ -9,4 +9,7 @@ namespace plumbline {
 /// May wait for a name server.
 const char* WhyUnresolved(const std::string& host);
 
+/// Whether `host` is an address already, so that no name server is asked.
+bool IsAddress(const std::string& host);
+
 }  // namespace plumbline

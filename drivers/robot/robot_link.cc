@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/real_time.h"
+
 namespace plumbline {
 
 void ShortText::Assign(std::string_view text) {
@@ -24,6 +26,7 @@ void RobotLink::Start() {
     status_.since_s = MonotonicSeconds();
   }
   thread_ = std::thread([this] { Run(); });
+  MakeRealTime(thread_, kRobotPriority, "robot");  // the cycle waits for it
 }
 
 void RobotLink::Stop() {
@@ -80,6 +83,7 @@ void RobotLink::Run() {
       if (stop_) break;
       request = requested_;
     }
+    pulse_.Beat();
     const LinkResult result = device_->Read(state);
     NoteReading(result, state, request);
     if (result != LinkResult::kOk) continue;
@@ -91,6 +95,7 @@ void RobotLink::Run() {
       count = std::exchange(queued_count_, 0);
       std::copy_n(queued_.begin(), count, points.begin());
     }
+    pulse_.Beat();
     if (count > 0) NotePush(device_->Push(std::span(points).first(count)));
   }
   NotePush(device_->WithdrawAll(kWithdrawal_s));

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <thread>
 
+#include "drivers/pulse.h"
 #include "drivers/robot/robot.h"
 
 namespace plumbline {
@@ -69,6 +70,8 @@ class RobotLink {
 
   RobotState Latest() const;  ///< the last that was read; sequence 0 before the first
   RobotLinkStatus Status() const;
+  /// Raised before each reading and each push: how long one may take is its time-outs' affair.
+  const Pulse& pulse() const { return pulse_; }
 
   /// Points for the controller, handed to the device once, after the next reading that succeeds;
   /// a later call before that replaces them. Points beyond kMaxPushPoints are not taken.
@@ -81,6 +84,7 @@ class RobotLink {
 
   std::unique_ptr<RobotDevice> device_;
   std::thread thread_;
+  Pulse pulse_;
 
   mutable std::mutex mutex_;  ///< guards all below; held for copies only
   std::condition_variable wake_;

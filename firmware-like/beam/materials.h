@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "firmware-like/beam/section.h"
+#include "firmware-like/model/section.h"
 
 namespace plumbline {
 

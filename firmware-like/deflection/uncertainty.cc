@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware-like/chi_square.h"
 #include "firmware-like/deflection/sensitivity.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/beam/section.h"
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/model/section.h"
 
 namespace plumbline {
 

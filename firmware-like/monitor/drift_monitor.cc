@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "firmware-like/median.h"
+#include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {

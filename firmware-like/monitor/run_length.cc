@@ -97,7 +97,7 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
   return std::isfinite(first) && first >= 1 && first < kLongestRun ? first : kLongestRun;
 }
 
-MonitorDesign MonitorDesignFor(const MonitorWish& wish) {
+MonitorDesign MonitorDesignFor(const MonitorWish& wish, const std::function<void()>& step) {
   MonitorDesign design;
   design.sigma_m = wish.sigma_m;
   design.reference_probes = std::clamp(wish.reference_probes, 0, kMostReferenceProbes);
@@ -111,6 +111,7 @@ MonitorDesign MonitorDesignFor(const MonitorWish& wish) {
   const double wanted = std::exp(-wish.false_alarms_per_year);
   double low = 1, high = 100;
   while (high - low > 1e-3 * low) {
+    step();
     design.threshold = 0.5 * (low + high);
     (QuietYear(design, wish, reference_sd) < wanted ? low : high) = design.threshold;
   }

@@ -1,6 +1,8 @@
 // How long the monitor runs between false alarms, and the threshold for a wanted rate of them.
 #pragma once
 
+#include <functional>
+
 #include "firmware-like/monitor/drift_monitor.h"
 
 namespace plumbline {
@@ -32,6 +34,8 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
 /// reference estimated from N probes its error has 1/sqrt(N) sigma in each coordinate, and a little
 /// more for the wild ones.
 /// Allocates; takes some tenths of a second.
-MonitorDesign MonitorDesignFor(const MonitorWish& wish);
+/// @param step  called between its steps, of which each takes about 20 ms
+MonitorDesign MonitorDesignFor(
+    const MonitorWish& wish, const std::function<void()>& step = [] {});
 
 }  // namespace plumbline

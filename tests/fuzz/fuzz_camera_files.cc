@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "app/camera/marks_store.h"
+#include "app/config/body_reader.h"
 #include "app/lens/lens_json.h"
-#include "app/tracking/body_reader.h"
 #include "drivers/zoom/replay_zoom.h"
 #include "firmware-like/lens/lens_curve.h"
 

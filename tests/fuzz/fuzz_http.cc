@@ -64,7 +64,7 @@ struct Served {
     PageOptions options;
     options.config.token = kToken;
     options.state_directory = "/nonexistent";
-    auto started = Page::Start(options, shown, [](bool, const std::string&) {});
+    auto started = Page::Start(options, shown, [](const LogEntry&) {});
     if (!started) std::abort();
     page = std::move(started).value();
     format = std::make_unique<HttpFormat>(

@@ -1,4 +1,5 @@
-"""What needs no virtual computer, on this one at its own speed: kill -9 and connect-and-abandon. A
+"""What needs no virtual computer, on this one at its own speed: kill -9, connect-and-abandon, and what
+a daemon takes that has nothing to do or whose devices are away. A
 daemon of its own with joints that are played, and the part of the service manager that counts here:
 it holds the PLC's port and starts the daemon anew half a second after its end."""
 import os
@@ -43,16 +44,42 @@ near_deg = [0.0, -90.0, 90.0, -90.0, -90.0, 0.0]
 JOINTS = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,-90,-90,0\n0,-90,90,-90,-90,0\n"
 
 
+# A camera, a motorised zoom and a serial line that are not there.
+ABSENT = """
+[plc.rtu]
+device = "{folder}/no-line"
+baud = 19200
+[camera]
+kind = "v4l2"
+device = "ABSENT"
+width_px = 640
+height_px = 480
+rate_hz = 10.0
+[zoom]
+kind = "hid"
+profile = "{here}/config/profiles/zoom/computar-lensconnect.toml"
+[board]
+square_mm = 10.0
+columns = 17
+rows = 11
+[tags]
+file = "bodies.toml"
+tool = "gripper"
+tip_mm = [150.0, 20.0, 10.0]
+"""
+
+
 class Service:
     """The daemon, its port and its folder."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, more=""):
         self.folder = folder
         self.listener = socket.socket()
         self.listener.bind(("127.0.0.1", 0))
         self.listener.listen(1024)
         self.address = self.listener.getsockname()
         text = CONFIGURATION.format(here=os.getcwd(), port=self.address[1])
+        text += more.format(folder=folder, here=os.getcwd())
         for name, text in (("plumbline.toml", text), ("joints.csv", JOINTS)):
             with open(folder + "/" + name, "w") as file:
                 file.write(text)
@@ -82,6 +109,11 @@ class Service:
         self.keeper.join()
         self.listener.close()
 
+    def busy_s(self):
+        """Processor time since the start, of all its threads."""
+        words = open("/proc/%d/stat" % self.daemon.pid).read().rsplit(")", 1)[1].split()
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
     def usage(self):
         pid = self.daemon.pid
         return (
@@ -90,9 +122,10 @@ class Service:
         )
 
 
-def with_service(check, count):
+def with_service(check, count, more=""):
     with tempfile.TemporaryDirectory() as folder:
-        service = Service(folder)
+        subprocess.run(["build/bin/plumbline-rig-scene", folder], check=True)  # its bodies.toml
+        service = Service(folder, more)
         try:
             return check(service, count)
         except Exception as error:
@@ -191,8 +224,16 @@ def kill(service, count):
     return (
         not watch.corrupt and rows >= recorded > 0 and applied == 1 and max(times) < 99,
         max(times) <= 1.5,
-        "first good poll after %.2f s at most of %d (1.5 allowed), median %.2f; %d corrupt; %d probes told as recorded, %d in the journal"
-        % (max(times), count, sorted(times)[count // 2], len(watch.corrupt), recorded, rows),
+        "first good poll after %.2f s at most of %d (1.5 allowed; later: %d), median %.2f; %d corrupt; %d probes told as recorded, %d in the journal"
+        % (
+            max(times),
+            count,
+            sum(t > 1.5 for t in times),
+            sorted(times)[count // 2],
+            len(watch.corrupt),
+            recorded,
+            rows,
+        ),
     )
 
 
@@ -267,6 +308,29 @@ def abandon(service, cycles):
     )
 
 
+def at_rest(service, seconds):
+    """@return (share of a core, KiB) of a daemon that serves and has nothing else to do"""
+    watch = Watch(service.address)
+    if watch.until(plc.valid, 20) is None:
+        raise RuntimeError("no valid point: %s" % (watch.now(),))
+    watch.end()
+    time.sleep(3)
+    before = service.busy_s()
+    time.sleep(seconds)
+    return (service.busy_s() - before) / seconds, service.usage()[1]
+
+
+def idle(seconds):
+    """Without a camera; and with a camera, a zoom and a serial line that are not plugged in."""
+    share, memory = with_service(at_rest, seconds)
+    absent, more = with_service(at_rest, seconds, ABSENT)
+    return (
+        share <= 0.01 and memory <= 30 << 10 and absent - share < 0.01,
+        "%.2f %% of a core, %.1f MiB (1 %%, 30 MiB allowed); camera, zoom and serial line away: %+.2f %%, %.1f MiB (below 1 %% allowed)"
+        % (100 * share, memory / 1024, 100 * (absent - share), more / 1024),
+    )
+
+
 def quietest(check, count):
     """Again, three times at most, where the time alone was missed: this computer may be busy with
     something else. Every other failure is one at the first run."""
@@ -277,6 +341,23 @@ def quietest(check, count):
     return right and in_time, figure
 
 
+def main():
+    """native.py: the three checks as often as promised; native.py PORT CYCLES: one that abandons"""
+    if len(sys.argv) > 1:
+        for number in range(int(sys.argv[2])):
+            abandon_one(("127.0.0.1", int(sys.argv[1])), number)
+        return 0
+    bad = 0
+    for name, function in (
+        ("idle", lambda: idle(60)),
+        ("connect and abandon", lambda: quietest(abandon, 100000)),
+        ("kill -9", lambda: quietest(kill, 1000)),
+    ):
+        good, figure = function()
+        bad += not good
+        print("%-4s %-20s %s" % ("ok" if good else "FAIL", name, figure), flush=True)
+    return 1 if bad else 0
+
+
 if __name__ == "__main__":
-    for number in range(int(sys.argv[2])):
-        abandon_one(("127.0.0.1", int(sys.argv[1])), number)
+    sys.exit(main())

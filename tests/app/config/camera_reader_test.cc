@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
+#include "app/config/body_reader.h"
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
-#include "app/tracking/body_reader.h"
 
 using namespace plumbline;
 

@@ -22,7 +22,7 @@ TEST_CASE("[loop] is read, in SI") {
       "enabled = true\nsession = \"a\"\nprobe_sigma_mm = 0.1\nreference_probes = 30\n"
       "reference_sd_mm = 0.02\nshift_mm = 0.5\nprobes_per_day = 1440.0\n"
       "false_alarms_per_year = 0.5\ndiagnose = false\nprobes_before_diagnosis = 3\n"
-      "diagnosis_timeout_s = 60.0\napply = \"automatic\"\nmax_change_mm = 2.0\n",
+      "diagnosis_timeout_s = 60.0\napply = \"automatic\"\nmax_change_mm = 2.0\njournal_mb = 50\n",
       faults);
   CHECK(faults.All().empty());
   CHECK(loop.enabled);
@@ -38,6 +38,7 @@ TEST_CASE("[loop] is read, in SI") {
   CHECK(loop.diagnosis_timeout_s == 60);
   CHECK(loop.apply == LoopConfig::Apply::kAutomatic);
   CHECK(loop.max_change_m == Approx(2e-3));
+  CHECK(loop.journal_bytes == 50'000'000);
 }
 
 TEST_CASE("each field of [loop] wrong in turn gives its message") {
@@ -56,6 +57,7 @@ TEST_CASE("each field of [loop] wrong in turn gives its message") {
       {"diagnosis_timeout_s = 0.0", "outside 1..86400"},
       {"apply = \"always\"", "is not one of"},
       {"max_change_mm = 0.0", "outside 0.001..100"},
+      {"journal_mb = 0", "outside 1..1000000"},
       {"enable = true", "did you mean \"enabled\""},
   };
   for (const auto& [line, told] : cases) {

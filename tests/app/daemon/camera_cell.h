@@ -5,9 +5,13 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "app/journal/journal.h"
 #include "app/lens_store/lens_store.h"
 #include "tests/app/camera/camera_scene.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/virtual_cell/register_client.h"
 #include "tests/virtual_cell/running_cell.h"
 
 namespace plumbline::test {
@@ -25,6 +29,24 @@ inline virtual_cell::VirtualCellOptions Idle() {
   options.idle = true;
   options.time_scale = 4;
   return options;
+}
+
+/// What was journaled under a folder with the demo's state directory.
+inline std::vector<JournalRow> JournalOf(const TemporaryFolder& folder) {
+  auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
+  return journal.value().Read({}, std::vector<Joint>(6)).value();
+}
+
+/// A PLC's command to the daemon, and its answer's code.
+inline int Command(virtual_cell::RegisterClient& plc, std::uint16_t sequence, int code,
+                   int camera = 0) {
+  std::vector<std::uint16_t> words(40);
+  words[0] = static_cast<std::uint16_t>(code);
+  words[16] = static_cast<std::uint16_t>(camera);
+  words[39] = sequence;
+  plc.Write(1000, words);
+  REQUIRE(virtual_cell::Eventually([&] { return plc.Read(100, 40).Word(1) == sequence; }));
+  return plc.Read(100, 40).Word(2);
 }
 
 /// Adds two lenses of a camera to the store.

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <functional>
 
-#include "app/journal/journal.h"
 #include "app/lens/calibration.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
@@ -73,14 +72,7 @@ struct Station {
   bool Becomes(int state) {
     return Eventually([&] { return State() == state; });
   }
-  int Command(int code) {
-    std::vector<std::uint16_t> words(40);
-    words[0] = static_cast<std::uint16_t>(code);
-    words[39] = ++sequence;
-    plc->Write(1000, words);
-    REQUIRE(Eventually([&] { return plc->Read(100, 40).Word(1) == sequence; }));
-    return plc->Read(100, 40).Word(2);
-  }
+  int Command(int code) { return test::Command(*plc, ++sequence, code); }
   /// Somebody who follows the prompts, until the lens is valid.
   void ShowBoard(const renderer::Camera& camera, const Board& board) {
     for (std::uint64_t views = 0; views < 80 && State() != 4; ++views) {
@@ -99,10 +91,7 @@ struct Station {
       }
     }
   }
-  std::vector<JournalRow> Journal() const {
-    auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
-    return journal.value().Read({}, std::vector<Joint>(6)).value();
-  }
+  std::vector<JournalRow> Journal() const { return test::JournalOf(folder); }
 };
 
 }  // namespace

@@ -1,8 +1,14 @@
 #include "app/daemon/cyclic_loop.h"
 
+#include <sched.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <filesystem>
+#include <numeric>
 
+#include "drivers/real_time.h"
+#include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -29,17 +35,84 @@ std::unique_ptr<CycleParts> PartsWith(int points) {
   return std::make_unique<CycleParts>(config, std::make_unique<SilentRobot>(), 1);
 }
 
+/// A loop with what it hangs on.
+struct Running {
+  std::unique_ptr<CycleParts> parts = PartsWith(1);
+  Latest<modbus::RegisterImage> images{1, FirstImage()};
+  modbus::ImageHandler handler{images, EmptyCommandArea(), {}};
+  LoopLink link;
+  CyclicLoop loop{std::move(parts), handler, images, link, 1, nullptr};
+
+  Running() { loop.Start(); }
+  modbus::RegisterImage FirstImage() const {
+    modbus::RegisterImage image;
+    image.readable = parts->readable;
+    return image;
+  }
+};
+
+/// Policies of this process's threads of that name.
+std::vector<int> PoliciesOf(const std::string& name) {
+  std::vector<int> policies;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (test::FileText(task.path() / "comm") != name + "\n") continue;
+    policies.push_back(sched_getscheduler(std::stoi(task.path().filename())));
+  }
+  return policies;
+}
+
+/// Whether a thread of this process may become real-time at all.
+bool MayBeRealTime() {
+  std::atomic<bool> end{false};
+  std::thread thread([&end] {
+    while (!end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  MakeRealTime(thread, kCyclePriority, "probe");
+  const bool may = PoliciesOf("probe") == std::vector{SCHED_FIFO};
+  end = true;
+  thread.join();
+  return may;
+}
+
 }  // namespace
 
+TEST_CASE("the cycle, and the thread that it waits for, go before all that is not real-time") {
+  if (!MayBeRealTime()) {
+    WARN("SKIPPED: no real-time priority here (ulimit -r)");
+    return;
+  }
+  const Running running;
+  CHECK(PoliciesOf("cycle") == std::vector{SCHED_FIFO});
+  CHECK(PoliciesOf("robot") == std::vector{SCHED_FIFO});
+}
+
+TEST_CASE("the start of every cycle is counted by how late it was") {
+  const Running running;
+  while (running.loop.counters().cycles < 3) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const LoopCounters counters = running.loop.counters();
+  const auto& began = counters.starts.began;
+  const auto sum = std::accumulate(began.begin(), began.end(), std::uint64_t{0});
+  CHECK(sum >= counters.cycles);  // one more where a cycle has begun and not ended
+  CHECK(sum <= counters.cycles + 2);
+  CHECK(counters.starts.sum_s > 0);
+}
+
+TEST_CASE("how late something was falls into the class of the first bound that it does not pass") {
+  Lateness lateness;
+  for (const double late_s : {-1e-6, 20e-6, 21e-6, 5e-3, 0.5}) lateness.Add(late_s);
+  const LatenessCounts counts = lateness.Counts();
+  CHECK(counts.began[0] == 2);
+  CHECK(counts.began[1] == 1);
+  CHECK(counts.began.back() == 1);
+  CHECK(std::accumulate(counts.began.begin(), counts.began.end(), std::uint64_t{0}) == 5);
+  CHECK(counts.sum_s == Approx(0.505041));
+}
+
 TEST_CASE("after a replacement the newest snapshot is one of the new configuration") {
-  auto parts = PartsWith(1);
-  modbus::RegisterImage first_image;
-  first_image.readable = parts->readable;
-  Latest<modbus::RegisterImage> images(1, first_image);
-  modbus::ImageHandler handler(images, EmptyCommandArea(), {});
-  LoopLink link;
-  CyclicLoop loop(std::move(parts), handler, images, link, 1, nullptr);
-  loop.Start();
+  Running running;
+  CyclicLoop& loop = running.loop;
   for (const int points : {2, 3, 1}) {
     loop.Replace(PartsWith(points));
     CHECK(loop.ReadSnapshot()->points.size() == static_cast<std::size_t>(points));

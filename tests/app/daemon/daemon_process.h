@@ -49,6 +49,7 @@ class DaemonProcess {
 
   void Write(const std::string& config) { std::ofstream(ConfigFile()) << config; }
   void Signal(int number) const { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
 
   /// The exit code, once the process ends; nothing after ten seconds.
   std::optional<int> Wait() {

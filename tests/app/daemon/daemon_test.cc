@@ -1,6 +1,8 @@
 // The whole daemon from socket to socket, beside a virtual cell that shares no code with it.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "tests/app/cli/shell.h"
 #include "tests/app/daemon/daemon_process.h"
@@ -256,6 +258,20 @@ TEST_CASE("values and the frozen result stay across SIGHUP, and commands go on")
   CHECK(Eventually([&] { return (station.plc.Read(200, 20).Word(2) & 1) != 0; }));
 }
 
+TEST_CASE("each thread bears its name, for top -H and whoever looks for the one that hangs") {
+  const Station station;
+  std::set<std::string> names;
+  const std::string tasks = "/proc/" + std::to_string(station.daemon.pid()) + "/task";
+  for (const auto& task : std::filesystem::directory_iterator(tasks)) {
+    std::string name = FileText(task.path() / "comm");
+    [[maybe_unused]] const bool first = names.insert(name.substr(0, name.find('\n'))).second;
+#ifndef PLUMBLINE_SANITIZED  // ThreadSanitizer's own thread bears the program's name
+    CHECK(first);
+#endif
+  }
+  CHECK(names == std::set<std::string>{"plumblined", "cycle", "loop", "robot", "modbus"});
+}
+
 TEST_CASE("SIGTERM ends it cleanly") {
   Station station;
   station.daemon.Signal(SIGTERM);
@@ -302,6 +318,33 @@ TEST_CASE("it outlives the reader of its log") {
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   daemon.Signal(SIGTERM);
   CHECK(daemon.Wait() == 0);
+}
+
+TEST_CASE("a log that nobody reads stops nothing") {
+  int ends[2];
+  REQUIRE(pipe2(ends, O_CLOEXEC) == 0);
+  DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"), ends[1]);
+  std::string log;
+  char letter = 0;
+  while (log.find("PLC side on 127.0.0.1:") == std::string::npos || log.back() != '\n') {
+    REQUIRE(read(ends[0], &letter, 1) == 1);
+    log += letter;
+  }
+  const auto at = log.rfind("127.0.0.1:");
+  RegisterClient plc("plumblined", log.substr(at, log.size() - at - 1), 1, 10);
+  fcntl(ends[1], F_SETFL, O_NONBLOCK);
+  while (write(ends[1], "x", 1) == 1) {
+  }
+  fcntl(ends[1], F_SETFL, 0);
+
+  daemon.Signal(SIGHUP);  // told in the log
+  const auto beats = [&plc] { return plc.Read(10, 1).Word(0); };
+  const std::uint16_t before = beats();
+  CHECK(Eventually([&] { return beats() > before + 5; }));
+  daemon.Signal(SIGTERM);  // seen by the thread that has told
+  CHECK(daemon.Wait() == 0);
+  close(ends[0]);
+  close(ends[1]);
 }
 
 TEST_CASE("a faulty configuration is told in full, and nothing starts") {

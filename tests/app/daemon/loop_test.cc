@@ -10,9 +10,9 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "app/daemon/utc_clock.h"
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
+#include "app/service/utc_clock.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/journal/journal.h"
 #include "tests/app/daemon/camera_cell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
@@ -79,15 +78,7 @@ struct Station {
     const auto told = Block(k);
     return told.Word(0) == 4 && told.Word(5) < 500 && told.Word(23) == 1 && told.Word(22) < 500;
   }
-  int Command(int code, int camera) {
-    std::vector<std::uint16_t> words(40);
-    words[0] = static_cast<std::uint16_t>(code);
-    words[16] = static_cast<std::uint16_t>(camera);
-    words[39] = ++sequence;
-    plc->Write(1000, words);
-    REQUIRE(Eventually([&] { return plc->Read(100, 40).Word(1) == sequence; }));
-    return plc->Read(100, 40).Word(2);
-  }
+  int Command(int code, int camera) { return test::Command(*plc, ++sequence, code, camera); }
   /// One row by camera, as soon as those that are meant measure: a busy machine is late with
   /// images.
   bool Probed(int camera, std::initializer_list<int> meant) {
@@ -101,8 +92,7 @@ struct Station {
   /// The rows of the journal once there are so many.
   std::vector<JournalRow> Rows(std::uint32_t count) {
     REQUIRE(Eventually([&] { return plc->Read(404, 2).Long(0) == count; }));
-    auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
-    return journal.value().Read({}, std::vector<Joint>(6)).value();
+    return test::JournalOf(folder);
   }
 };
 

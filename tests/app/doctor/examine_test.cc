@@ -1,16 +1,16 @@
 #include "app/doctor/examine.h"
 
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "app/doctor/computer.h"
+#include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+using test::Answer;
+using test::Shell;
 using test::TemporaryFolder;
 
 namespace {
@@ -69,6 +69,20 @@ TEST_CASE(
   CHECK(Of(found, "clock") != nullptr);
 }
 
+TEST_CASE("who may give commands is told, and what to do where that is everybody") {
+  const Installation here;
+  for (const auto& [plc, health] :
+       {std::pair("[plc]\nlisten = \"0.0.0.0\"\n", Health::kWarning),
+        std::pair("[plc]\nlisten = \"0.0.0.0\"\nallow = [\"192.168.0.10\"]\n", Health::kGood)}) {
+    here.Configure(plc);
+    const CheckUp found = Examine(here.file, "root");
+    const CheckedThing* const access = Of(found, "plc access");
+    REQUIRE(access != nullptr);
+    CHECK(access->health == health);
+    if (health == Health::kWarning) CHECK_THAT(access->remedy, Catch::Contains("[plc]"));
+  }
+}
+
 TEST_CASE("a camera that is not plugged in is a fault with a remedy") {
   const Installation here;
   std::filesystem::copy("config/bodies.toml", here.folder.path() + "/bodies.toml");
@@ -94,13 +108,9 @@ TEST_CASE("room on the disk and the kind of file system count") {
 TEST_CASE("the command answers by its exit code") {
   const Installation here;
   here.Configure("");
-  FILE* const pipe =
-      popen((std::string(PLUMBLINE) + " doctor " + here.file + " --json 2>&1").c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) text += static_cast<char>(c);
-  CHECK(WEXITSTATUS(pclose(pipe)) == 1);
-  CHECK_THAT(text, Catch::Contains("\"what\": \"robot\""));
+  const Answer answer = Shell("doctor " + here.file + " --json");
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.told, Catch::Contains("\"what\": \"robot\""));
 }
 
 TEST_CASE("a broker that is not there, and a password that everybody reads, are told") {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/app/released.h"
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
@@ -143,4 +144,34 @@ TEST_CASE("two publishers do not share a queue") {
   const auto second = FleetQueue::Open(folder.path() + "/queue.sqlite", kRoom);
   REQUIRE_FALSE(second);
   CHECK_THAT(second.error(), Catch::Contains("another plumbline-fleet"));
+}
+
+TEST_CASE("a queue of every released schema opens, loses no message, and goes on counting") {
+  const TemporaryFolder folder;
+  test::WriteReleased("fleet", 1, folder.path() + "/queue.sqlite");
+  FleetQueue queue = OpenedAt(folder);
+  CHECK(queue.stream() == "1d532e05");
+  CHECK(queue.memory() == "{\"journal\":1790000000,\"id\":120}");
+  const auto waiting = queue.Next(0, 10);
+  REQUIRE(waiting);
+  REQUIRE(waiting->size() == 2);
+  CHECK((*waiting)[0].seq == 2);
+  CHECK((*waiting)[0].message.kind == MessageKind::kAlarm);
+  CHECK((*waiting)[1].message.utc_ms == 1795260031500);
+  CHECK((*waiting)[1].message.body == "{\"n\":3}");
+  REQUIRE(queue.Append({Of(MessageKind::kState, 4)}, ""));
+  CHECK(Seqs(queue) == std::vector<std::int64_t>{2, 3, 4});
+}
+
+TEST_CASE("a queue of a newer version is refused with what to do, and left as it is") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/queue.sqlite";
+  test::WriteReleased("fleet", 1, path);
+  test::MakeNewer(path, 2);
+  const std::string before = test::FileText(path);
+  const auto queue = FleetQueue::Open(path, kRoom);
+  REQUIRE_FALSE(queue);
+  CHECK_THAT(queue.error(), Catch::Contains("written by a newer plumbline") &&
+                                Catch::Contains("install that version again"));
+  CHECK(test::FileText(path) == before);
 }

@@ -1,18 +1,19 @@
 #include "app/log/journal_reader.h"
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <sstream>
 
+#include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+using test::Answer;
+using test::Shell;
 using test::TemporaryFolder;
 
 namespace {
@@ -25,8 +26,8 @@ std::string Exported(double utc_s, const LogEntry& entry, const char* program) {
   text << "__REALTIME_TIMESTAMP=" << static_cast<long long>(1e6 * utc_s) << '\n'
        << "__MONOTONIC_TIMESTAMP=" << static_cast<long long>(1e6 * (utc_s - 1.79e9)) << '\n'
        << "_BOOT_ID=4f0e7f4d1b0f4f4fa8a0b3a0d6f1c2e3\n";
-  for (const std::string& field : JournalFields(entry, {"ur10", 2}, program)) text << field << '\n';
-  text << '\n';
+  // The entries of the export format are what journald takes by its socket.
+  text << JournalDatagram(JournalFields(entry, {"ur10", 2}, program)) << '\n';
   return text.str();
 }
 
@@ -39,22 +40,13 @@ bool MakeJournal(const std::string& folder, const std::string& exported) {
   return std::system(command.c_str()) == 0;
 }
 
-std::string OutputOf(const std::string& command) {
-  FILE* const pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) text += static_cast<char>(c);
-  CHECK(WEXITSTATUS(pclose(pipe)) == 0);
-  return text;
-}
-
 const std::string kEntries =
     Exported(1790000000, {Event::kStarted, "plumblined 0.1.0 with ur10"}, "plumblined") +
     Exported(1790000010, {Event::kPointCorrected, "point 7 corrected", {{"POINT", "7"}}},
              "plumblined") +
-    Exported(1790000020, {Event::kRobotLinkLost, "robot link lost: no answer"}, "plumblined") +
+    Exported(1790000020, {Event::kRobotLinkLost, "robot link lost:\nno answer"}, "plumblined") +
     Exported(1790000025, {Event::kRobotLinkLost, "robot link lost: someone else"}, "another") +
-    Exported(1790000030, {Event::kViewFault, "interference begins"}, "plumbline-view");
+    Exported(1790000030, {Event::kInterferenceBegins, "interference begins"}, "plumbline-view");
 
 std::vector<std::string> Texts(const JournalQuery& query) {
   auto reader = JournalReader::Open(query);
@@ -76,18 +68,18 @@ TEST_CASE("what journald kept is read again, and asked for in parts") {
   query.directory = folder.path();
   using Lines = std::vector<std::string>;
   CHECK(Texts(query) == Lines{"plumblined 0.1.0 with ur10", "point 7 corrected",
-                              "robot link lost: no answer", "interference begins"});
+                              "robot link lost:\nno answer", "interference begins"});
   SECTION("the newest") {
     query.last = 2;
-    CHECK(Texts(query) == Lines{"robot link lost: no answer", "interference begins"});
+    CHECK(Texts(query) == Lines{"robot link lost:\nno answer", "interference begins"});
   }
   SECTION("since a time") {
     query.since_utc_s = 1790000015;
-    CHECK(Texts(query) == Lines{"robot link lost: no answer", "interference begins"});
+    CHECK(Texts(query) == Lines{"robot link lost:\nno answer", "interference begins"});
   }
-  SECTION("graver ones") {
+  SECTION("graver ones, one of them of two lines") {
     query.level = LogLevel::kError;
-    CHECK(Texts(query) == Lines{"robot link lost: no answer", "interference begins"});
+    CHECK(Texts(query) == Lines{"robot link lost:\nno answer", "interference begins"});
   }
   SECTION("of one event, with its values") {
     query.event = "point-corrected";
@@ -103,10 +95,10 @@ TEST_CASE("what journald kept is read again, and asked for in parts") {
     CHECK_FALSE(reader.value().Next());
   }
   SECTION("the command explains them") {
-    const std::string told = OutputOf(std::string(PLUMBLINE) + " log --level error --explain" +
-                                      " --directory " + folder.path());
-    CHECK_THAT(told, Catch::Contains("error    robot link lost: no answer\n"));
-    CHECK_THAT(told, Catch::Contains("do:  cable, address, controller"));
+    const Answer answer = Shell("log --level error --explain --directory " + folder.path());
+    CHECK(answer.exit_code == 0);
+    CHECK_THAT(answer.told, Catch::Contains("error    robot link lost:"));
+    CHECK_THAT(answer.told, Catch::Contains("do:  cable, address, controller"));
   }
 }
 

@@ -17,7 +17,7 @@ struct Exposition {
 
   explicit Exposition(const std::string& text) {
     static const std::regex help("# HELP ([a-zA-Z_:][a-zA-Z0-9_:]*) (([^\\\\]|\\\\\\\\|\\\\n)+)");
-    static const std::regex type("# TYPE ([a-zA-Z_:][a-zA-Z0-9_:]*) (counter|gauge)");
+    static const std::regex type("# TYPE ([a-zA-Z_:][a-zA-Z0-9_:]*) (counter|gauge|histogram)");
     static const std::regex sample(
         "([a-zA-Z_:][a-zA-Z0-9_:]*)"
         "(\\{[a-zA-Z_][a-zA-Z0-9_]*=\"([^\"\\\\]|\\\\\\\\|\\\\\"|\\\\n)*\""
@@ -38,7 +38,12 @@ struct Exposition {
         const bool total = current.ends_with("_total");
         if ((found[2] == "counter") != total) problem = "_total belongs to counters: " + line;
       } else if (std::regex_match(line, found, sample)) {
-        if (found[1] != current) problem = "a sample outside its group: " + line;
+        std::string name = found[1];
+        if (types[current] == "histogram" && name.starts_with(current)) {
+          const std::string suffix = name.substr(current.size());
+          if (suffix == "_bucket" || suffix == "_sum" || suffix == "_count") name = current;
+        }
+        if (name != current) problem = "a sample outside its group: " + line;
         if (!samples.emplace(std::string(found[1]) + std::string(found[2]), found[6]).second) {
           problem = "a sample twice: " + line;
         }

@@ -14,7 +14,8 @@ TEST_CASE("the grammar's test finds what is wrong") {
             .problem.empty());
   for (const char* const wrong :
        {"", "a 1", "# HELP a b\n# TYPE a gauge\na 1", "a 1\n", "# TYPE a gauge\na 1\n",
-        "# HELP a b\n# TYPE a counter\na 1\n",
+        "# HELP a b\n# TYPE a counter\na 1\n", "# HELP a b\n# TYPE a gauge\na_sum 1\n",
+        "# HELP a b\n# TYPE a histogram\na_min 1\n",
         "# HELP a_total b\n# TYPE a_total gauge\na_total 1\n", "# HELP a b\n# TYPE a gauge\nb 1\n",
         "# HELP a b\n# TYPE a gauge\na 1\na 2\n", "# HELP a b\n# TYPE a gauge\na{x=\"\"\"} 1\n",
         "# HELP a b\n# TYPE a gauge\na{x=\"\\x\"} 1\n", "# HELP a b\n# TYPE a gauge\na inf\n",
@@ -44,7 +45,8 @@ TEST_CASE("labels and numbers as they may be") {
 
 TEST_CASE("metrics of a cell in which everything is well") {
   PageScene scene;
-  scene.scene.state.cycle = {3600, 0.0007, 360000, 2};
+  scene.scene.state.cycle = {3600, 0.0007, 360000, 2, {{359900, 98}, 4.5}};
+  scene.scene.state.cycle.starts.began.back() = 2;
   scene.scene.state.loop.state = loop_state::kRecording;
   scene.scene.state.loop.probes = 12;
   scene.scene.state.loop.residual_m = Vec3(1e-4, -2e-4, 3e-4);
@@ -67,6 +69,12 @@ TEST_CASE("metrics of a cell in which everything is well") {
   CHECK(read.Value("plumbline_cycles_total") == 360000);
   CHECK(read.Value("plumbline_late_cycles_total") == 2);
   CHECK(read.Value("plumbline_longest_cycle_seconds") == Approx(0.0007));
+  CHECK(read.types.at("plumbline_cycle_start_late_seconds") == "histogram");
+  CHECK(read.Value("plumbline_cycle_start_late_seconds_bucket{le=\"2e-05\"}") == 359900);
+  CHECK(read.Value("plumbline_cycle_start_late_seconds_bucket{le=\"0.1\"}") == 359998);
+  CHECK(read.Value("plumbline_cycle_start_late_seconds_bucket{le=\"+Inf\"}") == 360000);
+  CHECK(read.Value("plumbline_cycle_start_late_seconds_count") == 360000);
+  CHECK(read.Value("plumbline_cycle_start_late_seconds_sum") == 4.5);
   CHECK(read.Value("plumbline_alarm{alarm=\"payload unknown\"}") == 0);
   CHECK(read.Value("plumbline_payload_kilograms") == 40);
   CHECK(read.Value("plumbline_temperature_celsius") == 21.5);

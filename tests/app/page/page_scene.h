@@ -46,9 +46,9 @@ struct PageScene {
     return options;
   }
   void Start(PageOptions options) {
-    auto started = Page::Start(std::move(options), shown, [this](bool, const std::string& text) {
+    auto started = Page::Start(std::move(options), shown, [this](const LogEntry& entry) {
       const std::lock_guard lock(told_mutex);
-      told.push_back(text);
+      told.push_back(entry.text);
     });
     INFO((started ? std::string() : started.error()));
     REQUIRE(started);

@@ -45,6 +45,8 @@ TEST_CASE("the host that a browser means") {
   CHECK(HostOf("[::1]:8080") == "::1");
   CHECK(HostOf("[FE80::1]") == "fe80::1");
   CHECK(HostOf("localhost:") == "localhost");
+  CHECK_FALSE(HostOf(std::string("[::\0/a]", 7)));  // an address up to a zero byte
+  CHECK_FALSE(IsOwnHost(std::string("::\0.evil.example", 16), {}));
   for (const char* const none : {"", ":80", "a b", "a/b", "[::1", "[name]", "[1.2.3.4]", "[::1]x",
                                  "a:b", "a:123456", "a:80:80", "user@host", "a\tb"}) {
     INFO(none);

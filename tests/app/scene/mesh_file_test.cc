@@ -212,7 +212,7 @@ TEST_CASE("ten million triangles are refused in words, whatever the format") {
 
 TEST_CASE("limits of memory and time end the process, and say which") {
   const MeshFolder files;
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef PLUMBLINE_SANITIZED
   const std::string large = MeshFileText(test::Sphere(1, 400, 400), MeshFormat::kObj);
   CHECK_THAT(files.Why("a.obj", large, {.memory_bytes = 64 << 20}), Catch::Contains("64 MiB"));
 #endif

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/config/body_reader.h"
 #include "app/config/text_file.h"
 #include "app/scene/mesh_file.h"
 #include "app/scene/object_table_file.h"
-#include "app/tracking/body_reader.h"
 #include "tests/app/config/wrong_line.h"
 #include "tests/app/temporary_folder.h"
 

@@ -120,6 +120,35 @@ TEST_CASE("a text that is too long ends in an ellipsis, between letters") {
   CHECK(fitted("", 5).empty());
 }
 
+TEST_CASE("a text in lines: divided between words, a word too long is left whole") {
+  const auto wrapped = [](const std::string& text, float letters) {
+    return Wrapped(text, 10, letters * 6, WidthOf);
+  };
+  using Lines = std::vector<std::string>;
+  CHECK(wrapped("a short one", 11) == Lines{"a short one"});
+  CHECK(wrapped("a short one", 10) == Lines{"a short", "one"});
+  CHECK(wrapped("a much-too-long word", 6) == Lines{"a", "much-too-long", "word"});
+  CHECK(wrapped("", 5) == Lines{""});
+}
+
+TEST_CASE("what somebody should act on is written in full, in as many rows as it takes") {
+  ViewScene scene;
+  scene.state.cameras[0].watch.state = ZoomState::kStale;
+  scene.state.cameras[0].watch.reason = ZoomReason::kMarksBad;
+  const std::string reason(ZoomReasonText(ZoomReason::kMarksBad));
+  const Drawn drawn(scene, {640, 480});
+  const float left = drawn.layout.column.x;
+  std::string column;
+  for (const DrawnText& text : drawn.list.texts) {
+    if (text.x > left && text.y > drawn.layout.top.bottom()) column += text.text + " ";
+  }
+  CAPTURE(column);
+  CHECK(column.find("stale: " + reason) != std::string::npos);
+  ViewScene full;
+  MakeEverythingLong(full);
+  CHECK(Drawn(full, {640, 480}).Says("…"));  // what is cut says so
+}
+
 TEST_CASE("all is well: one word, and every panel") {
   ViewScene scene;
   const Drawn drawn(scene, {1920, 1080});
@@ -129,7 +158,7 @@ TEST_CASE("all is well: one word, and every panel") {
     CAPTURE(title);
     CHECK(drawn.Says(title));
   }
-  CHECK(drawn.Says("valid: the fixed marks"));
+  CHECK(drawn.Says("valid: the marks are in place"));
   CHECK(drawn.Says("3 seen, threshold by the light"));
   CHECK(drawn.Says("assembly 1: 4.15 → 0.30 mm"));
   CHECK(drawn.Says("the zoom changed"));

@@ -8,6 +8,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 
 #include "app/view_link/scene_message.h"
 #include "app/view_link/view_client.h"
@@ -58,7 +60,7 @@ ViewState FullState() {
   state.cameras[0].watch.zoom_time_s = 12.4;
   state.cameras[0].watch.tip_W = {1, 2, 3};
   state.cameras[0].watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
-  state.cycle = {12.5, 0.0007, 1250, 3};
+  state.cycle = {12.5, 0.0007, 1250, 3, {{1200, 40, 10}, 0.03}};
   state.cameras[0].serial = "A-1";
   state.cameras[0].mode = "GREY 8x4@30";
   state.cameras[0].lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
@@ -114,8 +116,19 @@ TEST_CASE("A state survives the text whole") {
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
   CHECK(back->cycle.cycles == 1250);
   CHECK(back->cycle.late == 3);
+  CHECK(back->cycle.starts.began == state.cycle.starts.began);
+  CHECK(back->cycle.starts.sum_s == 0.03);
   CHECK(back->cameras[0].watch.frame_time_s == PlcCamera::kNever);
   CHECK(back->cameras[0].watch.tip_covariance_W == state.cameras[0].watch.tip_covariance_W);
+}
+
+TEST_CASE("The fuzzer starts from a state of the present form, as it is sent") {
+  std::ifstream file(VIEW_LINK_SEED);
+  const std::string seed(std::istreambuf_iterator<char>(file), {});
+  const auto state = ViewOfJson(seed);
+  INFO((state ? std::string() : state.error()));
+  REQUIRE(state);
+  CHECK(JsonOfView(*state) == seed);
 }
 
 TEST_CASE("A text that is none is told, and why") {
@@ -124,7 +137,7 @@ TEST_CASE("A text that is none is told, and why") {
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":2"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":3"), 10, "\"schema\":9");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");

@@ -32,7 +32,10 @@ class Marked : public DrawnPicture {
       }
     }
   }
-  PictureView ReadPixels() override { return {pixels_.data(), size_}; }
+  ImageSize size() const override { return size_; }
+  PictureView ReadRows(int first, int count) override {
+    return {pixels_.data() + 4 * first * size_.width, {size_.width, count}};
+  }
 
  private:
   ImageSize size_;

@@ -14,7 +14,10 @@ class White : public DrawnPicture {
  public:
   explicit White(ImageSize size)
       : size_(size), pixels_(static_cast<std::size_t>(4 * size.width * size.height), 255) {}
-  PictureView ReadPixels() override { return {pixels_.data(), size_}; }
+  ImageSize size() const override { return size_; }
+  PictureView ReadRows(int first, int count) override {
+    return {pixels_.data() + 4 * first * size_.width, {size_.width, count}};
+  }
 
  private:
   ImageSize size_;

@@ -14,7 +14,7 @@ long g_allocations = 0;
 }  // namespace
 
 // The sanitizers bring their own; there nothing is counted.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef PLUMBLINE_SANITIZED
 void* operator new(std::size_t size) {
   ++g_allocations;
   if (void* memory = std::malloc(size)) return memory;

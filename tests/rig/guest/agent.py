@@ -1,14 +1,26 @@
-"""The rig's hand inside: calls a function of these modules for each line that the host sends."""
+"""The rig's hand inside: lays out the cell, then calls a function of these modules for each line
+that the host sends. The service manager starts the daemon after the cell is there, as robots and
+cameras are when a plant is switched on."""
 import importlib
 import json
 import os
+import socket
 import sys
 import traceback
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 
+def ready():
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as link:
+        link.sendto(b"READY=1", os.environ["NOTIFY_SOCKET"])
+
+
 def main():
+    cell = importlib.import_module("cell")
+    cell.hardware()
+    cell.watch()
+    ready()
     with open("/dev/virtio-ports/rig", "r+b", buffering=0) as port:
         port.write(b'{"up": true}\n')
         waiting = b""

@@ -84,6 +84,7 @@ class Watch(threading.Thread):
 
     def run(self):
         self.enter()
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)  # a computer of its own
         client = None
         while not self.ending:
             began = time.monotonic()
@@ -126,6 +127,10 @@ class Watch(threading.Thread):
 
     def now(self):
         return self.changes[-1][1:] if self.changes else (False, False, None)
+
+    def first(self, wanted, since_s):
+        """@return when `wanted` was first true at or after this time"""
+        return next(c[0] for c in self.changes if c[0] >= since_s and wanted(*c[1:]))
 
     def until(self, wanted, patience_s):
         """@return when `wanted`(answered, valid, camera) came true; None: not within the patience"""

@@ -1,0 +1,88 @@
+#include "app/config/body_reader.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "app/config/limits.h"
+#include "app/config/toml_reader.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kLargestId = 100000;
+constexpr NumberRange kSize{1, 2000, kMetrePerMm};
+constexpr NumberRange kPlaceSd{0, 100, kMetrePerMm};
+
+class Reader {
+ public:
+  /// The id of a tag, which must not stand in the file before.
+  std::optional<int> NewId(const TomlTable& table) {
+    const auto id = table.RequiredInteger("id", 0, kLargestId);
+    if (!id) return std::nullopt;
+    const auto [first, is_new] = line_of_id_.emplace(*id, table.LineOf("id"));
+    if (!is_new) table.AddFault("id", fmt::format("stands in line {} already", first->second));
+    return id;
+  }
+
+  std::optional<BodyTag> TagOfBody(const TomlTable& table, std::optional<double> body_size_m) {
+    const auto id = NewId(table);
+    const auto size =
+        body_size_m && !table.Has("size_mm") ? body_size_m : table.RequiredNumber("size_mm", kSize);
+    const auto p = table.RequiredVector3("xyz_mm", kPlaceRange);
+    const Vec3 rpy = table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero());
+    if (!id || !size || !p) return std::nullopt;
+    return BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}};
+  }
+
+  std::optional<Body> BodyFrom(const TomlTable& table) {
+    Body body;
+    body.name = table.RequiredString("name").value_or("");
+    if (!body.name.empty() && !names_.insert(body.name).second) {
+      table.AddFault("name", "is the name of another body");
+    }
+    const auto size = table.Number("size_mm", kSize);
+    body.place_sd_m = table.Number("place_sd_mm", kPlaceSd);
+    const std::vector<TomlTable> tags = table.Tables("tag");
+    if (tags.empty()) table.AddMissing("tag", "at least one [[body.tag]]");
+    for (const TomlTable& tag : tags) {
+      if (const auto read = TagOfBody(tag, size)) body.tags.push_back(*read);
+    }
+    return body;
+  }
+
+ private:
+  std::map<int, int> line_of_id_;
+  std::set<std::string> names_;
+};
+
+}  // namespace
+
+std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std::string& file,
+                                               FaultList& faults) {
+  FaultList own;
+  TagDatabase database;
+  TomlDocument document(text, file, own);
+  if (document.parsed()) {
+    Reader reader;
+    const TomlTable root = document.Root();
+    root.RequiredInteger("schema", 1, 1);
+    for (const TomlTable& tag : root.Tables("tag")) {
+      const auto id = reader.NewId(tag);
+      const auto size = tag.RequiredNumber("size_mm", kSize);
+      if (id && size) database.tags.push_back({*id, *size});
+    }
+    for (const TomlTable& body : root.Tables("body")) {
+      if (auto read = reader.BodyFrom(body)) database.bodies.push_back(std::move(*read));
+    }
+    document.ReportUnknownKeys();
+  }
+  own.SortByLine();
+  faults.Append(own);
+  if (own.HasFaults()) return std::nullopt;
+  return database;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,76 @@
+#include "app/service/service_manager.h"
+
+#include <fmt/format.h>
+#include <systemd/sd-daemon.h>
+
+#include <cstdlib>
+#include <ctime>
+
+namespace plumbline {
+namespace {
+
+/// The daemon feeds this much more often than it has to.
+constexpr double kFeedsPerPeriod = 4;
+
+std::uint64_t MonotonicMicroseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000U +
+         static_cast<std::uint64_t>(now.tv_nsec) / 1000U;
+}
+
+}  // namespace
+
+ServiceManager::ServiceManager() {
+  std::uint64_t period_us = 0;
+  if (sd_watchdog_enabled(0, &period_us) > 0) {
+    feed_period_s_ = 1e-6 * static_cast<double>(period_us) / kFeedsPerPeriod;
+  }
+  unsetenv("WATCHDOG_USEC");
+  unsetenv("WATCHDOG_PID");
+  char** names = nullptr;
+  const int count = sd_listen_fds_with_names(1, &names);
+  for (int i = 0; i < count; ++i) {
+    held_.push_back(
+        {names != nullptr && names[i] != nullptr ? names[i] : "", SD_LISTEN_FDS_START + i});
+  }
+  if (names == nullptr) return;
+  for (char** name = names; *name != nullptr; ++name) std::free(*name);
+  std::free(names);
+}
+
+void ServiceManager::Feed() const {
+  sd_notify(0, "WATCHDOG=1");
+}
+
+void ServiceManager::AskForRestart() const {
+  if (feed_period_s_) sd_notify(0, "WATCHDOG=trigger");
+}
+
+void ServiceManager::Ready(const std::string& status) const {
+  sd_notify(0, fmt::format("READY=1\nSTATUS={}", status).c_str());
+}
+
+void ServiceManager::Status(const std::string& status) const {
+  sd_notify(0, ("STATUS=" + status).c_str());
+}
+
+void ServiceManager::Reloading() const {
+  sd_notify(0, fmt::format("RELOADING=1\nMONOTONIC_USEC={}", MonotonicMicroseconds()).c_str());
+}
+
+void ServiceManager::Stopping() const {
+  sd_notify(0, "STOPPING=1");
+}
+
+int ServiceManager::TakeSocket(const std::string& name) {
+  for (Held& held : held_) {
+    if (held.name != name || held.descriptor < 0) continue;
+    const int descriptor = held.descriptor;
+    held.descriptor = -1;
+    return descriptor;
+  }
+  return -1;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,43 @@
+// The service manager that started the daemon, where there is one: systemd.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plumbline {
+
+/// Every call does nothing where no service manager listens.
+class ServiceManager {
+ public:
+  /// Reads the environment: NOTIFY_SOCKET, WATCHDOG_USEC, LISTEN_FDS and LISTEN_FDNAMES, which
+  /// children do not inherit from then on. Before any thread is started.
+  ServiceManager();
+
+  /// How often Feed() is wanted [s]; nothing: nobody waits for it.
+  std::optional<double> feed_period_s() const { return feed_period_s_; }
+  void Feed() const;
+  /// A thread stands still: the daemon is to be killed and started anew now, not when nobody has
+  /// fed for the whole period. Nothing where no period was asked for.
+  void AskForRestart() const;
+
+  /// Serves from now on; `status` is one line for `systemctl status`.
+  void Ready(const std::string& status) const;
+  void Status(const std::string& status) const;
+  void Reloading() const;
+  void Stopping() const;
+
+  /// The listening socket that the service manager holds under this name, once; -1: none. It
+  /// outlives the daemon: clients that come during a restart wait instead of being refused.
+  int TakeSocket(const std::string& name);
+
+ private:
+  std::optional<double> feed_period_s_;
+  struct Held {
+    std::string name;
+    int descriptor;
+  };
+  std::vector<Held> held_;
+};
+
+}  // namespace plumbline

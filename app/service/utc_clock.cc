@@ -1,0 +1,26 @@
+#include "app/service/utc_clock.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "drivers/robot/robot.h"
+
+namespace plumbline {
+
+UtcClock UtcClock::OfThisComputer() {
+  return {ComputerUtcSeconds(), MonotonicSeconds()};
+}
+
+std::optional<double> UtcClock::NewStep(double utc_s, double monotonic_s) {
+  constexpr double kWorthTelling_s = 1;
+  const double step_s = utc_s - UtcAt(monotonic_s) - told_s_;
+  if (std::abs(step_s) < kWorthTelling_s) return std::nullopt;
+  told_s_ += step_s;
+  return step_s;
+}
+
+double ComputerUtcSeconds() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,41 @@
+#include "app/view_process/awaited.h"
+
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kNewest_s = 3;  ///< patience for a state and distances of now
+
+}  // namespace
+
+bool AwaitState(Viewer& viewer, double patience_s) {
+  const double until_s = MonotonicSeconds() + patience_s;
+  while (!viewer.has_state() && MonotonicSeconds() < until_s) viewer.Read(0.1);
+  return viewer.has_state();
+}
+
+void AwaitMeasured(Viewer& viewer, double meshes_patience_s) {
+  // The table is read, then its meshes, then what is between them is measured.
+  const double until_s = MonotonicSeconds() + meshes_patience_s;
+  for (;;) {
+    const ViewFacts& facts = viewer.Facts();
+    const bool read = viewer.config().objects_file.empty() ||
+                      (viewer.scene()->version > 0 && viewer.scene()->complete);
+    const bool measured =
+        facts.table == nullptr ||
+        (facts.measured != nullptr && facts.measured->pairs.size() == facts.table->pairs.size());
+    if ((read && measured) || MonotonicSeconds() > until_s) break;
+    viewer.Read(0.05);
+  }
+  const double asked_s = MonotonicSeconds();
+  for (bool newer = false, measured = false;
+       !(newer && measured) && MonotonicSeconds() < asked_s + kNewest_s;) {
+    newer = viewer.Read(0.05) || newer;
+    const ViewFacts& facts = viewer.Facts();
+    measured =
+        facts.table == nullptr || (facts.measured != nullptr && facts.measured->time_s >= asked_s);
+  }
+}
+
+}  // namespace plumbline

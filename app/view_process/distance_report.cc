@@ -1,0 +1,156 @@
+#include "app/view_process/distance_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/view_process/awaited.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kNotAll = 1, kNobody = 2;
+
+int RefuseDistance(int code, const std::string& why) {
+  std::cerr << "plumbline distance: " << why << '\n';
+  return code;
+}
+
+nlohmann::json XyzJson(const Vec3& p_W) {
+  return {1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z()};
+}
+
+std::string XyzText(const Vec3& p_W) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", 1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z());
+}
+
+const char* StateName(const MeasuredPair& pair) {
+  if (!pair.separation) return "not measured";
+  return pair.separation->touching        ? "interference"
+         : pair.state == Nearness::kApart ? "apart"
+                                          : "near";
+}
+
+/// What is told of one name; both forms at once, and whether it is known.
+class DistanceReport {
+ public:
+  void Add(const MeasuredDistance& one) {
+    nlohmann::json json = {{"name", one.name}, {"distance_mm", nullptr}};
+    if (one.distance_m) {
+      json["distance_mm"] = 1e3 * *one.distance_m;
+      json["from_W_mm"] = XyzJson(one.p_a_W);
+      json["to_W_mm"] = XyzJson(one.p_b_W);
+      Line(one.name, fmt::format("{:.2f} mm", 1e3 * *one.distance_m));
+    } else {
+      Missing(one.name);
+    }
+    json_["distances"].push_back(json);
+  }
+  void Add(const MeasuredPoint& one) {
+    json_["points"].push_back(
+        {{"name", one.name}, {"xyz_W_mm", one.p_W ? XyzJson(*one.p_W) : nlohmann::json()}});
+    one.p_W ? Line(one.name, "at " + XyzText(*one.p_W) + " mm") : Missing(one.name);
+  }
+  void Add(const MeasuredPair& one) {
+    const std::string name = one.a + " / " + one.b;
+    nlohmann::json json = {{"objects", {one.a, one.b}}, {"state", StateName(one)}};
+    json["distance_mm"] = json["depth_mm"] = nullptr;
+    if (!one.separation) {
+      Missing(name);
+    } else if (one.separation->touching) {
+      json["distance_mm"] = 0;
+      json["depth_mm"] = 1e3 * one.separation->depth_m;
+      Line(name, fmt::format("interference, {:.2f} mm deep", 1e3 * one.separation->depth_m));
+    } else {
+      json["distance_mm"] = 1e3 * one.separation->distance_m;
+      Line(name, fmt::format("{:.2f} mm", 1e3 * one.separation->distance_m));
+    }
+    json_["pairs"].push_back(json);
+  }
+  bool complete() const { return complete_; }
+  const std::string& text() const { return text_; }
+  nlohmann::json json() const { return json_; }
+
+ private:
+  void Line(const std::string& name, const std::string& what) {
+    text_ += fmt::format("{}: {}\n", name, what);
+  }
+  void Missing(const std::string& name) {
+    complete_ = false;
+    Line(name, "not measured: what it belongs to is not in place");
+  }
+
+  bool complete_ = true;
+  std::string text_;
+  nlohmann::json json_ = {{"schema", 1},
+                          {"distances", nlohmann::json::array()},
+                          {"pairs", nlohmann::json::array()},
+                          {"points", nlohmann::json::array()}};
+};
+
+}  // namespace
+
+int TellDistances(const DistanceOptions& options) {
+  FaultList faults;
+  std::optional<ViewModel> model = ReadViewModel(options.config_file, 0, faults);
+  if (!model) {
+    std::cerr << FaultsText(faults);
+    return kNotAll;
+  }
+  if (model->config.overlay.objects_file.empty()) {
+    return RefuseDistance(kNotAll, options.config_file + ": [overlay] names no object table");
+  }
+  Viewer viewer(options.config_file, std::move(*model), [](const LogEntry&) {});
+  if (!AwaitState(viewer, options.state_wait_s)) {
+    return RefuseDistance(kNobody, viewer.Facts().link_problem);
+  }
+  AwaitMeasured(viewer, options.meshes_wait_s);
+  const ViewFacts& facts = viewer.Facts();
+  if (facts.table == nullptr || facts.measured == nullptr) {
+    std::string why = "the object table is not read";
+    for (const PanelLine& line : facts.objects) why += "\n  " + line.text;
+    return RefuseDistance(kNotAll, why);
+  }
+  const Measured& measured = *facts.measured;
+  if (facts.now_s - measured.time_s > kMeasuredFresh_s) {
+    return RefuseDistance(kNobody, "what was measured is old: the daemon's states do not come");
+  }
+  std::set<std::string> left(options.names.begin(), options.names.end()), known;
+  const auto wanted = [&](const std::string& name) {
+    known.insert(name);
+    return options.names.empty() || left.contains(name);
+  };
+  DistanceReport report;
+  for (const MeasuredDistance& one : measured.distances) {
+    if (wanted(one.name)) report.Add(one);
+  }
+  for (const MeasuredPair& one : measured.pairs) {
+    const bool a = wanted(one.a), b = wanted(one.b);
+    if (a || b) report.Add(one);
+  }
+  for (const MeasuredPoint& one : measured.points) {
+    if (wanted(one.name)) report.Add(one);
+  }
+  for (const std::string& name : left) {
+    if (known.contains(name)) continue;
+    std::string names;
+    for (const std::string& other : known) names += (names.empty() ? "" : ", ") + other;
+    return RefuseDistance(kNotAll, fmt::format("\"{}\" is not in the object table, which has {}",
+                                               name, names.empty() ? "nothing to measure" : names));
+  }
+  nlohmann::json json = report.json();
+  json["cell"] = facts.state->cell;
+  json["utc_s"] = facts.state->utc_s;
+  json["model_version"] = facts.state->model_version;
+  std::cout << (options.json
+                    ? json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
+                    : report.text());
+  std::cout.flush();
+  if (!std::cout.good()) return kNobody;
+  return report.complete() ? 0 : kNotAll;
+}
+
+}  // namespace plumbline

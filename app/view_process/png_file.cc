@@ -1,0 +1,58 @@
+#include "app/view_process/png_file.h"
+
+#include <fmt/format.h>
+#include <png.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace plumbline {
+
+Result<std::string> PngOf(const RgbImage& picture, bool fast) {
+  const auto width = static_cast<std::size_t>(picture.size.width);
+  const auto height = static_cast<std::size_t>(picture.size.height);
+  if (width == 0 || height == 0 || picture.rgb.size() != 3 * width * height) {
+    return Error{"there is no picture to write"};
+  }
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = PNG_FORMAT_RGB;
+  image.flags = fast ? PNG_IMAGE_FLAG_FAST : 0;
+  char* memory = nullptr;
+  std::size_t size = 0;
+  std::FILE* const out = open_memstream(&memory, &size);
+  if (out == nullptr) return Error{std::strerror(errno)};
+  const bool encoded =
+      png_image_write_to_stdio(&image, out, 0, picture.rgb.data(), 0, nullptr) != 0;
+  const bool whole = std::fclose(out) == 0 && encoded;
+  std::string bytes = whole ? std::string(memory, size) : "";
+  std::free(memory);
+  if (!whole) return Error{encoded ? "no memory for a picture" : image.message};
+  return bytes;
+}
+
+std::optional<Error> WritePng(const std::string& file, const RgbImage& picture) {
+  const Result<std::string> bytes = PngOf(picture);
+  if (!bytes) return Error{fmt::format("{}: {}", file, bytes.error())};
+  return WritePngBytes(file, *bytes);
+}
+
+std::optional<Error> WritePngBytes(const std::string& file, std::string_view bytes) {
+  const std::string beside = fmt::format("{}.{}.part", file, getpid());
+  std::FILE* const out = std::fopen(beside.c_str(), "wbe");
+  if (out == nullptr) return Error{fmt::format("{}: {}", file, std::strerror(errno))};
+  std::string why;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size()) why = std::strerror(errno);
+  if (std::fclose(out) != 0 && why.empty()) why = std::strerror(errno);
+  if (why.empty() && std::rename(beside.c_str(), file.c_str()) != 0) why = std::strerror(errno);
+  if (why.empty()) return std::nullopt;
+  std::remove(beside.c_str());
+  return Error{fmt::format("{}: {}", file, why)};
+}
+
+}  // namespace plumbline

@@ -1,0 +1,111 @@
+#include "app/view_process/snapshot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/view/screen_text.h"
+#include "app/view_process/awaited.h"
+#include "app/view_process/drawing.h"
+#include "app/view_process/png_file.h"
+#include "app/view_process/viewer.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kFault = 1, kUsage = 2;
+
+int Refuse(int code, const std::string& why) {
+  std::cerr << "plumbline snapshot: " << why << '\n';
+  return code;
+}
+
+nlohmann::json PanelsJson(const std::vector<Panel>& panels) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const Panel& panel : panels) {
+    for (const PanelLine& line : panel.lines) json[panel.title].push_back(line.text);
+  }
+  return json;
+}
+
+void Print(const SnapshotOptions& options, const ViewFacts& facts) {
+  if (!options.json) {
+    std::cout << fmt::format("{}: {}x{}, {}\n", options.out, options.size.width,
+                             options.size.height, Headline(facts).text);
+    return;
+  }
+  const ViewState& state = *facts.state;
+  nlohmann::json json = {{"schema", 1},
+                         {"file", options.out},
+                         {"width_px", options.size.width},
+                         {"height_px", options.size.height},
+                         {"cell", state.cell},
+                         {"utc_s", state.utc_s},
+                         {"model_version", state.model_version},
+                         {"alarms", state.alarms},
+                         {"warnings", state.warnings},
+                         {"headline", Headline(facts).text},
+                         {"stale_because", StaleBecause(facts)},
+                         {"panels", PanelsJson(PanelsOf(facts))}};
+  json["cameras"] = nlohmann::json::array();
+  for (const std::size_t k : facts.shown) {
+    const ViewCamera& camera = CameraOf(state, k);
+    json["cameras"].push_back(
+        {{"name", CameraNameText(camera.watch.name)},
+         {"image_age_s", camera.image ? nlohmann::json(facts.now_s - camera.image->time_s)
+                                      : nlohmann::json(nullptr)}});
+  }
+  std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+int TakeSnapshot(const SnapshotOptions& options) {
+  FaultList faults;
+  std::optional<ViewModel> model = ReadViewModel(options.config_file, 0, faults);
+  if (!model) {
+    std::cerr << FaultsText(faults);
+    return kFault;
+  }
+  OverlayConfig& overlay = model->config.overlay;
+  if (!options.camera.empty()) {
+    overlay.camera.reset();
+    std::string names = "both";
+    for (const CameraConfig& one : model->config.vision.cameras) {
+      if (options.camera == CameraNameText(one.name)) overlay.camera = one.name;
+      if (one.name != CameraName::kNone) names += fmt::format(", {}", CameraNameText(one.name));
+    }
+    if (!overlay.camera && options.camera != "both") {
+      return Refuse(kUsage, fmt::format("--camera {}: there is {}", options.camera, names));
+    }
+  }
+  Drawing drawing([](const LogEntry&) {});
+  if (!drawing.Ready(MonotonicSeconds())) return Refuse(kUsage, drawing.problem());
+
+  Viewer viewer(options.config_file, std::move(*model), [](const LogEntry& entry) {
+    // Until the first state a link that is not there yet is no news: it is told at the end.
+    const bool bad = EntryOf(entry.event).level <= LogLevel::kWarning;
+    if (bad && entry.event != Event::kViewLinkLost) std::cerr << entry.text << '\n';
+  });
+  if (!AwaitState(viewer, options.state_wait_s)) {
+    return Refuse(kUsage, viewer.Facts().link_problem);
+  }
+  AwaitMeasured(viewer, options.meshes_wait_s);
+  const ViewFacts& facts = viewer.Facts();
+  const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
+  const OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};
+  if (!drawing.Draw(PictureOf(input, LayoutOf(options.size), drawing.text_width()))) {
+    return Refuse(kUsage, "nothing was drawn: " + drawing.renderer().problem());
+  }
+  if (const auto why = WritePng(options.out, drawing.renderer().ReadBack())) {
+    return Refuse(kUsage, why->message);
+  }
+  Print(options, facts);
+  std::cout.flush();
+  return std::cout.good() ? 0 : kUsage;
+}
+
+}  // namespace plumbline

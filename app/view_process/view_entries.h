@@ -1,0 +1,18 @@
+// What has no event of its own, for the log: each text is counted by itself.
+#pragma once
+
+#include <string>
+
+#include "app/log/log_entry.h"
+
+namespace plumbline {
+
+inline LogEntry ViewFault(const std::string& text) {
+  return {Event::kViewFault, text, {{"ABOUT", text}}};
+}
+
+inline LogEntry ViewNote(const std::string& text) {
+  return {Event::kViewNote, text, {{"ABOUT", text}}};
+}
+
+}  // namespace plumbline

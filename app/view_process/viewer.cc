@@ -1,0 +1,200 @@
+#include "app/view_process/viewer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/log/fault_log.h"
+#include "app/log/log.h"
+#include "app/view_process/view_entries.h"
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kRateShare = 0.1;  ///< of the newest interval in the mean rate
+
+std::optional<TagDatabase> TagsOf(const ViewModel& model) {
+  if (model.config.vision.cameras.empty()) return std::nullopt;
+  return model.config.vision.tags.database;
+}
+
+}  // namespace
+
+Viewer::Viewer(std::string config_file, ViewModel model, LogSink sink)
+    : config_file_(std::move(config_file)),
+      sink_(std::move(sink)),
+      model_(std::move(model)),
+      overlay_(model_->config.overlay),
+      state_directory_(model_->config.state_directory),
+      client_(ViewSocketOf(state_directory_)) {
+  StartScene();
+}
+
+void Viewer::StartScene() {
+  worker_.reset();
+  worker_.emplace(overlay_.objects_file, TagsOf(*model_), overlay_.near_m, sink_);
+}
+
+bool Viewer::Read(double timeout_s) {
+  const bool came = client_.Read(timeout_s, view_);
+  const std::string& problem = client_.problem();
+  const bool lost = !came && !problem.empty() && !client_.connected();
+  if (lost && link_problem_.empty()) sink_({Event::kViewLinkLost, problem});
+  if (came && !link_problem_.empty())
+    sink_({Event::kViewLinkBack, "the daemon's states come again"});
+  if (lost) link_problem_ = problem;
+  if (!came) return false;
+  link_problem_.clear();
+  has_state_ = true;
+  const ViewState& state = view_.state;
+  const bool other_points = HasOtherPoints(state);
+  if (other_points) refused_version_ = -1;
+  if (!model_ || model_->version != state.model_version) {
+    TakeModel(state.model_version);
+  } else if (other_points) {
+    sink_(ViewNote("the daemon has other points; its configuration is read again"));
+    TakeModel(state.model_version);
+  }
+  eyes_.resize(std::max<std::size_t>(1, state.cameras.size()));
+  CountFrames();
+  const double now_s = MonotonicSeconds();
+  TakeSights(now_s);
+  worker_->Give({now_s, in_W_});
+  TellScene();
+  return true;
+}
+
+void Viewer::CountFrames() {
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    Eye& eye = eyes_[k];
+    const auto& image = CameraOf(view_.state, k).image;
+    if (!image || image->sequence == eye.sequence) continue;
+    const double interval_s = image->time_s - eye.image_s;
+    const double count = static_cast<double>(image->sequence - eye.sequence);
+    if (eye.image_s > 0 && interval_s > 0 && image->sequence > eye.sequence) {
+      const double rate = std::min(count / interval_s, 1000.0);
+      eye.frames_per_s += (eye.frames_per_s > 0 ? kRateShare : 1) * (rate - eye.frames_per_s);
+    }
+    eye.image_s = image->time_s;
+    eye.sequence = image->sequence;
+  }
+}
+
+double Viewer::image_interval_s() const {
+  double images_per_s = 0;
+  for (const Eye& eye : eyes_) images_per_s += eye.frames_per_s;
+  return 1 / images_per_s;
+}
+
+void Viewer::TakeSights(double now_s) {
+  carriers_.clear();
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    const ViewModel* const model = model_ ? &*model_ : nullptr;
+    carriers_.push_back(eyes_[k].memory.Take(view_.state, k, model, now_s));
+  }
+  in_W_ = InMeasurementFrame(carriers_);
+  ShareSights(carriers_);
+}
+
+std::vector<const std::uint8_t*> Viewer::Pixels() const {
+  std::vector<const std::uint8_t*> pixels;
+  for (const View::Pixels& image : view_.pixels) {
+    pixels.push_back(image.bytes.empty() ? nullptr : image.bytes.data());
+  }
+  return pixels;
+}
+
+void Viewer::TellScene() {
+  const std::shared_ptr<const Measured> newest = worker_->Newest();
+  if (!newest || newest == told_ || newest->pairs.empty()) return;
+  told_ = newest;
+  client_.Tell(SceneForPlc(*newest));
+}
+
+/// Whether the daemon wants other points than before, which tells that its configuration was
+/// edited.
+bool Viewer::HasOtherPoints(const ViewState& state) {
+  constexpr double kSame_m = 1e-6;
+  std::map<int, std::optional<Vec3>> now_B;
+  bool other = false;
+  for (const ViewPoint& point : state.points) {
+    const auto before = points_B_.find(point.id);
+    std::optional<Vec3> wanted_B;
+    if (point.valid) wanted_B = point.X_BP_command.p - point.translation_B;
+    if (before == points_B_.end()) {
+      other = true;
+    } else if (!wanted_B) {
+      wanted_B = before->second;
+    } else if (before->second && (*wanted_B - *before->second).norm() > kSame_m) {
+      other = true;
+    }
+    now_B[point.id] = wanted_B;
+  }
+  other = other || now_B.size() != points_B_.size();
+  const bool first = points_B_.empty();
+  points_B_ = std::move(now_B);
+  return other && !first;
+}
+
+void Viewer::TakeModel(int version) {
+  if (version == refused_version_) return;
+  FaultList faults;
+  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
+  if (!fresh) {
+    refused_version_ = version;
+    for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
+    model_.reset();  // another model's tool must not be shown for this one's
+    return;
+  }
+  refused_version_ = -1;
+  const bool same = model_ && model_->version == version;
+  if (version > 0 && !same) sink_(ViewNote(fmt::format("model version {} is shown", version)));
+  model_ = std::move(fresh);
+}
+
+void Viewer::Reload() {
+  FaultList faults;
+  const int version = has_state_ ? view_.state.model_version : 0;
+  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
+  for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
+  if (!fresh) {
+    sink_({Event::kNotReloaded, "configuration not reloaded; the former one stays"});
+    return;
+  }
+  refused_version_ = -1;
+  model_ = std::move(fresh);
+  overlay_ = model_->config.overlay;
+  StartScene();
+  sink_({Event::kReloaded, fmt::format("configuration {} reloaded", config_file_)});
+}
+
+const ViewFacts& Viewer::Facts() {
+  scene_ = worker_->Scene();
+  measured_ = worker_->Newest();
+  facts_ = {};
+  facts_.now_s = MonotonicSeconds();
+  facts_.link_problem = link_problem_.empty() && !has_state_ ? client_.problem() : link_problem_;
+  facts_.objects = scene_->remarks;
+  facts_.table = scene_->table ? &*scene_->table : nullptr;
+  facts_.measured = measured_.get();
+  facts_.model = model_ ? &*model_ : nullptr;
+  for (const LogLine& line : RecentLog()) {
+    facts_.own_lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
+  }
+  if (!has_state_) return facts_;
+  // Time makes things stale although no state comes.
+  TakeSights(facts_.now_s);
+  facts_.state = &view_.state;
+  facts_.carriers = carriers_;
+  facts_.shown.clear();
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    facts_.frames_per_s.push_back(eyes_[k].frames_per_s);
+    const bool other = overlay_.camera && CameraOf(view_.state, k).watch.name != *overlay_.camera;
+    if (!other) facts_.shown.push_back(k);
+  }
+  if (facts_.shown.empty()) facts_.shown = {0};  // the daemon's cameras are others until a restart
+  return facts_;
+}
+
+}  // namespace plumbline

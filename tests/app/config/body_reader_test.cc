@@ -1,0 +1,65 @@
+#include "app/config/body_reader.h"
+
+#include <catch2/catch.hpp>
+
+using namespace plumbline;
+
+TEST_CASE("Tags and bodies as written") {
+  FaultList faults;
+  const auto database = TagDatabaseFromText(R"(schema = 1
+[[tag]]
+id = 17
+size_mm = 50.0
+[[body]]
+name = "gripper"
+size_mm = 80.0
+[[body.tag]]
+id = 3
+xyz_mm = [1.0, 2.0, 3.0]
+rpy_deg = [0.0, 0.0, 90.0]
+[[body.tag]]
+id = 4
+size_mm = 40.0
+xyz_mm = [0.0, 0.0, 0.0]
+)",
+                                            "bodies.toml", faults);
+  INFO(FaultsText(faults));
+  REQUIRE(database);
+  CHECK(database->SideOf(17) == 0.05);
+  CHECK(database->SideOf(3) == 0.08);
+  CHECK(database->SideOf(4) == 0.04);
+  CHECK_FALSE(database->SideOf(5));
+  CHECK(database->BodyOf(17) == nullptr);
+  REQUIRE(database->BodyOf(3) != nullptr);
+  CHECK(database->BodyOf(3)->name == "gripper");
+  CHECK_FALSE(database->BodyOf(3)->place_sd_m);
+  const Pose X = database->BodyOf(3)->tags[0].X_KM;
+  CHECK((X * Vec3(1, 0, 0) - Vec3(0.001, 1.002, 0.003)).norm() < 1e-12);
+}
+
+TEST_CASE("All faults of the file at once") {
+  FaultList faults;
+  CHECK_FALSE(TagDatabaseFromText(R"(schema = 2
+[[tag]]
+id = 3
+[[body]]
+name = "part"
+[[body.tag]]
+id = 3
+size_mm = 9000
+xyz_mm = [0, 0]
+[[body]]
+name = "part"
+colour = "red"
+)",
+                                  "bodies.toml", faults));
+  const std::string text = FaultsText(faults);
+  for (const char* part : {"schema", "size_mm", "stands in line 3 already", "9000", "xyz_mm",
+                           "name of another body", "colour", "at least one [[body.tag]]"}) {
+    INFO(text << "\nlooked for: " << part);
+    CHECK(text.find(part) != std::string::npos);
+  }
+  faults = {};
+  CHECK_FALSE(TagDatabaseFromText("[[body", "bodies.toml", faults));
+  CHECK(faults.HasFaults());
+}

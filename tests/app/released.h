@@ -1,0 +1,34 @@
+// Stores as every version wrote them that anybody may still have: `released/schema_N.sql` beside
+// the test of a store. They were dumped from files that the version itself had written; they are
+// never changed, and a new schema needs a dump of its own.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "app/journal/database.h"
+#include "tests/file_text.h"
+
+namespace plumbline::test {
+
+/// Makes the file as version `schema` left it. @param folder  as tests/app/journal
+inline void WriteReleased(const std::string& folder, int schema, const std::string& path) {
+  const std::string dump =
+      FileText("tests/app/" + folder + "/released/schema_" + std::to_string(schema) + ".sql");
+  INFO(folder << ": no dump of schema " << schema);
+  REQUIRE_FALSE(dump.empty());
+  auto database = Database::Open(path, Database::Mode::kWrite);
+  REQUIRE(database);
+  INFO(database.value().Problem());
+  REQUIRE(database.value().Run(dump.c_str()));
+  REQUIRE(*database.value().IntegerOf("PRAGMA user_version") == schema);
+}
+
+/// Makes it a file of a version that is still to come.
+inline void MakeNewer(const std::string& path, int schema) {
+  auto database = Database::Open(path, Database::Mode::kWrite);
+  REQUIRE(database);
+  REQUIRE(database.value().Run(("PRAGMA user_version=" + std::to_string(schema)).c_str()));
+}
+
+}  // namespace plumbline::test

@@ -1,0 +1,191 @@
+// The daemon under a service manager: the test plays systemd's side of the protocol on real
+// sockets [sd_notify(3), sd_listen_fds(3)].
+#include <arpa/inet.h>
+#include <poll.h>
+#include <sys/ptrace.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/app/daemon/daemon_process.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/virtual_cell/running_cell.h"
+
+using namespace plumbline::test;
+using virtual_cell::RegisterClient;
+using virtual_cell::RunningCell;
+using virtual_cell::VirtualCellOptions;
+
+namespace {
+
+/// The socket that a service manager listens on.
+class NotifySocket {
+ public:
+  NotifySocket() : path_(folder_.path() + "/notify") {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, path_.c_str());
+    socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    REQUIRE(bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
+  }
+  ~NotifySocket() { close(socket_); }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+
+  const std::string& path() const { return path_; }
+
+  /// Whether a message with this text comes within a time; others are passed over.
+  bool Hears(const std::string& text, int within_ms) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(within_ms);
+    for (;;) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+          end - std::chrono::steady_clock::now());
+      pollfd waiting{socket_, POLLIN, 0};
+      if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0) return false;
+      char bytes[4096];
+      const ssize_t got = recv(socket_, bytes, sizeof bytes, 0);
+      if (got > 0 &&
+          std::string(bytes, static_cast<std::size_t>(got)).find(text) != std::string::npos) {
+        return true;
+      }
+    }
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::string path_;
+  int socket_ = -1;
+};
+
+VirtualCellOptions IdleCell() {
+  VirtualCellOptions options;
+  options.idle = true;
+  return options;
+}
+
+/// One thread of another process stands still: held as by a debugger [ptrace(2)].
+class HeldThread {
+ public:
+  HeldThread(pid_t process, const std::string& name) {
+    namespace fs = std::filesystem;
+    for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
+      std::string comm;
+      std::getline(std::ifstream(task.path() / "comm"), comm);
+      if (comm == name) thread_ = std::stoi(task.path().filename());
+    }
+    INFO(name);
+    REQUIRE(thread_ != 0);
+    REQUIRE(ptrace(PTRACE_SEIZE, thread_, nullptr, nullptr) == 0);
+    REQUIRE(ptrace(PTRACE_INTERRUPT, thread_, nullptr, nullptr) == 0);
+    REQUIRE(waitpid(thread_, nullptr, __WALL) == thread_);
+  }
+  /// Where the process was killed meanwhile, its end is taken note of, or it would never be over.
+  ~HeldThread() { waitpid(thread_, nullptr, __WALL); }
+  HeldThread(const HeldThread&) = delete;
+  HeldThread& operator=(const HeldThread&) = delete;
+
+ private:
+  pid_t thread_ = 0;
+};
+
+/// A socket that listens on a port of the kernel's choice, and that port.
+struct Listening {
+  int descriptor = socket(AF_INET, SOCK_STREAM, 0);
+  int port = 0;
+
+  Listening() {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    REQUIRE(bind(descriptor, reinterpret_cast<sockaddr*>(&address), size) == 0);
+    REQUIRE(listen(descriptor, 16) == 0);
+    getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);
+    port = ntohs(address.sin_port);
+  }
+  ~Listening() { close(descriptor); }
+  Listening(const Listening&) = delete;
+  Listening& operator=(const Listening&) = delete;
+
+  /// As a service manager hands it over.
+  void Inherit() const {
+    const int at = 3;  // SD_LISTEN_FDS_START
+    if (descriptor != at) dup2(descriptor, at);
+    setenv("LISTEN_FDS", "1", 1);
+    setenv("LISTEN_FDNAMES", "modbus", 1);
+    setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the service manager is told that the daemon serves, lives, reads again and ends") {
+  RunningCell cell(IdleCell());
+  NotifySocket manager;
+  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [&] {
+    setenv("NOTIFY_SOCKET", manager.path().c_str(), 1);
+    setenv("WATCHDOG_USEC", "2000000", 1);
+    setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
+  });
+  INFO(daemon.Log());
+  REQUIRE(manager.Hears("READY=1", 20000));
+  CHECK(manager.Hears("WATCHDOG=1", 20000));
+  CHECK(manager.Hears("points valid", 20000));
+  CHECK(manager.Hears("WATCHDOG=1", 20000));
+  daemon.Signal(SIGHUP);
+  CHECK(manager.Hears("RELOADING=1", 20000));
+  CHECK(manager.Hears("READY=1", 20000));
+  daemon.Signal(SIGTERM);
+  CHECK(manager.Hears("STOPPING=1", 20000));
+  CHECK(daemon.Wait() == 0);
+}
+
+TEST_CASE("a thread that hangs: the service manager is asked to restart the daemon at once") {
+  RunningCell cell(IdleCell());
+  NotifySocket manager;
+  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [&] {
+    setenv("NOTIFY_SOCKET", manager.path().c_str(), 1);
+    setenv("WATCHDOG_USEC", "60000000", 1);  // nobody waits for it to run out
+    setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
+  });
+  REQUIRE(manager.Hears("READY=1", 20000));
+  REQUIRE(manager.Hears("WATCHDOG=1", 20000));
+  const HeldThread held(daemon.pid(), GENERATE("cycle", "robot", "modbus", "loop"));
+  CHECK(manager.Hears("WATCHDOG=trigger", 30000));
+  daemon.Signal(SIGKILL);
+}
+
+TEST_CASE("a listening socket of the service manager is served, and outlives the daemon") {
+  RunningCell cell(IdleCell());
+  const Listening socket;
+  const std::string plc = "127.0.0.1:" + std::to_string(socket.port);
+  const std::string config = DemoConfig(cell.robot(), "generic");
+  for (int start = 0; start < 2; ++start) {
+    DaemonProcess daemon(config, std::nullopt, [&] { socket.Inherit(); });
+    CHECK(daemon.Plc() == plc);
+    RegisterClient client("plumblined", plc, 1, 10);
+    CHECK(client.Read(0, 2).Word(0) == 0x504C);
+    daemon.Signal(SIGTERM);
+    CHECK(daemon.Wait() == 0);
+    CHECK_FALSE(daemon.Says("plc.listen"));
+  }
+  {
+    DaemonProcess daemon(WithLine(config, "plc", "listen", "\"0.0.0.0\""), std::nullopt,
+                         [&] { socket.Inherit(); });
+    CHECK(daemon.Awaits(
+        "plc.listen is 0.0.0.0, but the service manager's socket listens on 127.0.0.1"));
+  }
+  // Nobody serves now, and still a client is not refused: it waits in the socket's queue.
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(socket.port));
+  const int client = ::socket(AF_INET, SOCK_STREAM, 0);
+  CHECK(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
+  close(client);
+}

@@ -1,0 +1,168 @@
+// A cell under measurement with its monitor: the real daemon, one or two recorded cameras that see
+// marks and gripper, two meshes of 50,000 triangles; the viewer is a process of its own.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+
+#include "app/lens_store/lens_store.h"
+#include "app/view_link/view_client.h"
+#include "drivers/clock.h"
+#include "tests/app/camera/camera_scene.h"
+#include "tests/app/scene/shapes.h"
+#include "tests/bench/daemon_start.h"
+
+namespace plumbline::bench {
+
+/// In the configuration, until there is a card to be named.
+inline constexpr std::string_view kCard = "/dev/dri/card0";
+inline constexpr double kFrames_Hz = 30;
+
+/// Of a shown frame, from when it was taken [ms].
+struct ShownFrame {
+  double told = 0;       ///< the daemon has looked for tags, and tells it
+  double begun = 0;      ///< the picture of it is begun
+  double committed = 0;  ///< and handed to the card
+  double flipped = 0;
+};
+
+/// Proportional set size: shared pages count in parts. @return  0: the process is gone
+inline double PssMb(pid_t pid) {
+  std::ifstream file(fmt::format("/proc/{}/smaps_rollup", pid));
+  std::string word;
+  double kb = 0;
+  while (file >> word) {
+    if (word == "Pss:" && file >> kb) return kb / 1024;
+  }
+  return 0;
+}
+
+/// Of the process with its children: a mesh's or a board's reader.
+inline double PssOfAllMb(pid_t pid) {
+  double sum_mb = PssMb(pid);
+  std::error_code error;
+  const std::string tasks = fmt::format("/proc/{}/task", pid);
+  for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
+    std::ifstream file(task.path() / "children");
+    for (pid_t child = 0; file >> child;) sum_mb += PssMb(child);
+  }
+  return sum_mb;
+}
+
+class ViewStation {
+ public:
+  ViewStation(const std::string& folder, const char* program, int cameras) : folder_(folder) {
+    robot_.SetPayload(60000);
+    std::filesystem::create_directories(folder + "/state");
+    std::string tables;
+    for (int k = 0; k < cameras; ++k) tables += AddCamera(k == 0 ? "side" : "rear", k);
+    std::ofstream(folder + "/bodies.toml") << test::TagsText();
+    std::ofstream(folder + "/ball.obj")
+        << test::MeshFileText(test::Sphere(0.1F, 160, 158), MeshFormat::kObj);
+    std::ofstream(folder + "/objects.toml")
+        << "schema = 1\n[[object]]\nnumber = 1\nname = \"fixture\"\nfile = \"ball.obj\"\n"
+           "unit = \"m\"\non = { body = \"cell\" }\n[[object]]\nnumber = 2\nname = \"part\"\n"
+           "file = \"ball.obj\"\nunit = \"m\"\non = { frame = \"flange\" }\nbends = true\n"
+           "xyz_mm = [0.0, 0.0, 800.0]\n[[pair]]\nobjects = [\"fixture\", \"part\"]\n";
+    std::ofstream(folder + "/profile.toml") << kProfile;
+    std::ofstream(folder + "/plumbline.toml") << fmt::format(
+        "cell = \"{1}/tests/virtual_cell/demo/cockpit-cell.toml\"\nstate_directory = "
+        "\"{0}/state\"\n"
+        "[robot]\nprofile = \"{0}/profile.toml\"\nhost = \"127.0.0.1\"\nport = {2}\n[payload]\n"
+        "source = \"robot\"\n[plc]\nlisten = \"127.0.0.1\"\nport = 0\n[[point]]\nid = 1\n"
+        "xyz_mm = [2683.0, -424.0, 973.7]\nrpy_deg = [0.0, 90.0, 0.0]\n{3}[tags]\nfile = "
+        "\"{0}/bodies.toml\"\ncell_xyz_mm = [2000.0, 100.0, 800.0]\ncell_rpy_deg = [5.7, 11.4, "
+        "17.1]\n[overlay]\nobjects = \"{0}/objects.toml\"\ndisplay = \"kms\"\ndevice = \"{4}\"\n",
+        folder, std::filesystem::current_path().string(), robot_.port(), tables, kCard);
+    daemon_ = StartDaemon(program, folder, port_);
+  }
+  ~ViewStation() {
+    kill(daemon_, SIGTERM);
+    waitpid(daemon_, nullptr, 0);
+  }
+  ViewStation(const ViewStation&) = delete;
+  ViewStation& operator=(const ViewStation&) = delete;
+
+  /// This program again, as the viewer. @param nice  of the process: 10 is the unit's
+  pid_t StartViewer(int nice) const {
+    const std::string out = folder_ + "/shown", log = folder_ + "/view.log",
+                      config = folder_ + "/plumbline.toml";
+    const pid_t pid = fork();
+    if (pid == 0) {
+      setpriority(PRIO_PROCESS, 0, nice);
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
+      dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+      execl("/proc/self/exe", "view_bench", "--viewer", config.c_str(), nullptr);
+      _exit(127);
+    }
+    return pid;
+  }
+  /// @return  the frames that it showed
+  std::vector<ShownFrame> EndViewer(pid_t viewer) const {
+    kill(viewer, SIGTERM);
+    waitpid(viewer, nullptr, 0);
+    std::ifstream file(folder_ + "/shown");
+    std::vector<ShownFrame> shown;
+    for (ShownFrame one; file >> one.told >> one.begun >> one.committed >> one.flipped;) {
+      shown.push_back(one);
+    }
+    return shown;
+  }
+
+  bool ViewerSays(const std::string& words) const {
+    std::ifstream log(folder_ + "/view.log");
+    const std::string text{std::istreambuf_iterator<char>(log), {}};
+    return text.find(words) != std::string::npos;
+  }
+
+  /// How late cycles began until now, as the daemon counts it. Looks for a moment only.
+  LatenessCounts Starts() const {
+    ViewClient client(ViewSocketOf(folder_ + "/state"), false);
+    View view;
+    for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {
+      if (client.Read(0.1, view)) return view.state.cycle.starts;
+    }
+    fmt::print(stderr, "the daemon tells no state; see {}/log\n", folder_);
+    std::exit(1);
+  }
+  pid_t daemon() const { return daemon_; }
+  const std::string& folder() const { return folder_; }
+
+ private:
+  /// The rear one stands 0.35 m beside the side one; both see the same.
+  std::string AddCamera(const std::string& name, int k) {
+    const renderer::Camera camera = renderer::ZoomLens(1700);
+    const std::string serial = name + " camera";
+    auto store = LensStore::Open(folder_ + "/state/lenses.sqlite");
+    LensEntry lens;
+    lens.key = {serial, "test mode", 0, 0};
+    lens.lens = TrueLens(camera);
+    lens.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    lens.image = {1920, 1080};
+    lens.board = "none";
+    lens.utc = "2026-01-01T00:00:00Z";
+    if (!store || !store.value().Append(lens)) std::exit(1);
+    Pose X_CS;
+    if (k > 0) {
+      const Vec3 middle(0, 0, 1.4);
+      X_CS.R = RotationFromVector(Vec3(0.05, 0.25, 0));
+      X_CS.p = middle - X_CS.R * middle;
+    }
+    const test::ShownImage image(folder_ + "/" + name);
+    image.Show(test::DrawCell(camera, X_CS * test::CellInCamera(), X_CS * test::GripperInCamera()));
+    return fmt::format(
+        "[[camera]]\nname = \"{}\"\nkind = \"recorded\"\npath = \"{}\"\nrepeat = true\nserial = "
+        "\"{}\"\nmode = \"test mode\"\nrate_hz = {:.1f}\n",
+        name, image.path(), serial, kFrames_Hz);
+  }
+
+  const std::string folder_;
+  BenchRobot robot_;
+  int port_ = 0;
+  pid_t daemon_ = -1;
+};
+
+}  // namespace plumbline::bench

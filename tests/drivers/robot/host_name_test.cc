@@ -1,0 +1,18 @@
+#include "drivers/robot/host_name.h"
+
+#include <catch2/catch.hpp>
+
+using plumbline::IsAddress;
+using plumbline::WhyUnresolved;
+
+TEST_CASE("an address is told from a name, for which a name server would be asked") {
+  for (const char* address : {"192.168.1.10", "127.0.0.1", "::1", "fe80::1"}) {
+    INFO(address);
+    CHECK(IsAddress(address));
+  }
+  for (const char* name : {"robot", "localhost", "robot.cell-3.plant", "192.168.1.300", ""}) {
+    INFO(name);
+    CHECK_FALSE(IsAddress(name));
+  }
+  CHECK(WhyUnresolved("127.0.0.1") == nullptr);
+}

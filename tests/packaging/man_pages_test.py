@@ -1,0 +1,74 @@
+"""Each program has its page, and page and --help name the same options and commands.
+
+    man_pages_test.py BUILD_BIN"""
+
+import re
+import subprocess
+import sys
+
+BIN = sys.argv[1]
+PAGES = {"plumbline": 1, "plumbline-mesh": 1, "plumblined": 8, "plumbline-view": 8, "plumbline-fleet": 8}
+NOT_IN_PAGES = {"--help", "--help-all"}
+
+
+def help_of(*words):
+    told = subprocess.run([BIN + "/" + words[0], *words[1:], "--help"], capture_output=True, text=True, timeout=60)
+    return told.stdout + told.stderr
+
+
+def page_of(program):
+    text = open("packaging/man/%s.%d" % (program, PAGES[program])).read()
+    return text.replace("\\-", "-")
+
+
+def options(text):
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) - NOT_IN_PAGES
+
+
+faults = []
+for program in PAGES:
+    page, told = page_of(program), help_of(program)
+    # plumbline's page names its commands; their options stand in the help of each.
+    listed = re.findall(r"^  ([a-z][a-z-]+)  ", told.split("ommands:", 1)[-1], re.M) if program == "plumbline" else []
+    in_page = re.findall(r"^\.TP\n\.B ([a-z][a-z-]+)$", page, re.M)
+    for command in sorted(set(listed) ^ set(in_page) if listed else ()):
+        faults.append("%s: the command %s stands in one of page and help only" % (program, command))
+    if program == "plumbline" and len(listed) < 15:
+        faults.append("plumbline --help lists no commands: " + told)
+    known = options(told)
+    for command in listed:
+        known |= options(help_of(program, command))
+        for part in re.findall(r"^  ([a-z][a-z-]+)  ", help_of(program, command).split("ubcommands:", 1)[-1], re.M):
+            known |= options(help_of(program, command, part))
+    for option in sorted(options(page) - known - {"--now"}):  # of systemctl
+        faults.append("%s: its page names %s, which is none" % (program, option))
+    if program != "plumbline":
+        for option in sorted(options(told) - options(page)):
+            faults.append("%s: its page does not name %s" % (program, option))
+    version = subprocess.run([BIN + "/" + program, "--version"], capture_output=True, text=True).stdout
+    if program != "plumbline-mesh" and not re.search(r"\d+\.\d+\.\d+", version):
+        faults.append("%s --version says %r" % (program, version))
+
+# What MANUAL.md and README.md have somebody type must exist: the commands, and their options.
+commands = {command: help_of("plumbline", command)
+            for command in re.findall(r"^  ([a-z][a-z-]+)  ", help_of("plumbline").split("ommands:", 1)[-1], re.M)}
+checked = 0
+for document in ("MANUAL.md", "README.md"):
+    text = open(document).read().replace("\\\n", " ")
+    for line in re.findall(r"(?:^ {4,}|`|&& )(?:sudo )?(?:\.\./)?(?:build/bin/)?plumbline ([^`\n#&|;]+)", text, re.M):
+        words = line.split()
+        if words[0] == "--version" or not re.fullmatch(r"[a-z-]+", words[0]) or words[0] == "...":
+            continue
+        if words[0] not in commands:
+            faults.append("%s: plumbline %s is no command" % (document, words[0]))
+            continue
+        part = [words[1]] if len(words) > 1 and re.search(r"^  %s  " % re.escape(words[1]), commands[words[0]], re.M) else []
+        told = help_of("plumbline", words[0], *part) + commands[words[0]]
+        for option in options(line):
+            checked += 1
+            if option not in told:
+                faults.append("%s: plumbline %s has no %s" % (document, " ".join([words[0]] + part), option))
+if checked < 20:
+    faults.append("hardly any option was found in the documents: %d" % checked)
+print("\n".join(faults) or "5 pages, %d commands, %d options of the documents" % (len(commands), checked))
+sys.exit(1 if faults else 0)
