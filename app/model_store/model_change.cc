@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <string>
 
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/kinematics/chain.h"
@@ -16,31 +18,47 @@ namespace {
 constexpr int kPoses = 200;
 constexpr double kAnotherArm_m = 0.05;
 
-Result<Vec3> TipOf(const CellModel& cell, const ModelPose& pose) {
-  const LoadedArm arm(CellOfSession(cell, pose.session));
-  if (arm.size() != pose.q.size()) return Error{"the models have not the same joints"};
-  if (arm.torques_missing()) return Error{"joints yield, but link masses are not declared"};
-  const Payload payload{cell.payload_cog_F ? pose.payload_kg : 0.0,
-                        cell.payload_cog_F.value_or(Vec3::Zero())};
-  LoadedState state;
-  Conditions conditions;
-  conditions.payload_kg = pose.payload_kg;
-  conditions.t_s = pose.t_s;
-  conditions.temp_C = pose.temp_C;
-  if (!arm.AtCommanded(pose.q, payload, conditions, state))
-    return Error{"the sagged posture does not settle"};
-  return state.p_read_W;
-}
+/// Where a cell's loaded tip is read. The arm is made once for a run of poses of one session:
+/// making it costs more than a posture does.
+class Tips {
+ public:
+  explicit Tips(const CellModel& cell) : cell_(cell) {}
+
+  Result<Vec3> At(const ModelPose& pose) {
+    if (!arm_ || session_ != pose.session) {
+      arm_.emplace(CellOfSession(cell_, pose.session));
+      session_ = pose.session;
+    }
+    if (arm_->size() != pose.q.size()) return Error{"the models have not the same joints"};
+    if (arm_->torques_missing()) return Error{"joints yield, but link masses are not declared"};
+    const Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
+                          cell_.payload_cog_F.value_or(Vec3::Zero())};
+    Conditions conditions;
+    conditions.payload_kg = pose.payload_kg;
+    conditions.t_s = pose.t_s;
+    conditions.temp_C = pose.temp_C;
+    if (!arm_->AtCommanded(pose.q, payload, conditions, state_))
+      return Error{"the sagged posture does not settle"};
+    return state_.p_read_W;
+  }
+
+ private:
+  const CellModel& cell_;
+  std::optional<LoadedArm> arm_;
+  std::string session_;
+  LoadedState state_;
+};
 
 }  // namespace
 
 Result<double> LargestChange(const CellModel& from, const CellModel& to,
                              const std::vector<ModelPose>& poses) {
+  Tips tips_before(from), tips_after(to);
   double largest_m = 0;
   for (const ModelPose& pose : poses) {
-    const Result<Vec3> before = TipOf(from, pose);
+    const Result<Vec3> before = tips_before.At(pose);
     if (!before) return Error{before.error()};
-    const Result<Vec3> after = TipOf(to, pose);
+    const Result<Vec3> after = tips_after.At(pose);
     if (!after) return Error{after.error()};
     largest_m = std::max(largest_m, (*after - *before).norm());
   }

@@ -5,10 +5,10 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <random>
-#include <set>
 #include <thread>
 
 #include "app/model_store/daemon_signal.h"
@@ -134,55 +134,88 @@ TEST_CASE("a model proposed without its report is not half kept") {
   CHECK(StateOf(store).proposed == 0);
 }
 
-TEST_CASE("killed at any moment, the store holds the state before or after") {
-  const TemporaryFolder folder;
-  StoreIn(folder).Declare(BigText(1), "cell.toml").value();
-  std::mt19937 random(3);
-  std::set<int> states_seen;
-  // On a busy machine many a writer is killed before it did anything: more rounds then.
-  for (int round = 0; round < 200 || (states_seen.size() <= 20 && round < 2000); ++round) {
-    const ModelState before = StateOf(StoreIn(folder));
-    const auto versions_before = *StoreIn(folder).Versions();
-    const int last_before = versions_before.back().number;
-    const pid_t writer = fork();
-    if (writer == 0) {
-      auto store = ModelStore::Open(folder.path());
-      for (int i = 0;; ++i) {
-        const auto number = store.value().Propose(BigText(static_cast<int>(random())), {}, "");
-        if (!number || !store.value().Apply(*number)) _exit(1);
-        if (i % 3 == 2 && !store.value().RollBack()) _exit(2);
-      }
-    }
-    std::this_thread::sleep_for(
-        std::chrono::microseconds(std::uniform_int_distribution(0, 40000)(random)));
-    kill(writer, SIGKILL);
-    int status = 0;
-    waitpid(writer, &status, 0);
-    REQUIRE(WIFSIGNALED(status));
+namespace {
 
-    ModelStore store = StoreIn(folder);
-    const ModelState state = StateOf(store);
+/// Writes to the store without end; every third time what was applied is rolled back.
+[[noreturn]] void WriteUntilKilled(const std::string& folder, unsigned seed, int begun) {
+  auto store = ModelStore::Open(folder);
+  std::mt19937 random(seed);
+  if (write(begun, "b", 1) != 1) _exit(3);
+  for (int i = 0;; ++i) {
+    const auto number = store.value().Propose(BigText(static_cast<int>(random())), {}, "");
+    if (!number || !store.value().Apply(*number)) _exit(1);
+    if (i % 3 == 2 && !store.value().RollBack()) _exit(2);
+  }
+}
+
+/// What a proposal and its application take on this disk.
+std::chrono::microseconds TimeOfOneChange() {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  constexpr int kChanges = 10;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < kChanges; ++i) {
+    store.Apply(store.Propose(BigText(i), {}, "").value()).value();
+  }
+  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
+                                                               begin) /
+         kChanges;
+}
+
+}  // namespace
+
+TEST_CASE("killed at any moment, the store holds the state before or after") {
+  constexpr int kFolders = 20, kKillsEach = 10;  // few in each: every version is read every time
+  const int longest_us = static_cast<int>(8 * TimeOfOneChange().count());
+  std::mt19937 random(3);
+  int changed = 0;
+  for (int round = 0; round < kFolders; ++round) {
+    const TemporaryFolder folder;
+    StoreIn(folder).Declare(BigText(1), "cell.toml").value();
+    for (int kill_number = 0; kill_number < kKillsEach; ++kill_number) {
+      const ModelState before = StateOf(StoreIn(folder));
+      const auto versions_before = *StoreIn(folder).Versions();
+      const int last_before = versions_before.back().number;
+      int ends[2];
+      REQUIRE(pipe(ends) == 0);
+      const unsigned seed = static_cast<unsigned>(random());
+      const pid_t writer = fork();
+      if (writer == 0) WriteUntilKilled(folder.path(), seed, ends[1]);
+      close(ends[1]);
+      char begun = 0;
+      REQUIRE(read(ends[0], &begun, 1) == 1);
+      std::this_thread::sleep_for(
+          std::chrono::microseconds(std::uniform_int_distribution(0, longest_us)(random)));
+      kill(writer, SIGKILL);
+      int status = 0;
+      waitpid(writer, &status, 0);
+      close(ends[0]);
+      REQUIRE(WIFSIGNALED(status));
+
+      ModelStore store = StoreIn(folder);
+      const ModelState state = StateOf(store);
+      const auto versions = store.Versions();
+      REQUIRE(versions.ok());
+      CHECK(versions->size() >= versions_before.size());
+      for (const int number : {state.declared, state.applied}) CHECK(store.Text(number).ok());
+      if (state.proposed != 0) CHECK(store.Text(state.proposed).ok());
+      CHECK(state.history.back() == state.applied);
+      CHECK(state.history.size() + 1 >= before.history.size());
+      for (const ModelVersion& version : *versions) {
+        if (version.number > last_before) CheckWhole(store, version.number);
+      }
+      changed += state.applied != before.applied ? 1 : 0;
+      // It goes on working, also over what was left.
+      const auto next = store.Propose(BigText(1), {}, "");
+      REQUIRE(next.ok());
+      CHECK(*store.Text(*next) == BigText(1));
+    }
+    const ModelStore store = StoreIn(folder);
     const auto versions = store.Versions();
     REQUIRE(versions.ok());
-    CHECK(versions->size() >= versions_before.size());
-    for (const int number : {state.declared, state.applied}) CHECK(store.Text(number).ok());
-    if (state.proposed != 0) CHECK(store.Text(state.proposed).ok());
-    CHECK(state.history.back() == state.applied);
-    CHECK(state.history.size() + 1 >= before.history.size());
-    for (const ModelVersion& version : *versions) {
-      if (version.number > last_before) CheckWhole(store, version.number);
-    }
-    states_seen.insert(state.applied);
-    // It goes on working, also over what was left.
-    const auto next = store.Propose(BigText(1), {}, "");
-    REQUIRE(next.ok());
-    CHECK(*store.Text(*next) == BigText(1));
+    for (const ModelVersion& version : *versions) CheckWhole(store, version.number);
   }
-  CHECK(states_seen.size() > 20);
-  const ModelStore store = StoreIn(folder);
-  const auto versions = store.Versions();
-  REQUIRE(versions.ok());
-  for (const ModelVersion& version : *versions) CheckWhole(store, version.number);
+  CHECK(changed > kFolders * kKillsEach / 10);  // a kill before any change proves little
 }
 
 TEST_CASE("writers wait for each other") {
