@@ -31,7 +31,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kReportPeriod_ms = 50;
+constexpr int kReportPeriod_ms = 100;
 constexpr char kRobotLink[] = "robot link";
 
 /// For how long a thread may do one thing. The journal's may wait for another program's lock on it,

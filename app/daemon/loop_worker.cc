@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPeriod = 20ms;
+constexpr auto kPeriod = 200ms;  ///< where the cycle hands nothing over
 constexpr auto kJournalRetry = 5s;
 constexpr auto kModelsRefresh = 1s;
 
@@ -45,9 +45,11 @@ LoopWorker::~LoopWorker() {
 }
 
 void LoopWorker::Configure(const DaemonConfig& config, const ModelState& models) {
-  const std::lock_guard lock(mutex_);
-  next_ = Task{config, models};
-  wake_.notify_one();
+  {
+    const std::lock_guard lock(mutex_);
+    next_ = Task{config, models};
+  }
+  link_.queue.Wake();
 }
 
 void LoopWorker::Start() {
@@ -60,18 +62,18 @@ void LoopWorker::Stop() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
-  wake_.notify_one();
+  link_.queue.Wake();
   if (thread_.joinable()) thread_.join();
 }
 
 void LoopWorker::Run() {
   for (;;) {
     pulse_.Beat();
+    link_.queue.Wait(kPeriod);
     std::optional<Task> task;
     bool stop = false;
     {
-      std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, kPeriod, [this] { return stop_ || next_.has_value(); });
+      const std::lock_guard lock(mutex_);
       std::swap(task, next_);
       stop = stop_;
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <set>
@@ -69,7 +68,6 @@ class LoopWorker {
   std::function<void()> reload_;
 
   std::mutex mutex_;  ///< of next_ and stop_
-  std::condition_variable wake_;
   std::optional<Task> next_;
   bool stop_ = false;
   std::thread thread_;

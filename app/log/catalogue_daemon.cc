@@ -75,7 +75,7 @@ constexpr EventEntry kEntries[] = {
      "cable, address, controller; it reconnects by itself"},
     {Event::kRobotLinkBlip, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",
-     "it broke for less than 50 ms", "cable, if it happens often"},
+     "it broke for less than 100 ms", "cable, if it happens often"},
     {Event::kRobotTrusted, "robot-trusted", LogLevel::kNotice, "a0e66798c65346b2a3aaece1cef596ef",
      "robot", "robot input trusted (again after ...)", "points may be valid", ""},
     {Event::kRobotNotTrusted, "robot-not-trusted", LogLevel::kError,
