@@ -2,9 +2,8 @@
 #pragma once
 
 #include <pthread.h>
-
-#include <cstddef>
-#include <thread>
+#include <sched.h>
+#include <sys/types.h>
 
 namespace plumbline {
 
@@ -12,26 +11,32 @@ namespace plumbline {
 /// reading that is late. Everything else of the computer comes after both.
 inline constexpr int kCyclePriority = 10, kRobotPriority = 9;
 
-/// First in, first out at `priority`, where the service manager allows it (LimitRTPRIO); elsewhere
-/// the thread works on as it was. All of them on one processor, the last that is allowed: they wait
-/// for each other, and waking a thread on another processor costs both of them more than their
-/// work.
+/// The calling thread goes first in, first out at `priority`, where the service manager allows it
+/// (LimitRTPRIO); elsewhere it works on as it was.
 /// @param name  at most 15 characters, for `ps -L` and `chrt -ap`
-inline void MakeRealTime(std::thread& thread, int priority, const char* name) {
-  const pthread_t handle = thread.native_handle();
-  pthread_setname_np(handle, name);
+inline void MakeRealTime(int priority, const char* name) {
   sched_param wanted{};
   wanted.sched_priority = priority;
-  if (pthread_setschedparam(handle, SCHED_FIFO, &wanted) != 0) return;
-  cpu_set_t allowed, one;
-  if (pthread_getaffinity_np(handle, sizeof allowed, &allowed) != 0) return;
-  for (std::size_t cpu = CPU_SETSIZE; cpu-- > 0;) {
-    if (!CPU_ISSET(cpu, &allowed)) continue;
-    CPU_ZERO(&one);
-    CPU_SET(cpu, &one);
-    pthread_setaffinity_np(handle, sizeof one, &one);
-    return;
-  }
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted);
+  pthread_setname_np(pthread_self(), name);
+}
+
+/// The last processor that the calling thread may use; -1: not known.
+inline int LastProcessor() {
+  cpu_set_t allowed;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return -1;
+  int last = CPU_SETSIZE - 1;
+  while (last >= 0 && !CPU_ISSET(static_cast<unsigned>(last), &allowed)) --last;
+  return last;
+}
+
+/// A thread of this process runs on `processor` alone from now on. False where it may not.
+inline bool KeepOn(pid_t thread, int processor) {
+  if (processor < 0) return false;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(static_cast<unsigned>(processor), &one);
+  return sched_setaffinity(thread, sizeof one, &one) == 0;
 }
 
 }  // namespace plumbline

@@ -113,8 +113,10 @@ CyclicLoop::~CyclicLoop() {
 void CyclicLoop::Start() {
   start_s_ = MonotonicSeconds();
   parts_->link->Start();
-  thread_ = std::thread([this] { Run(); });
-  MakeRealTime(thread_, kCyclePriority, "cycle");
+  thread_ = std::thread([this] {
+    MakeRealTime(kCyclePriority, "cycle");
+    Run();
+  });
 }
 
 void CyclicLoop::Stop() {
@@ -123,10 +125,15 @@ void CyclicLoop::Stop() {
   parts_->link->Stop();
 }
 
-void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts) {
+void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts, const std::function<void()>& step) {
   next_.store(parts.get());
   while (next_.load() != nullptr && !stop_) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  parts_->link->AskToStop();
+  while (!parts_->link->ended()) {
+    step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   parts_->link->Stop();
   parts_ = std::move(parts);
@@ -147,6 +154,7 @@ void CyclicLoop::Run() {
       parts = next;
       environment_.cycle_period_s = parts->period_s;
     }
+    pulse_.Beat();
     starts_.Add(MonotonicSeconds() - tick_s);
     OneCycle(*parts, tick_s);
     // The old parts are no longer touched, and no snapshot of theirs is the newest.

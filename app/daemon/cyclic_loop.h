@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <thread>
 
@@ -12,6 +13,7 @@
 #include "drivers/latest.h"
 #include "drivers/modbus/image_handler.h"
 #include "drivers/plc/codec.h"
+#include "drivers/pulse.h"
 #include "drivers/robot/robot_link.h"
 
 namespace plumbline {
@@ -61,7 +63,10 @@ class CyclicLoop {
   /// Hands over a new configuration, which goes on from the former's values, and waits until its
   /// first cycle was published. The new robot link starts when the old one has withdrawn what it
   /// pushed: the slots may be others now.
-  void Replace(std::unique_ptr<CycleParts> parts);
+  /// @param step  called every few milliseconds while the old link ends, which may take its
+  /// time-outs
+  void Replace(
+      std::unique_ptr<CycleParts> parts, const std::function<void()>& step = [] {});
 
   /// The newest snapshot; at most kSnapshotReaders at a time.
   static constexpr int kSnapshotReaders = 2;
@@ -69,6 +74,8 @@ class CyclicLoop {
   /// Alarm bits raised in any cycle since the last call.
   std::uint16_t TakeAlarms() { return alarms_.exchange(0); }
   LoopCounters counters() const;
+  /// Raised by the cycle.
+  const Pulse& pulse() const { return pulse_; }
   /// Of effects of time and of probes.
   const UtcClock& clock() const { return clock_; }
   /// Of the parts in force; only for the thread that calls Replace().
@@ -96,6 +103,7 @@ class CyclicLoop {
   std::atomic<std::uint32_t> overruns_{0};
   std::atomic<double> longest_cycle_s_{0};
   Lateness starts_;
+  Pulse pulse_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

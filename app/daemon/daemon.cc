@@ -16,6 +16,7 @@
 #include "app/daemon/lifeline.h"
 #include "app/daemon/loop_worker.h"
 #include "app/daemon/model_in_force.h"
+#include "app/daemon/one_processor.h"
 #include "app/daemon/plc_side.h"
 #include "app/daemon/reporter.h"
 #include "app/daemon/view_side.h"
@@ -84,6 +85,8 @@ struct Running {
   ViewSide& view;
   const ServiceManager& manager;
   Lifeline lifeline;
+  double robot_patience_s;  ///< of the link in force
+  OneProcessor processor{};
 };
 
 void Reload(Running& running, Reporter& reporter) {
@@ -114,9 +117,20 @@ void Reload(Running& running, Reporter& reporter) {
   }
   running.worker.Configure(fresh,
                            in_force->models);  // first: it judges the new machine's first probe too
-  running.loop.Replace(std::move(parts));
+  // The old link may have a reading under way, and withdraws what it pushed.
+  const double begin_s = MonotonicSeconds();
+  double fed_s = begin_s;
+  running.loop.Replace(std::move(parts), [&] {
+    const double now_s = MonotonicSeconds();
+    const auto period_s = running.manager.feed_period_s();
+    if (!period_s || now_s - fed_s < *period_s) return;
+    if (now_s - begin_s > running.robot_patience_s + kWithdrawal_s) return;
+    fed_s = now_s;
+    running.manager.Feed();
+  });
   running.view.Configure(fresh);
-  running.lifeline.SetPatience(kRobotLink, RobotPatience_s(fresh));
+  running.robot_patience_s = RobotPatience_s(fresh);
+  running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
   reporter = ReporterFor(fresh);
   Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
   TellModel(*in_force);
@@ -164,13 +178,20 @@ class Watchdog {
 
 void AddThreads(const DaemonConfig& config, const CyclicLoop& loop, const LoopWorker& worker,
                 Lifeline& lifeline) {
-  lifeline.Add("cycle", kPatience_s, [&loop] { return loop.counters().cycles; });
+  lifeline.Add("cycle", kPatience_s, [&loop] { return loop.pulse().beats(); });
   lifeline.Add(
       kRobotLink, RobotPatience_s(config), [&loop] { return loop.parts().link->pulse().beats(); },
       [&loop] { return WaitsForDevice(loop.parts().link->pulse().thread()); });
   lifeline.Add(
       "journal and diagnosis", kJournalPatience_s, [&worker] { return worker.pulse().beats(); },
       [&worker] { return WaitsForDevice(worker.pulse().thread()); });
+}
+
+void KeepTogether(Running& running, double now_s) {
+  const LoopCounters counters = running.loop.counters();
+  const CycleParts& parts = running.loop.parts();
+  running.processor.Look({counters.cycles, counters.overruns, parts.period_s},
+                         {running.loop.pulse().thread(), parts.link->pulse().thread()}, now_s);
 }
 
 /// Tells transitions until a signal ends the daemon.
@@ -206,6 +227,7 @@ void Watch(int signals, Running& running) {
       reporter.Observe(*snapshot, raised, running.loop.parts().link->Status());
       watchdog.Look(running, *snapshot, now_s);
     }
+    KeepTogether(running, now_s);
     running.view.TakeTime();
     LogRepeats();
   }
@@ -294,7 +316,7 @@ int RunDaemon(const std::string& config_file) {
                    config->plc.tcp.address, (*plc)->server().port())});
   TellModel(*in_force);
   malloc_trim(0);
-  Running running{config_file, *config, loop, worker, view, manager, {}};
+  Running running{config_file, *config, loop, worker, view, manager, {}, RobotPatience_s(*config)};
   AddThreads(*config, loop, worker, running.lifeline);
   (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);

@@ -29,13 +29,14 @@ std::string Folder(const DaemonConfig& config) {
 
 /// Says how much of what is diagnosed the steps of the joint registers hide.
 void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
-                      const LogSink& sink) {
+                      const LogSink& sink, const std::function<void()>& step) {
   const CellModel& cell = config.machine.cell;
   const LoadedArm arm(cell);
   double largest_rad = 0;
   std::vector<double> radii_m;
   for (const JournalRow& row : rows) {
     if (row.q_step_rad.value_or(0) <= 0) continue;
+    step();
     LoadedState state;
     arm.AtActual(row.q, {}, {}, state);
     largest_rad = std::max(largest_rad, *row.q_step_rad);
@@ -55,7 +56,7 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
 
 Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied_model,
                                          Journal& journal, std::int64_t alarm_row,
-                                         const LogSink& sink) {
+                                         const LogSink& sink, const std::function<void()>& step) {
   JournalFilter filter;
   filter.last = kMostDiagnosedRows;
   const auto since = journal.LastModel();
@@ -63,6 +64,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (since->has_value()) filter.after_id = (*since)->after_row;
   auto rows = journal.Read(filter, config.machine.cell.robot.joints);
   if (!rows) return Error{rows.error()};
+  step();
   const double sigma_m = config.loop.probe_sigma_m;
   const std::size_t coarse =
       std::erase_if(rows.value(), [&](const JournalRow& row) { return IsCoarse(row, sigma_m); });
@@ -78,6 +80,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::erase_if(rows.value(), [&exported](const JournalRow& row) {
     return !std::binary_search(exported.ids.begin(), exported.ids.end(), row.id);
   });
+  step();
   const std::string folder = Folder(config);
   std::error_code error;
   std::filesystem::remove_all(folder, error);
@@ -85,6 +88,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (error) return Error{fmt::format("{}: {}", folder, error.message())};
   const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
   if (!written) return Error{written.error()};
+  step();
   const Result<ModelStore> store = ModelStore::Open(config.state_directory);
   if (!store || applied_model == 0) return Error{"the model store cannot be used"};
   Result<DiagnosisProcess> started = DiagnosisProcess::Start(
@@ -96,7 +100,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (!started) return Error{started.error()};
   sink({Event::kDiagnosisStarted,
         fmt::format("diagnosis started over {} measured points", exported.ids.size())});
-  TellReadingError(config, *rows, sink);
+  TellReadingError(config, *rows, sink, step);
   return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
                       std::move(rows).value());
 }

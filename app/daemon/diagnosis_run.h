@@ -22,9 +22,12 @@ namespace plumbline {
 class DiagnosisRun {
  public:
   /// Exports the rows and starts the process; says what was left out, and what coarse joint
-  /// registers hide. @param alarm_row  the reason: a row of the journal
+  /// registers hide.
+  /// @param alarm_row  the reason: a row of the journal
+  /// @param step       called between its steps, which take a second together
   static Result<DiagnosisRun> Start(const DaemonConfig& config, int applied_model, Journal& journal,
-                                    std::int64_t alarm_row, const LogSink& sink);
+                                    std::int64_t alarm_row, const LogSink& sink,
+                                    const std::function<void()>& step);
 
   struct Outcome {
     std::string told;     ///< the line to log

@@ -37,7 +37,7 @@ class LoopQueue {
     written_.store(at + 1, std::memory_order_release);
     Wake();
   }
-  /// The reader's wait ends now, or its next one at once.
+  /// The reader's wait ends now, or its next one at once. Any thread.
   void Wake() { sem_post(&pushed_); }
   /// Waits for a Push() or Wake() since the last wait, for `longest` at most.
   void Wait(std::chrono::milliseconds longest) {

@@ -81,8 +81,10 @@ void LoopWorker::Run() {
     if (config_.loop.enabled && !journal_ && Clock::now() - journal_tried_ > kJournalRetry) {
       OpenJournal();
     }
+    waits_ = false;
     while (const LoopEvent* event = link_.queue.Front()) {
-      if (!Take(*event)) break;  // it stays; the PLC is refused while the queue is full
+      waits_ = !Take(*event);  // it stays, and the PLC is refused meanwhile
+      if (waits_) break;
       link_.queue.Pop();
       pulse_.Beat();
     }
@@ -96,7 +98,21 @@ void LoopWorker::Run() {
     RefreshModels();
     Tell();
   }
+  TellLost();
   diagnosis_.reset();
+}
+
+/// What was taken of the PLC and could not be written until the end.
+void LoopWorker::TellLost() {
+  int probes = 0;
+  for (; const LoopEvent* event = link_.queue.Front(); link_.queue.Pop()) {
+    probes += event->monitor_restart ? 0 : 1;
+  }
+  if (probes == 0) return;
+  sink_({Event::kJournalFault,
+         fmt::format("journal: {} of the last probes that the PLC was told as taken could not be "
+                     "written, and are lost",
+                     probes)});
 }
 
 void LoopWorker::TakeOver(Task task) {
@@ -278,8 +294,8 @@ void LoopWorker::ConsiderDiagnosis() {
   const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
-  Result<DiagnosisRun> started =
-      DiagnosisRun::Start(config_, models_.applied, *journal_, alarm_row_, sink_);
+  Result<DiagnosisRun> started = DiagnosisRun::Start(config_, models_.applied, *journal_,
+                                                     alarm_row_, sink_, [this] { pulse_.Beat(); });
   diagnosis_failed_ = !started;
   if (started) {
     diagnosis_.emplace(std::move(started).value());
@@ -314,7 +330,7 @@ void LoopWorker::Tell() {
   const auto set = [&told](std::uint16_t bit, bool on) {
     if (on) told.state = static_cast<std::uint16_t>(told.state | bit);
   };
-  set(loop_state::kRecording, journal_.has_value());
+  set(loop_state::kRecording, journal_ && !waits_);
   set(loop_state::kAlarm, monitor_ && monitor_->alarm());
   set(loop_state::kProposalWaiting, models_.proposed != 0);
   set(loop_state::kLearning, monitor_ && monitor_->learning());

@@ -60,6 +60,7 @@ class LoopWorker {
   void WatchDiagnosis();
   void RefreshModels();
   void Tell();
+  void TellLost();
   void Fail(const std::string& what);
   void Recovered();
 
@@ -90,7 +91,8 @@ class LoopWorker {
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
   bool diagnosis_failed_ = false;
-  std::string fault_;  ///< of the journal; empty: none
+  std::string fault_;   ///< of the journal; empty: none
+  bool waits_ = false;  ///< an event could not be written, and stands in the queue
   std::uint32_t recorded_ = 0;
   Vec3 last_residual_m_ = Vec3::Zero();
 };

@@ -8,26 +8,26 @@ namespace {
 struct WarningText {
   std::uint16_t bit;
   Event event;
-  const char* raised;
   std::optional<Event> end;
+  const char* raised;
   const char* cleared;
 };
 
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
      Event::kJointsUnchecked,
+     {},
      "the robot profile offers no tool pose: its joints are used without a check against forward "
      "kinematics",
-     {},
      nullptr},
-    {warning::kPlcHeartbeatLost, Event::kHeartbeatLost, "PLC heartbeat lost", Event::kHeartbeatBack,
+    {warning::kPlcHeartbeatLost, Event::kHeartbeatLost, Event::kHeartbeatBack, "PLC heartbeat lost",
      "PLC heartbeat is back"},
-    {warning::kCycleOverrun, Event::kCycleLate, "cycle started late; is the computer overloaded?",
-     Event::kCycleOnTime, "cycle keeps its time again"},
+    {warning::kCycleOverrun, Event::kCycleLate, Event::kCycleOnTime,
+     "cycle started late; is the computer overloaded?", "cycle keeps its time again"},
     {warning::kMassCentresGuessed,
      Event::kMassGuessed,
-     "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
      {},
+     "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
      nullptr},
 };
 

@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kWithoutImages_s = 0.15;  ///< from one state to the next
+constexpr double kWithoutImages_s = 0.15;  ///< at least, from one state to the next
 
 ViewCamera SeenBy(const Camera& camera, const TrackedFrame& seen, const Lens* lens) {
   ViewCamera view;

@@ -24,8 +24,9 @@ constexpr double kEarliest_s = 1735689600;  ///< 2025-01-01: no clock of this pr
 bool InPath(const std::string& program) {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "/usr/bin:/bin");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (access((folder + "/" + program).c_str(), X_OK) == 0) return true;
+  for (std::string file; std::getline(folders, file, ':');) {
+    file.append("/").append(program);
+    if (access(file.c_str(), X_OK) == 0) return true;
   }
   return false;
 }

@@ -104,7 +104,7 @@ Result<bool> FleetQueue::IsOurs() {
 Result<bool> FleetQueue::Prepare() {
   // Two publishers of one queue would tell everything twice: the second does not get in.
   if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE")) return Failed("cannot be prepared");
-  const Result<bool> ours = IsOurs();
+  Result<bool> ours = IsOurs();
   if (!ours) return ours;
   if (!database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
       !database_.Run("PRAGMA wal_autocheckpoint=200") ||

@@ -10,8 +10,8 @@ namespace plumbline {
 /// Every call does nothing where no service manager listens.
 class ServiceManager {
  public:
-  /// Reads the environment: NOTIFY_SOCKET, WATCHDOG_USEC, LISTEN_FDS and LISTEN_FDNAMES, which
-  /// children do not inherit from then on. Before any thread is started.
+  /// Reads the environment: WATCHDOG_USEC, LISTEN_FDS and LISTEN_FDNAMES, which children do not
+  /// inherit from then on, and NOTIFY_SOCKET. Before any thread is started.
   ServiceManager();
 
   /// How often Feed() is wanted [s]; nothing: nobody waits for it.

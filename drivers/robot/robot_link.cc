@@ -24,19 +24,28 @@ void RobotLink::Start() {
     const std::lock_guard lock(mutex_);  // a cycle may ask and wait already
     stop_ = false;
     status_.since_s = MonotonicSeconds();
+    TellStatus();
   }
-  thread_ = std::thread([this] { Run(); });
-  MakeRealTime(thread_, kRobotPriority, "robot");  // the cycle waits for it
+  ended_ = false;
+  thread_ = std::thread([this] {
+    MakeRealTime(kRobotPriority, "robot");  // the cycle waits for it
+    Run();
+    ended_ = true;
+  });
 }
 
-void RobotLink::Stop() {
-  if (!thread_.joinable()) return;
+void RobotLink::AskToStop() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
   wake_.notify_all();
   served_changed_.notify_all();
+}
+
+void RobotLink::Stop() {
+  if (!thread_.joinable()) return;
+  AskToStop();
   thread_.join();
 }
 
@@ -59,11 +68,6 @@ bool RobotLink::WaitForState(std::chrono::steady_clock::time_point deadline) {
 RobotState RobotLink::Latest() const {
   const std::lock_guard lock(mutex_);
   return latest_;
-}
-
-RobotLinkStatus RobotLink::Status() const {
-  const std::lock_guard lock(mutex_);
-  return status_;
 }
 
 void RobotLink::QueuePush(std::span<const PushPoint> points) {
@@ -115,6 +119,7 @@ void RobotLink::NoteReading(LinkResult result, const RobotState& state, std::uin
     status_.result = result;
     if (!good) status_.problem.Assign(device_->problem());
     ++(good ? status_.readings : status_.failures);
+    TellStatus();
     served_ = request;
   }
   served_changed_.notify_all();
@@ -125,6 +130,12 @@ void RobotLink::NotePush(LinkResult result) {
   if (status_.push_result != result) ++status_.push_changes;
   status_.push_result = result;
   if (result != LinkResult::kOk) status_.push_problem.Assign(device_->problem());
+  TellStatus();
+}
+
+void RobotLink::TellStatus() {
+  told_.Begin() = status_;
+  told_.Publish();
 }
 
 }  // namespace plumbline

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include <string_view>
 #include <thread>
 
+#include "drivers/latest.h"
 #include "drivers/pulse.h"
 #include "drivers/robot/robot.h"
 
@@ -56,6 +58,10 @@ class RobotLink {
   RobotLink& operator=(const RobotLink&) = delete;
 
   void Start();
+  /// Has the thread end, and does not wait; ended() tells when it has.
+  void AskToStop();
+  /// True where no thread runs or is about to.
+  bool ended() const { return ended_; }
   /// Ends the thread; waits for a reading under way (its time-outs, and a name being resolved).
   /// What was pushed is withdrawn then, which takes at most kWithdrawal_s; Status().push_result
   /// tells whether it was.
@@ -69,7 +75,7 @@ class RobotLink {
   bool WaitForState(std::chrono::steady_clock::time_point deadline);
 
   RobotState Latest() const;  ///< the last that was read; sequence 0 before the first
-  RobotLinkStatus Status() const;
+  RobotLinkStatus Status() const { return *told_.Read(); }  ///< one reader at a time
   /// Raised before each reading and each push: how long one may take is its time-outs' affair.
   const Pulse& pulse() const { return pulse_; }
 
@@ -81,10 +87,14 @@ class RobotLink {
   void Run();
   void NoteReading(LinkResult result, const RobotState& state, std::uint64_t request);
   void NotePush(LinkResult result);
+  void TellStatus();
 
   std::unique_ptr<RobotDevice> device_;
   std::thread thread_;
+  std::atomic<bool> ended_{true};
   Pulse pulse_;
+  /// Whoever reads it is not real-time, and shall not hold the mutex.
+  plumbline::Latest<RobotLinkStatus> told_{1, RobotLinkStatus()};
 
   mutable std::mutex mutex_;  ///< guards all below; held for copies only
   std::condition_variable wake_;

@@ -13,6 +13,7 @@
 
 namespace {
 
+using namespace plumbline;  // NOLINT(google-build-using-namespace)
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPeriod = std::chrono::milliseconds(10);
@@ -61,10 +62,17 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: plumbline-rig-wakeups SECONDS: prints the share of a core\n");
     return 2;
   }
-  std::thread robot(Answer);
-  plumbline::MakeRealTime(robot, plumbline::kRobotPriority, "robot");
-  std::thread cycle([seconds] { Ask(100 * seconds); });
-  plumbline::MakeRealTime(cycle, plumbline::kCyclePriority, "cycle");
+  const int processor = LastProcessor();
+  std::thread robot([processor] {
+    MakeRealTime(kRobotPriority, "robot");
+    KeepOn(0, processor);
+    Answer();
+  });
+  std::thread cycle([processor, seconds] {
+    MakeRealTime(kCyclePriority, "cycle");
+    KeepOn(0, processor);
+    Ask(100 * seconds);
+  });
   cycle.join();
   robot.join();
   timespec busy{};

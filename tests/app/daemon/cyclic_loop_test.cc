@@ -63,15 +63,20 @@ std::vector<int> PoliciesOf(const std::string& name) {
 
 /// Whether a thread of this process may become real-time at all.
 bool MayBeRealTime() {
-  std::atomic<bool> end{false};
-  std::thread thread([&end] {
-    while (!end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  });
-  MakeRealTime(thread, kCyclePriority, "probe");
-  const bool may = PoliciesOf("probe") == std::vector{SCHED_FIFO};
-  end = true;
-  thread.join();
+  bool may = false;
+  std::thread([&may] {
+    MakeRealTime(kCyclePriority, "probe");
+    may = sched_getscheduler(0) == SCHED_FIFO;
+  }).join();
   return may;
+}
+
+/// Waits for some cycles; for a minute at most.
+void AwaitCycles(const CyclicLoop& loop, std::uint64_t count) {
+  for (int k = 0; k < 6000 && loop.counters().cycles < count; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  REQUIRE(loop.counters().cycles >= count);
 }
 
 }  // namespace
@@ -82,15 +87,14 @@ TEST_CASE("the cycle, and the thread that it waits for, go before all that is no
     return;
   }
   const Running running;
+  AwaitCycles(running.loop, 2);
   CHECK(PoliciesOf("cycle") == std::vector{SCHED_FIFO});
   CHECK(PoliciesOf("robot") == std::vector{SCHED_FIFO});
 }
 
 TEST_CASE("the start of every cycle is counted by how late it was") {
   const Running running;
-  while (running.loop.counters().cycles < 3) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  AwaitCycles(running.loop, 3);
   const LoopCounters counters = running.loop.counters();
   const auto& began = counters.starts.began;
   const auto sum = std::accumulate(began.begin(), began.end(), std::uint64_t{0});

@@ -7,6 +7,7 @@
 #include <sys/un.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <filesystem>
@@ -40,18 +41,21 @@ class NotifySocket {
   const std::string& path() const { return path_; }
 
   /// Whether a message with this text comes within a time; others are passed over.
-  bool Hears(const std::string& text, int within_ms) {
+  bool Hears(const std::string& text, int within_ms) { return First({text}, within_ms) == text; }
+
+  /// Which of some texts comes first; "" where none does within a time.
+  std::string First(const std::vector<std::string>& texts, int within_ms) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(within_ms);
     for (;;) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
           end - std::chrono::steady_clock::now());
       pollfd waiting{socket_, POLLIN, 0};
-      if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0) return false;
+      if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0) return "";
       char bytes[4096];
       const ssize_t got = recv(socket_, bytes, sizeof bytes, 0);
-      if (got > 0 &&
-          std::string(bytes, static_cast<std::size_t>(got)).find(text) != std::string::npos) {
-        return true;
+      const std::string message(bytes, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+      for (const std::string& text : texts) {
+        if (message.find(text) != std::string::npos) return text;
       }
     }
   }
@@ -158,6 +162,29 @@ TEST_CASE("a thread that hangs: the service manager is asked to restart the daem
   const HeldThread held(daemon.pid(), GENERATE("cycle", "robot", "modbus", "loop"));
   CHECK(manager.Hears("WATCHDOG=trigger", 30000));
   daemon.Signal(SIGKILL);
+}
+
+TEST_CASE(
+    "a robot that answers late does not let the watchdog run out while files are read again") {
+  const Listening robot;  // takes the question, and never answers
+  NotifySocket manager;
+  const std::string config =
+      WithLine(DemoConfig("127.0.0.1:" + std::to_string(robot.port), "generic"), "robot",
+               "timeout_ms", "5000");
+  DaemonProcess daemon(config, std::nullopt, [&] {
+    setenv("NOTIFY_SOCKET", manager.path().c_str(), 1);
+    setenv("WATCHDOG_USEC", "2000000", 1);
+    setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
+  });
+  const int asked = accept(robot.descriptor, nullptr, nullptr);
+  pollfd question{asked, POLLIN, 0};
+  REQUIRE(poll(&question, 1, 20000) == 1);
+  REQUIRE(manager.Hears("READY=1", 20000));
+  daemon.Signal(SIGHUP);
+  REQUIRE(manager.Hears("RELOADING=1", 20000));
+  CHECK(manager.First({"WATCHDOG=1", "READY=1"}, 20000) == "WATCHDOG=1");
+  CHECK(manager.Hears("READY=1", 20000));
+  close(asked);
 }
 
 TEST_CASE("a listening socket of the service manager is served, and outlives the daemon") {

@@ -312,7 +312,7 @@ def link(count, fault):
         good = good and max(cleared) <= STALE_S
         return (
             good,
-            "withdrawn after %.2f s at most of %d (%.2f allowed), back after %.1f s (5 allowed, looser than the issue)"
+            "withdrawn after %.2f s at most of %d (%.2f allowed), back after %.1f s (5 allowed)"
             % (
                 max(cleared),
                 len(cleared),
@@ -321,7 +321,7 @@ def link(count, fault):
             ),
         )
     return good, (
-        "no point was withdrawn, data %d ms old at most, back after %.1f s (5 allowed, looser than the issue)"
+        "no point was withdrawn, data %d ms old at most, back after %.1f s (5 allowed)"
         % (oldest_ms, max(times))
     )
 

@@ -1,0 +1,110 @@
+// The journal's thread, between what the cycle hands over and a journal that another program holds.
+#include "app/daemon/loop_worker.h"
+
+#include <catch2/catch.hpp>
+#include <future>
+#include <mutex>
+
+#include "app/journal/database.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+using namespace std::chrono_literals;
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+/// A worker with its folder, and what it told.
+struct Working {
+  TemporaryFolder folder;
+  LoopLink link;
+  std::mutex mutex;
+  std::string told;
+  LoopWorker worker{link,
+                    [this](const LogEntry& entry) {
+                      const std::lock_guard lock(mutex);
+                      told += entry.text + "\n";
+                    },
+                    [] {}};
+
+  Working() {
+    DaemonConfig config;
+    config.machine.cell = test::HeavyArm();
+    config.state_directory = folder.path();
+    config.loop.enabled = true;
+    ModelState models;
+    models.applied = models.declared = 1;
+    models.history = {1};
+    worker.Configure(config, models);
+    worker.Start();
+    REQUIRE(Comes([this] { return Recording(); }));
+  }
+
+  void Probe() {
+    LoopEvent event;
+    event.probe.q = JointVector::Zero(test::HeavyArm().robot.size());
+    event.model_version = 1;
+    link.queue.Push(event);
+  }
+  bool Recording() const { return (link.told.Read()->state & loop_state::kRecording) != 0; }
+  std::uint32_t Recorded() const { return link.told.Read()->probes; }
+  bool Told(const std::string& words) {
+    const std::lock_guard lock(mutex);
+    return told.find(words) != std::string::npos;
+  }
+
+  static bool Comes(const std::function<bool()>& what) {
+    for (const auto end = std::chrono::steady_clock::now() + 60s; !what();) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      std::this_thread::sleep_for(10ms);
+    }
+    return true;
+  }
+};
+
+/// The journal as another program holds it.
+Database Held(const Working& working) {
+  auto held = Database::Open(working.folder.path() + "/journal.sqlite", Database::Mode::kWrite);
+  REQUIRE(held);
+  REQUIRE(held.value().Run("BEGIN EXCLUSIVE"));
+  return std::move(held).value();
+}
+
+}  // namespace
+
+TEST_CASE("a wait for the cycle ends when something is handed over, or was before") {
+  LoopQueue queue;
+  queue.Wake();
+  queue.Wait(1h);  // at once
+  auto waiting = std::async(std::launch::async, [&queue] { queue.Wait(1h); });
+  CHECK(waiting.wait_for(50ms) == std::future_status::timeout);
+  queue.Push({});
+  CHECK(waiting.wait_for(60s) == std::future_status::ready);
+  CHECK(queue.Front() != nullptr);
+  queue.Wait(1ms);  // ends without anything, too
+}
+
+TEST_CASE("while a probe waits for a journal that cannot be written, no more are taken") {
+  Working working;
+  {
+    const Database held = Held(working);
+    working.Probe();
+    CHECK(Working::Comes([&] { return !working.Recording(); }));
+    CHECK(working.Told("journal: "));
+    CHECK(working.Recorded() == 0);
+  }
+  CHECK(Working::Comes([&] { return working.Recording(); }));
+  CHECK(working.Recorded() == 1);
+  CHECK(working.Told("journal works again"));
+}
+
+TEST_CASE("probes that could not be written until the end are told as lost") {
+  Working working;
+  const Database held = Held(working);
+  working.Probe();
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return !working.Recording(); }));
+  working.worker.Stop();
+  CHECK(working.Told("2 of the last probes that the PLC was told as taken could not be written"));
+}
