@@ -191,6 +191,16 @@ int Run(const CalibrateLensOptions& options) {
                              options.images, options.match);
     return kExitFault;
   }
+  for (const std::string& name : *names) {
+    const std::string image = (std::filesystem::path(options.images) / name).string();
+    for (const auto& [option, path] :
+         {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
+      if (path.empty() || path == "-" || !SameFile(path, image)) continue;
+      std::cerr << fmt::format("plumbline calibrate-lens: {} is {} itself; choose another file\n",
+                               option, image);
+      return kExitUsage;
+    }
+  }
   Interruption interruption;
   Frames frames = ReadFrames(options, *names, board);
   if (Interruption::Asked()) return Interrupted();

@@ -144,6 +144,12 @@ Checked Check(const std::string& text, const std::string& file) {
         finding.config.reset();
       }
     }
+    if (finding.config) {
+      FaultList applied;
+      AddFaultsOfAppliedModel(finding.config->state_directory, applied);
+      finding.faults.Append(applied);
+      if (applied.HasFaults()) finding.config.reset();
+    }
     if (finding.config && !CheckObjects(*finding.config, finding.faults)) finding.config.reset();
     if (finding.config) finding.cell = finding.config->machine.cell;
   } else {
@@ -271,7 +277,8 @@ void AddCheckCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "Faults, warnings and summary as JSON");
   command->footer(
       "A plumbline.toml is checked together with the cell, the profile and the objects that it "
-      "names.\n\n"
+      "names, "
+      "and with the model of its state directory that is in force.\n\n"
       "Example:\n  plumbline check config/cells/ur10.toml\n\n"
       "Exit codes: 0 no faults (warnings may remain), 1 faults or an unreadable file, 2 wrong "
       "arguments.");

@@ -22,7 +22,7 @@ namespace plumbline {
 namespace {
 
 struct ModelOptions {
-  std::string state = "/var/lib/plumbline";
+  std::string state = kUsualStateDirectory;
   std::string file, diagnosis, report;
   std::optional<int> number;
   bool json = false, force = false;
@@ -187,13 +187,19 @@ int Propose(const ModelOptions& options) {
     }
   }
   facts.from = options.file;
+  if (!std::filesystem::is_directory(options.state)) {
+    return Fail(fmt::format("{}: no such state directory; give the daemon's by --state, or make it "
+                            "first",
+                            options.state),
+                kExitUsage);
+  }
   Result<ModelStore> store = ModelStore::Open(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
   if (!MayFollow(options, *store, *cell)) return Fail("not proposed", kExitFault);
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
-  std::cout << fmt::format("version {} proposed; `plumbline model apply {}` puts it in force\n",
-                           *number, *number);
+  std::cout << fmt::format("version {} proposed; {} puts it in force\n", *number,
+                           ModelCommand(fmt::format("apply {}", *number), options.state));
   return kExitOk;
 }
 

@@ -30,7 +30,13 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("snapshot", "One picture of what the monitor shows");
   command->add_option("config", options->config, "The running daemon's plumbline.toml")->required();
-  command->add_option("--out", options->out, "The picture, a PNG file")->required();
+  command->add_option("--out", options->out, "The picture, a PNG file")
+      ->required()
+      ->check([](const std::string& name) {
+        return name.ends_with(".png") || name == "/dev/stdout"
+                   ? ""
+                   : "the picture is a PNG file: its name must end in .png";
+      });
   command->add_option("--size", options->size, "640x480 to 1920x1080; default 1280x720")
       ->check([](const std::string& text) {
         return PictureSizeFrom(text) ? "" : PictureSizeProblem(text);

@@ -1,19 +1,23 @@
 #include "app/config/text_file.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 
 namespace plumbline {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Between two parts of what a program writes into a pipe; the daemon's threads wait as long.
+constexpr int kPipePatience_ms = 1500;
 
 /// Where a path leads in the end; a link to nothing leads to itself.
 fs::path TargetOf(const std::string& path) {
@@ -53,6 +57,17 @@ std::optional<Error> WriteSpecial(const fs::path& file, std::string_view text) {
   close(fd);
   return written ? std::nullopt : std::optional(why);
 }
+
+struct Descriptor {
+  explicit Descriptor(int opened) : number(opened) {}
+  ~Descriptor() {
+    if (number >= 0) close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  const int number;
+};
 
 /// A file that goes away again unless it was renamed.
 class TemporaryFile {
@@ -97,22 +112,30 @@ void SyncFolder(const fs::path& folder) {
 }  // namespace
 
 Result<std::string> ReadTextFile(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  if (!file) return Error{std::strerror(errno)};
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.number < 0) return Why();
   std::string text;
   char buffer[65536];
   while (true) {
-    const std::size_t count = std::fread(buffer, 1, sizeof buffer, file.get());
-    text.append(buffer, count);
-    if (text.size() > kLargestTextFile) return Error{"larger than 256 MiB"};
-    if (count == sizeof buffer) continue;
-    if (std::ferror(file.get()) != 0) return Error{std::strerror(errno)};
-    return text;
+    const ssize_t count = read(file.number, buffer, sizeof buffer);
+    if (count == 0) return text;
+    if (count > 0) {
+      text.append(buffer, static_cast<std::size_t>(count));
+      if (text.size() > kLargestTextFile) return Error{"larger than 256 MiB"};
+      continue;
+    }
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN) return Why();
+    pollfd waiting{file.number, POLLIN, 0};
+    if (poll(&waiting, 1, kPipePatience_ms) == 0) return Error{"is a pipe, and nothing comes"};
   }
 }
 
 std::optional<Error> WriteTextFile(const std::string& path, std::string_view text) {
+  // It may stand for a file that others write to as well.
+  if (path == "/dev/stdout") {
+    return WriteAll(STDOUT_FILENO, text) ? std::nullopt : std::optional(Why());
+  }
   const fs::path file = TargetOf(path);
   if (IsSpecial(file)) return WriteSpecial(file, text);
   TemporaryFile temporary(file);

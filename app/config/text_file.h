@@ -12,11 +12,13 @@ namespace plumbline {
 /// Files beyond this are refused: no configuration or table of a cell is that large.
 inline constexpr std::size_t kLargestTextFile = std::size_t{256} << 20;
 
-/// The content of a file, or why it cannot be read ("No such file or directory").
+/// The content of a file, or why it cannot be read ("No such file or directory"). A pipe is read to
+/// its end; one into which nothing comes for 1.5 s is an error.
 Result<std::string> ReadTextFile(const std::string& path);
 
 /// Puts text under that name so that the name never stands for half of it: written beside it,
-/// synced, renamed. A link is followed; what is no regular file (/dev/stdout) is written to.
+/// synced, renamed. A link is followed; what is no regular file is written to, as /dev/stdout
+/// always is.
 /// @return nothing where it worked, else why not ("Permission denied")
 [[nodiscard]] std::optional<Error> WriteTextFile(const std::string& path, std::string_view text);
 

@@ -174,7 +174,8 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
   outcome.proposed = *number;
   if (config.loop.apply != LoopConfig::Apply::kAutomatic) {
     outcome.told =
-        fmt::format("{}; version {} proposed: `plumbline model apply {}`", what, *number, *number);
+        fmt::format("{}; version {} proposed: {}", what, *number,
+                    ModelCommand(fmt::format("apply {}", *number), config.state_directory));
     return outcome;
   }
   const std::string objection = WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts, config.loop));

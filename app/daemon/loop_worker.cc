@@ -96,8 +96,10 @@ void LoopWorker::Run() {
     WatchDiagnosis();
     pulse_.Beat();
     RefreshModels();
+    LeaveMovedJournal();
     Tell();
   }
+  LeaveMovedJournal();
   TellLost();
   diagnosis_.reset();
 }
@@ -177,7 +179,19 @@ void LoopWorker::OpenJournal() {
   Recovered();
 }
 
+/// A journal that was moved away takes no more probes; a new one is begun in its place.
+void LoopWorker::LeaveMovedJournal() {
+  if (!journal_) return;
+  const auto moved = journal_->Moved();
+  if (!moved) return;
+  Fail(moved->message);
+  journal_.reset();
+  monitor_.reset();
+  journal_tried_ = Clock::now();
+}
+
 bool LoopWorker::Take(const LoopEvent& event) {
+  LeaveMovedJournal();
   if (!journal_) return !config_.loop.enabled;
   return event.monitor_restart ? RestartMonitor("person") : Record(event);
 }

@@ -61,6 +61,7 @@ class LoopWorker {
   void RefreshModels();
   void Tell();
   void TellLost();
+  void LeaveMovedJournal();
   void Fail(const std::string& what);
   void Recovered();
 

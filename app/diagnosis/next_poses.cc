@@ -94,6 +94,7 @@ std::vector<double> PayloadsBeside(const Dataset& data, const std::vector<double
 
 std::string Kilograms(const std::vector<double>& payloads_kg) {
   std::vector<std::string> texts;
+  texts.reserve(payloads_kg.size());
   for (const double payload_kg : payloads_kg) texts.push_back(fmt::format("{:.4g}", payload_kg));
   return Listed(texts) + " kg";
 }

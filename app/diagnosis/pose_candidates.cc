@@ -43,7 +43,7 @@ std::vector<double> PayloadsSeen(const Dataset& data) {
   for (const MeasuredRow& row : data.table.rows) {
     distinct.insert(data.table.recorded.payload ? row.payload_kg : 0.0);
   }
-  const std::vector<double> all(distinct.begin(), distinct.end());
+  std::vector<double> all(distinct.begin(), distinct.end());
   if (all.size() <= 3) return all;
   return {all.front(), all[all.size() / 2], all.back()};
 }

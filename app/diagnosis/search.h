@@ -25,7 +25,7 @@ struct Explanation {
 /// Two words of one id are two explanations.
 struct EffectKey {
   std::string id, word;
-  auto operator<=>(const EffectKey&) const = default;
+  auto operator<=>(const EffectKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// Scores this far apart, 4 sigma, rule the worse one out.

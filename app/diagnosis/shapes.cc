@@ -152,6 +152,7 @@ std::vector<Block> DriftShapes(const LinearProblem& problem, const Eigen::Vector
   }
   KeepBest(found, kShapesKept);
   std::vector<Block> blocks;
+  blocks.reserve(found.size());
   for (auto& [gain, block] : found) blocks.push_back(std::move(block));
   return blocks;
 }

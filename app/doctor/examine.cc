@@ -6,15 +6,16 @@
 #include "app/config/program_beside.h"
 #include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
+#include "app/model_store/usable_model.h"
 
 namespace plumbline {
 namespace {
 
-CheckUp FaultsOf(const FaultList& faults) {
+CheckUp FaultsOf(const FaultList& faults, const char* subject, const char* remedy) {
   CheckUp found;
   for (const Fault& fault : faults.All()) {
     found.push_back({fault.severity == Fault::Severity::kFault ? Health::kFault : Health::kWarning,
-                     "configuration", FaultText(fault), "mend that line"});
+                     subject, FaultText(fault), remedy});
   }
   return found;
 }
@@ -25,7 +26,7 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
   const Account account = AccountOf(user);
   FaultList faults;
   const auto config = ReadDaemonConfig(config_file, faults);
-  CheckUp found = FaultsOf(faults);
+  CheckUp found = FaultsOf(faults, "configuration", "mend that line");
   if (config) {
     const std::string why = WhyNoAccess(account, config_file, false);
     found.insert(found.begin(), {why.empty() ? Health::kGood : Health::kFault, "configuration",
@@ -38,6 +39,9 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
   add({LookAtClock(), LookAtJournal()});
   if (!config) return found;
   add({LookAtState(config->state_directory, account)});
+  FaultList applied;
+  AddFaultsOfAppliedModel(config->state_directory, applied);
+  add(FaultsOf(applied, "model in force", "plumbline model list, then apply or rollback"));
   add(LookAtPrograms(*config, OwnFolder()));
   add(LookAtDaemon(*config));
   add({LookAtAccess(config->plc.tcp)});

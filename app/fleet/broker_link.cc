@@ -134,7 +134,8 @@ class Connection {
   }
   std::string Words(int code) const {
     if (code == MOSQ_ERR_TLS && !told_.empty()) return "TLS: " + told_;
-    if (code == MOSQ_ERR_ERRNO) return std::strerror(errno);
+    if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
+    if (code == MOSQ_ERR_ERRNO) return "what answers there is no MQTT broker";
     return mosquitto_strerror(code);
   }
 

@@ -56,6 +56,12 @@ bool Database::Run(const char* sql) {
   return sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK;
 }
 
+bool Database::HasMoved() {
+  int moved = 0;
+  sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+  return moved != 0;
+}
+
 Result<std::int64_t> Database::IntegerOf(const char* sql) {
   Statement statement(handle_.get(), sql);
   const int code = statement.Step();

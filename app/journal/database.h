@@ -62,6 +62,8 @@ class Database {
   static Result<Database> Open(const std::string& path, Mode mode);
 
   bool Run(const char* sql);
+  /// True where the file that is open is no longer the one of that name: moved, deleted, replaced.
+  bool HasMoved();
   /// The first value of the first row. @return why there is none: unreadable, locked, no row
   Result<std::int64_t> IntegerOf(const char* sql);
   std::string Problem() const { return sqlite3_errmsg(handle_.get()); }

@@ -41,6 +41,16 @@ Result<bool> Journal::Bound() {
   return true;
 }
 
+std::optional<Error> Journal::Moved() {
+  if (!database_.HasMoved()) return std::nullopt;
+  // When it is closed SQLite would leave them beside the former name, where nobody looks for them.
+  const bool whole = database_.Run("PRAGMA wal_checkpoint(TRUNCATE)");
+  return Error{
+      fmt::format("{}: was moved or deleted while it was open{}; stop the daemon first "
+                  "another time",
+                  database_.path(), whole ? "; every probe so far is in the moved file" : "")};
+}
+
 Result<bool> Journal::ReadEpoch() {
   const Result<std::int64_t> epoch = database_.IntegerOf("SELECT utc_s FROM epoch");
   if (!epoch) return Error{epoch.error()};

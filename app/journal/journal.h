@@ -70,6 +70,10 @@ class Journal {
   /// The time of the newest probe; nothing where there is none.
   Result<std::optional<double>> LastProbe_s();
 
+  /// Whether the file was moved or deleted while it is open, and this is what to say. What was
+  /// written so far is brought into the file, wherever it is now.
+  std::optional<Error> Moved();
+
   Result<std::int64_t> Count();
   /// 0 where there is none.
   Result<std::int64_t> LastRow();

@@ -108,7 +108,7 @@ std::vector<Links> LinksOf(const std::vector<SaddlePoint>& points) {
 
 struct Place {
   int column, row;
-  auto operator<=>(const Place&) const = default;
+  auto operator<=>(const Place&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// Numbers everything that hangs on `seed`. At each corner the two axes of the board are known from

@@ -95,7 +95,7 @@ double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
       const Vec2 pixel = GridPixel(column, row, size);
       const auto n = NormalisedOfPixel(a, pixel);
       if (!n) return INFINITY;
-      points.push_back(Vec3(n->x(), n->y(), 1) * distance_m.value_or(1));
+      points.emplace_back(Vec3(n->x(), n->y(), 1) * distance_m.value_or(1));
       pixels.push_back(pixel);
     }
   }

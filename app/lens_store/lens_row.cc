@@ -104,9 +104,10 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   entry.lens = LensOfVector(values);
   const nlohmann::json covariance = nlohmann::json::parse(row.Text(16), nullptr, false);
   if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
+  std::size_t at = 0;
   for (int i = 0; i < kLensParameters; ++i) {
     for (int k = 0; k < kLensParameters; ++k) {
-      const auto& number = covariance[static_cast<std::size_t>(i * kLensParameters + k)];
+      const auto& number = covariance[at++];
       if (!number.is_number()) return std::nullopt;
       entry.covariance(i, k) = number.get<double>();
     }

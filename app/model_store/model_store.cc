@@ -28,6 +28,11 @@ std::optional<Error> WrittenByNewer(const std::string& path, const std::string& 
 
 }  // namespace
 
+std::string ModelCommand(const std::string& words, const std::string& state_directory) {
+  return fmt::format("`plumbline model {}{}`", words,
+                     state_directory == kUsualStateDirectory ? "" : " --state " + state_directory);
+}
+
 Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   ModelStore store(state_directory + "/models");
   std::error_code error;

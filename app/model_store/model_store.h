@@ -40,6 +40,13 @@ struct ModelState {
   bool operator==(const ModelState&) const = default;
 };
 
+/// Where the service keeps its state.
+inline constexpr const char* kUsualStateDirectory = "/var/lib/plumbline";
+
+/// "`plumbline model apply 3 --state DIR`", as a person pastes it; without --state for the usual
+/// one.
+std::string ModelCommand(const std::string& words, const std::string& state_directory);
+
 /// A folder `models` in the state directory:
 ///   0007.toml   the model, never written again
 ///   0007.json   its facts, likewise; the version exists once this file stands

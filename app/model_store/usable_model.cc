@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
+#include "app/config/cell_reader.h"
+#include "app/model_store/model_store.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"
 
@@ -53,6 +57,39 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
     }
   }
   return std::nullopt;
+}
+
+void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults) {
+  std::error_code hidden;
+  if (!std::filesystem::exists(state_directory + "/models/state.json", hidden)) return;
+  const Result<ModelStore> store = ModelStore::Open(state_directory);
+  const Result<ModelState> state = store ? store->State() : Error{store.error()};
+  if (!state) {
+    return faults.Add({Fault::Severity::kWarning, state_directory, 0, "",
+                       "models are not kept, the cell file is in force: " + state.error()});
+  }
+  if (state->applied == state->declared) return;
+  const std::string file = store->ModelFile(state->applied);
+  const Result<std::string> text = store->Text(state->applied);
+  FaultList own;
+  std::optional<CellModel> cell;
+  if (text) {
+    cell = CellFromText(*text, file, own);
+  } else {
+    own.Add({Fault::Severity::kFault, file, 0, "", text.error()});
+  }
+  if (cell) {
+    if (const auto why_not = WhyNotUsable(*cell)) {
+      own.Add({Fault::Severity::kFault, file, 0, "effect", *why_not});
+    }
+  }
+  if (!own.HasFaults()) return;
+  faults.Append(own);
+  faults.Add(
+      {Fault::Severity::kFault, file, 0, "",
+       fmt::format("version {} is in force, but cannot be used; choose another by {} or {}",
+                   state->applied, ModelCommand("rollback", state_directory),
+                   ModelCommand(fmt::format("apply {}", state->declared), state_directory))});
 }
 
 }  // namespace plumbline

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "app/config/fault.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline {
@@ -14,5 +15,9 @@ namespace plumbline {
 /// time where the model does not say when its time began, and one that follows a row's number or a
 /// column of a file.
 std::optional<std::string> WhyNotUsable(const CellModel& cell);
+
+/// What is wrong with the model that the store of a state directory has in force in place of the
+/// cell file. Reads only; nothing is wrong with a store that is not there or may not be looked at.
+void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults);
 
 }  // namespace plumbline

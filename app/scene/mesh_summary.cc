@@ -60,7 +60,8 @@ std::vector<std::string> MeshWarnings(const MeshFile& file,
         facts.open_edges));
   }
   if (facts.facing() == Facing::kInwards) {
-    warnings.push_back("its triangles face inwards: flip the normals, else it is shaded as a hole");
+    warnings.emplace_back(
+        "its triangles face inwards: flip the normals, else it is shaded as a hole");
   }
   if (facts.opposed_edges > 0) {
     warnings.push_back(fmt::format(

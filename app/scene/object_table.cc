@@ -47,7 +47,7 @@ class TableReader {
  private:
   /// A name that no other table of its kind has; empty where there is none.
   static std::string NewName(const TomlTable& table, std::set<std::string>& names) {
-    const std::string name = table.RequiredString("name").value_or("");
+    std::string name = table.RequiredString("name").value_or("");
     if (!name.empty() && !names.insert(name).second) {
       table.AddFault("name", "stands in another table of this kind already");
     }

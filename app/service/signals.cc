@@ -4,6 +4,7 @@
 #include <sys/signalfd.h>
 
 #include <csignal>
+#include <initializer_list>
 
 namespace plumbline {
 

@@ -97,7 +97,9 @@ std::vector<std::string> Wrapped(const std::string& text, float height_px, float
   for (std::size_t from = 0; from < text.size();) {
     const std::size_t to = std::min(text.find(' ', from), text.size());
     const std::string word = text.substr(from, to - from);
-    const std::string longer = line.empty() ? word : line + ' ' + word;
+    std::string longer = line;
+    if (!line.empty()) longer += ' ';
+    longer += word;
     if (!line.empty() && text_width(longer, height_px) > width_px) {
       lines.push_back(line);
       line = word;

@@ -127,6 +127,7 @@ void AddColumn(const std::vector<Panel>& panels, const PictureLayout& layout, Wr
   const auto room =
       static_cast<std::size_t>(std::max(0.0F, (column.height - margin) / layout.line()));
   std::vector<Rows> rows;
+  rows.reserve(panels.size());
   for (const Panel& panel : panels) rows.push_back(RowsOf(panel, width - margin, writer));
   const std::vector<std::size_t> given = ShareRows(rows, room);
   float y = column.y + margin / 2;

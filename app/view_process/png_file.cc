@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 #include <png.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "app/config/text_file.h"
 
 namespace plumbline {
 
@@ -43,16 +44,9 @@ std::optional<Error> WritePng(const std::string& file, const RgbImage& picture) 
 }
 
 std::optional<Error> WritePngBytes(const std::string& file, std::string_view bytes) {
-  const std::string beside = fmt::format("{}.{}.part", file, getpid());
-  std::FILE* const out = std::fopen(beside.c_str(), "wbe");
-  if (out == nullptr) return Error{fmt::format("{}: {}", file, std::strerror(errno))};
-  std::string why;
-  if (std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size()) why = std::strerror(errno);
-  if (std::fclose(out) != 0 && why.empty()) why = std::strerror(errno);
-  if (why.empty() && std::rename(beside.c_str(), file.c_str()) != 0) why = std::strerror(errno);
-  if (why.empty()) return std::nullopt;
-  std::remove(beside.c_str());
-  return Error{fmt::format("{}: {}", file, why)};
+  const auto why = WriteTextFile(file, bytes);
+  if (why) return Error{fmt::format("{}: {}", file, why->message)};
+  return std::nullopt;
 }
 
 }  // namespace plumbline

@@ -6,9 +6,8 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include <cinttypes>
+#include <charconv>
 #include <csignal>
-#include <cstdio>
 #include <fstream>
 
 #include "app/config/daemon_config_reader.h"
@@ -44,11 +43,13 @@ void GiveBackCode() {
   constexpr std::uintptr_t kLarge = std::uintptr_t{16} << 20;
   std::ifstream maps("/proc/self/maps");
   for (std::string line; std::getline(maps, line);) {
-    std::uintptr_t begin = 0, end = 0;
-    const bool code =
-        std::sscanf(line.c_str(), "%" SCNxPTR "-%" SCNxPTR " r-xp", &begin, &end) == 2 &&
-        line.find(" r-xp ") != std::string::npos && line.find(".so") != std::string::npos;
-    if (code && end - begin >= kLarge) {
+    if (line.find(" r-xp ") == std::string::npos || line.find(".so") == std::string::npos) continue;
+    std::uintptr_t begin = 0, end = 0;  // "7f00a000-7f00b000 r-xp ..."
+    const char* const last = line.data() + line.size();
+    const auto first = std::from_chars(line.data(), last, begin, 16);
+    if (first.ptr == last || std::from_chars(first.ptr + 1, last, end, 16).ec != std::errc())
+      continue;
+    if (end - begin >= kLarge) {
       madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
     }
   }

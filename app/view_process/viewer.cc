@@ -122,13 +122,11 @@ bool Viewer::HasOtherPoints(const ViewState& state) {
     const auto before = points_B_.find(point.id);
     std::optional<Vec3> wanted_B;
     if (point.valid) wanted_B = point.X_BP_command.p - point.translation_B;
-    if (before == points_B_.end()) {
-      other = true;
-    } else if (!wanted_B) {
-      wanted_B = before->second;
-    } else if (before->second && (*wanted_B - *before->second).norm() > kSame_m) {
-      other = true;
-    }
+    const bool known = before != points_B_.end();
+    if (known && !wanted_B) wanted_B = before->second;
+    const bool moved =
+        known && wanted_B && before->second && (*wanted_B - *before->second).norm() > kSame_m;
+    other = other || !known || moved;
     now_B[point.id] = wanted_B;
   }
   other = other || now_B.size() != points_B_.size();

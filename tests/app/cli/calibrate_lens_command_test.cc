@@ -84,3 +84,15 @@ TEST_CASE("Two outputs under one name are refused, however it is spelt") {
   CHECK(answer.err.find("--yaml is the --json file itself") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(files.Path("a.x")));
 }
+
+TEST_CASE("An output that is one of the images is refused") {
+  const Files files;
+  const std::filesystem::directory_iterator images(files.Path("frames"));
+  const std::string image = images->path().string();
+  const auto size = std::filesystem::file_size(image);
+  const test::Answer answer = files.Calibrate("--json " + image);
+  CHECK(answer.exit_code == 2);
+  CHECK(answer.err.find("--json is " + image + " itself; choose another file") !=
+        std::string::npos);
+  CHECK(std::filesystem::file_size(image) == size);
+}

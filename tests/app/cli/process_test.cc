@@ -102,6 +102,9 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
        "plumbline diagnose: --threads: nan is not a whole number from 1 to 256; see plumbline "
        "diagnose "
        "--help\n"},
+      {"snapshot plumbline.toml --out plumbline.toml",
+       "plumbline snapshot: --out: the picture is a PNG file: its name must end in .png; see "
+       "plumbline snapshot --help\n"},
       {"predict a b --out c --deflection-sd nan",
        "plumbline predict: --deflection-sd: nan is not a number from 0 to 1; see plumbline predict "
        "--help\n"},

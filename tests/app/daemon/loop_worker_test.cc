@@ -99,6 +99,26 @@ TEST_CASE("while a probe waits for a journal that cannot be written, no more are
   CHECK(working.Told("journal works again"));
 }
 
+TEST_CASE("a journal that is moved away keeps what it had, and a new one is begun") {
+  Working working;
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 1; }));
+  const std::string file = working.folder.path() + "/journal.sqlite";
+  const std::string moved = working.folder.path() + "/moved.sqlite";
+  std::filesystem::rename(file, moved);
+  working.Probe();  // into the new one
+  CHECK(Working::Comes([&] { return working.Recorded() == 2; }));
+  CHECK(working.Told("journal.sqlite: was moved or deleted while it was open"));
+  CHECK(working.Told("journal works again"));
+  working.worker.Stop();
+  for (const std::string& one : {file, moved}) {
+    auto journal = Journal::OpenForReading(one);
+    INFO(one << ": " << (journal ? "" : journal.error()));
+    REQUIRE(journal);
+    CHECK(*journal.value().Count() == 1);
+  }
+}
+
 TEST_CASE("probes that could not be written until the end are told as lost") {
   Working working;
   const Database held = Held(working);

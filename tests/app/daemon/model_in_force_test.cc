@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "app/model_store/usable_model.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
 
@@ -54,4 +55,67 @@ TEST_CASE("a daemon at work keeps its state directory, and the model that is app
   CHECK(in_force->asked_state_directory == applied.folder.path() + "/elsewhere");
   CHECK(in_force->models.applied == 2);
   CHECK_FALSE(std::filesystem::exists(applied.folder.path() + "/elsewhere"));
+}
+
+namespace {
+
+bool Warns(const FaultList& faults, const std::string& words) {
+  return FaultsText(faults).find(words) != std::string::npos && !faults.HasFaults();
+}
+
+}  // namespace
+
+TEST_CASE("what takes an applied model out of force is told, or does not") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string models = state + "/models/";
+  SECTION("the declared version cannot be read: the applied one stays") {
+    std::filesystem::remove(models + "0001.toml");
+    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(in_force);
+    CHECK(in_force->models.applied == 2);
+    CHECK(Warns(applied.faults, "version 1, the declared one, cannot be read"));
+  }
+  SECTION("nobody knows which was applied") {
+    std::filesystem::remove(models + "state.json");
+    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(in_force);
+    CHECK(in_force->models.applied == in_force->models.declared);
+    CHECK(Warns(applied.faults, "which of the 2 versions was in force is not known"));
+    CHECK(Warns(applied.faults, "`plumbline model apply N --state " + state + "`"));
+  }
+  SECTION("the cell file changed") {
+    auto store = ModelStore::Open(state);
+    REQUIRE(store.value().Declare("schema = 1\n# another\n", "cell.toml").ok());
+    REQUIRE(store.value().Apply(2).ok());
+    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(in_force);
+    CHECK(in_force->models.applied == in_force->models.declared);
+    CHECK(Warns(applied.faults, "version 2 is no longer in force: the cell file changed"));
+  }
+}
+
+TEST_CASE("an applied model that cannot be used is named, by check as by the daemon") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string file = state + "/models/0002.toml";
+  const std::string part = GENERATE(".toml", ".json");
+  INFO(part);
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  if (part == ".toml") {
+    std::ofstream(file, std::ios::trunc).close();
+  } else {
+    std::filesystem::remove(state + "/models/0002.json");
+  }
+  CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
+  FaultList told;
+  AddFaultsOfAppliedModel(state, told);
+  for (const FaultList* faults : {&applied.faults, &told}) {
+    const std::string text = FaultsText(*faults);
+    INFO(text);
+    CHECK(text.find("models/0002") != std::string::npos);
+    CHECK(text.find("version 2 is in force, but cannot be used") != std::string::npos);
+    CHECK(text.find("`plumbline model apply 1 --state " + state + "`") != std::string::npos);
+    CHECK(text.find("cockpit-cell.toml") == std::string::npos);
+  }
 }
