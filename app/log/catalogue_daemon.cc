@@ -21,7 +21,8 @@ constexpr EventEntry kEntries[] = {
      "what it says; for `near_deg` see \"Corrected points\"; where nothing yields, give the tool "
      "as a beam, or compliances"},
     {Event::kReloaded, "reloaded", LogLevel::kNotice, "99bc55caa6ab45acaee3fe0e6c46269a", "service",
-     "configuration ... reloaded", "SIGHUP was obeyed", ""},
+     "configuration ... reloaded",
+     "SIGHUP was obeyed; until the robot was read anew, some cycles, no point was valid", ""},
     {Event::kNotReloaded, "not-reloaded", LogLevel::kError, "3ce54784ff8245b393e99f9f9e3b03a6",
      "service", "configuration not reloaded",
      "the new file has faults, told above; the former stays in force", "mend them"},
@@ -191,7 +192,8 @@ constexpr EventEntry kEntries[] = {
      "loop", "journal: ...",
      "probes are refused (code 12) until it works again; those taken just before wait for it, and "
      "are told if they are lost at the end",
-     "disk full, `journal_mb` reached, permissions, a file that is none: move it away"},
+     "disk full, `journal_mb` reached, permissions, a file that is none: stop the daemon and move "
+     "it away"},
     {Event::kJournalWorks, "journal-works", LogLevel::kNotice, "ddb43b9201944e9b88c2521301f0aca8",
      "loop", "journal works again", "", ""},
     {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,

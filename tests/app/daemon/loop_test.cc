@@ -213,7 +213,7 @@ TEST_CASE("a model is applied unasked only where the configuration says so, with
     int applied;
   };
   const Case cases[] = {
-      {"ask", "", "`plumbline model apply 2`", 1},
+      {"ask", "", "`plumbline model apply 2 --state ", 1},
       {"within", "apply = \"automatic\"\nmax_change_mm = 100.0\n", "version 2 applied", 2},
       {"too far", "apply = \"automatic\"\nmax_change_mm = 0.5\n", "loop.max_change_mm", 1},
   };
