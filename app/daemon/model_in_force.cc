@@ -18,7 +18,7 @@ Result<ModelState> NoteDeclared(ModelStore& store, const std::string& cell_file,
                                 const std::function<void(const std::string&)>& warn) {
   const Result<std::string> text = ReadTextFile(cell_file);
   if (!text) return Error{text.error()};
-  const Result<ModelState> before = store.State();
+  Result<ModelState> before = store.State();
   if (!before) return Error{before.error()};
   const bool another = before->applied != before->declared;
   if (const Result<std::string> former = store.Text(before->declared); another && !former) {

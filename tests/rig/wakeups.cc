@@ -57,7 +57,7 @@ void Ask(int cycles) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int seconds = argc == 2 ? std::atoi(argv[1]) : 0;
+  const int seconds = argc == 2 ? static_cast<int>(std::strtol(argv[1], nullptr, 10)) : 0;
   if (seconds < 1) {
     fmt::print(stderr, "usage: plumbline-rig-wakeups SECONDS: prints the share of a core\n");
     return 2;

@@ -12,7 +12,7 @@ namespace {
 template <typename T>
 std::string BytesOf(const T& value) {
   std::string bytes(sizeof value, '\0');
-  std::memcpy(bytes.data(), &value, sizeof value);
+  std::memcpy(bytes.data(), &value, sizeof value);  // NOLINT(bugprone-*)
   return bytes;
 }
 

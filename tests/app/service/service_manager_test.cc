@@ -30,7 +30,7 @@ class NotifySocket {
   NotifySocket() : path_(folder_.path() + "/notify") {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    std::strcpy(address.sun_path, path_.c_str());
+    path_.copy(address.sun_path, sizeof address.sun_path - 1);
     socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     REQUIRE(bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
   }

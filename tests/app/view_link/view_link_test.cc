@@ -237,7 +237,7 @@ TEST_CASE("Who looks cannot write") {
   const int other = socket(AF_UNIX, SOCK_SEQPACKET, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  std::strcpy(address.sun_path, ends.path.c_str());
+  ends.path.copy(address.sun_path, sizeof address.sun_path - 1);
   REQUIRE(connect(other, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
   REQUIRE(ends.publisher->Watched());
   ends.Publish(Ramp(8, 4), 8, 2);
