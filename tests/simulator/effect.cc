@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "tests/simulator/cell.h"
+
 namespace simulator {
 namespace {
 

@@ -6,7 +6,6 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
-using test::kDegree;
 
 namespace {
 
