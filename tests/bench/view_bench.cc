@@ -229,7 +229,7 @@ int main(int argc, char** argv) {
     SleepSeconds(2);
     const pid_t viewer = held.StartViewer(0);
     fmt::print("daemon {} viewer {}\n", held.daemon(), viewer);
-    SleepSeconds(std::atof(argv[3]));
+    SleepSeconds(std::strtod(argv[3], nullptr));
     held.EndViewer(viewer);
     return 0;
   }
