@@ -15,6 +15,7 @@
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
+#include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "app/config/utc_text.h"
@@ -27,7 +28,7 @@ namespace {
 constexpr std::int64_t kMostRows = 1000000000;
 
 struct JournalOptions {
-  std::string state = "/var/lib/plumbline";
+  std::string state = kUsualStateDirectory;
   std::string cell, file;
   std::optional<std::int64_t> after, last;
   std::optional<std::string> session;

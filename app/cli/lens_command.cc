@@ -13,6 +13,7 @@
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
+#include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/lens/calibration.h"
 #include "app/lens/lens_json.h"
@@ -23,7 +24,7 @@ namespace plumbline {
 namespace {
 
 struct LensListOptions {
-  std::string state = "/var/lib/plumbline", out;
+  std::string state = kUsualStateDirectory, out;
   std::int64_t id = 0;
   double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
 

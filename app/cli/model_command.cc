@@ -12,6 +12,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/config/cell_reader.h"
+#include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/model_change.h"

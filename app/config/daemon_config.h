@@ -19,6 +19,9 @@
 
 namespace plumbline {
 
+/// Where the service keeps its state.
+inline constexpr const char* kUsualStateDirectory = "/var/lib/plumbline";
+
 struct RobotLinkConfig {
   std::string transport = "tcp";  ///< one of RobotTransports()
   RobotConnection connection;     ///< its replay's rows are still in replay_file
@@ -46,7 +49,7 @@ struct DaemonConfig {
   /// slots; whether at all, and how fast, is robot.connection.push.
   std::vector<int> push_ids;
   double cycle_period_s = 0.01;
-  std::string state_directory = "/var/lib/plumbline";  ///< changed by a restart only
+  std::string state_directory = kUsualStateDirectory;  ///< changed by a restart only
 };
 
 }  // namespace plumbline

@@ -21,19 +21,22 @@ Result<ModelState> NoteDeclared(ModelStore& store, const std::string& cell_file,
   Result<ModelState> before = store.State();
   if (!before) return Error{before.error()};
   const bool another = before->applied != before->declared;
-  if (const Result<std::string> former = store.Text(before->declared); another && !former) {
+  const Result<std::string> former = another ? store.Text(before->declared) : std::string();
+  if (!former) {
     warn(
         fmt::format("version {}, the declared one, cannot be read ({}), so that nobody knows "
                     "whether the cell file is another since; version {} stays in force",
                     before->declared, former.error(), before->applied));
     return before;
   }
-  const auto versions = store.Versions();
-  if (before->declared == 0 && versions && !versions->empty()) {
-    warn(
-        fmt::format("state.json is gone: which of the {} versions was in force is not known; the "
-                    "cell file is, until {}",
-                    versions->size(), ModelCommand("apply N", state_directory)));
+  if (before->declared == 0) {
+    const auto versions = store.Versions();
+    if (versions && !versions->empty()) {
+      warn(
+          fmt::format("state.json is gone: which of the {} versions was in force is not known; the "
+                      "cell file is, until {}",
+                      versions->size(), ModelCommand("apply N", state_directory)));
+    }
   }
   const Result<int> declared = store.Declare(*text, cell_file);
   if (!declared) return Error{declared.error()};

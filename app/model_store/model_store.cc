@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"

@@ -40,9 +40,6 @@ struct ModelState {
   bool operator==(const ModelState&) const = default;
 };
 
-/// Where the service keeps its state.
-inline constexpr const char* kUsualStateDirectory = "/var/lib/plumbline";
-
 /// "`plumbline model apply 3 --state DIR`", as a person pastes it; without --state for the usual
 /// one.
 std::string ModelCommand(const std::string& words, const std::string& state_directory);
