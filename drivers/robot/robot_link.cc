@@ -70,6 +70,11 @@ RobotState RobotLink::Latest() const {
   return latest_;
 }
 
+RobotLinkStatus RobotLink::Status() const {
+  const std::lock_guard lock(asking_);
+  return *told_.Read();
+}
+
 void RobotLink::QueuePush(std::span<const PushPoint> points) {
   const std::lock_guard lock(mutex_);
   queued_count_ = std::min(points.size(), queued_.size());

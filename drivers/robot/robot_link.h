@@ -75,7 +75,7 @@ class RobotLink {
   bool WaitForState(std::chrono::steady_clock::time_point deadline);
 
   RobotState Latest() const;  ///< the last that was read; sequence 0 before the first
-  RobotLinkStatus Status() const { return *told_.Read(); }  ///< one reader at a time
+  RobotLinkStatus Status() const;
   /// Raised before each reading and each push: how long one may take is its time-outs' affair.
   const Pulse& pulse() const { return pulse_; }
 
@@ -93,7 +93,9 @@ class RobotLink {
   std::thread thread_;
   std::atomic<bool> ended_{true};
   Pulse pulse_;
-  /// Whoever reads it is not real-time, and shall not hold the mutex.
+  /// Whoever asks for the status is not real-time: askers wait for one another, never this thread
+  /// for them.
+  mutable std::mutex asking_;
   plumbline::Latest<RobotLinkStatus> told_{1, RobotLinkStatus()};
 
   mutable std::mutex mutex_;  ///< guards all below; held for copies only
