@@ -83,6 +83,7 @@ struct Running {
   CyclicLoop& loop;
   LoopWorker& worker;
   ViewSide& view;
+  PlcSide& plc;
   const ServiceManager& manager;
   Lifeline lifeline;
   double robot_patience_s;  ///< of the link in force
@@ -228,6 +229,7 @@ void Watch(int signals, Running& running) {
       watchdog.Look(running, *snapshot, now_s);
     }
     KeepTogether(running, now_s);
+    running.plc.KeepConnections(running.manager);
     running.view.TakeTime();
     LogRepeats();
   }
@@ -285,7 +287,7 @@ int RunDaemon(const std::string& config_file) {
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
 
-  const auto plc = PlcSide::Open(config->plc, manager.TakeSocket("modbus"), handler);
+  const auto plc = PlcSide::Open(config->plc, manager, handler);
   if (!plc) {
     Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
     return 2;
@@ -316,7 +318,7 @@ int RunDaemon(const std::string& config_file) {
                    config->plc.tcp.address, (*plc)->server().port())});
   TellModel(*in_force);
   malloc_trim(0);
-  Running running{config_file, *config, loop, worker, view, manager, {}, RobotPatience_s(*config)};
+  Running running{config_file, *config, loop, worker, view, **plc, manager, {}, RobotPatience_s(*config)};
   AddThreads(*config, loop, worker, running.lifeline);
   (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);

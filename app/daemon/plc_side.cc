@@ -16,6 +16,8 @@ namespace plumbline {
 namespace {
 
 constexpr double kPlcPatience_s = 2;
+constexpr char kListener[] = "modbus";  // FileDescriptorName= of plumbline.socket
+constexpr char kConnection[] = "modbus-client";
 
 void TellClient(const modbus::TcpServerEvent& event) {
   using Kind = modbus::TcpServerEvent::Kind;
@@ -83,11 +85,14 @@ void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
 
 }  // namespace
 
-Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int listen_fd,
+Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config,
+                                               ServiceManager& manager,
                                                modbus::ImageHandler& handler) {
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
-  tcp.listen_fd = listen_fd;
+  tcp.listen_fd = manager.TakeSocket(kListener);
+  tcp.connections = manager.TakeSockets(kConnection);
+  tcp.offers_connections = manager.listens();
   tcp.on_event = TellClient;
   auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) return Error{server.error()};
@@ -99,6 +104,10 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, int list
     side->slave_ = std::move(slave).value();
   }
   return side;
+}
+
+void PlcSide::KeepConnections(const ServiceManager& manager) {
+  manager.Keep(kConnection, server_->TakeOffered());
 }
 
 void PlcSide::AddTo(Lifeline& lifeline) const {

@@ -5,6 +5,7 @@
 
 #include "app/config/daemon_config.h"
 #include "app/daemon/lifeline.h"
+#include "app/service/service_manager.h"
 #include "drivers/modbus/image_handler.h"
 
 namespace plumbline {
@@ -14,10 +15,14 @@ class PlcSide {
  public:
   PlcSide() = default;  ///< serves nothing
 
-  /// @param listen_fd  an open listening socket that it owns from then on; -1: it opens one
-  /// @return           or why it cannot be served, with a remedy
-  static Result<std::unique_ptr<PlcSide>> Open(const PlcConfig& config, int listen_fd,
+  /// @param manager  may hold the listening socket, and clients' connections of a daemon before
+  /// @return         or why it cannot be served, with a remedy
+  static Result<std::unique_ptr<PlcSide>> Open(const PlcConfig& config, ServiceManager& manager,
                                                modbus::ImageHandler& handler);
+
+  /// Has the service manager keep the connections of clients that have asked something, so that a
+  /// restart does not cut them. Now and then, from one thread.
+  void KeepConnections(const ServiceManager& manager);
 
   const modbus::TcpServer& server() const { return *server_; }
   void AddTo(Lifeline& lifeline) const;

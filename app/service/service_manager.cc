@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <ctime>
@@ -21,7 +22,7 @@ std::uint64_t MonotonicMicroseconds() {
 
 }  // namespace
 
-ServiceManager::ServiceManager() {
+ServiceManager::ServiceManager() : listens_(std::getenv("NOTIFY_SOCKET") != nullptr) {
   std::uint64_t period_us = 0;
   if (sd_watchdog_enabled(0, &period_us) > 0) {
     feed_period_s_ = 1e-6 * static_cast<double>(period_us) / kFeedsPerPeriod;
@@ -71,6 +72,19 @@ int ServiceManager::TakeSocket(const std::string& name) {
     return descriptor;
   }
   return -1;
+}
+
+std::vector<int> ServiceManager::TakeSockets(const std::string& name) {
+  std::vector<int> taken;
+  for (int fd = TakeSocket(name); fd >= 0; fd = TakeSocket(name)) taken.push_back(fd);
+  return taken;
+}
+
+void ServiceManager::Keep(const std::string& name, std::span<const int> descriptors) const {
+  if (descriptors.empty()) return;
+  sd_pid_notify_with_fds(0, 0, fmt::format("FDSTORE=1\nFDNAME={}", name).c_str(),
+                         descriptors.data(), static_cast<unsigned>(descriptors.size()));
+  for (const int descriptor : descriptors) close(descriptor);
 }
 
 }  // namespace plumbline

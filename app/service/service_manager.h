@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ class ServiceManager {
   /// inherit from then on, and NOTIFY_SOCKET. Before any thread is started.
   ServiceManager();
 
+  /// Whether there is one.
+  bool listens() const { return listens_; }
   /// How often Feed() is wanted [s]; nothing: nobody waits for it.
   std::optional<double> feed_period_s() const { return feed_period_s_; }
   void Feed() const;
@@ -30,8 +33,16 @@ class ServiceManager {
   /// The listening socket that the service manager holds under this name, once; -1: none. It
   /// outlives the daemon: clients that come during a restart wait instead of being refused.
   int TakeSocket(const std::string& name);
+  /// Every one under this name that is not taken yet.
+  std::vector<int> TakeSockets(const std::string& name);
+
+  /// Hands it descriptors to keep under this name, and closes them here; whoever is started after
+  /// this process, however that ended, takes them with TakeSockets(). A connection that is shut
+  /// down it lets go by itself [sd_pid_notify_with_fds(3), FDSTORE=1].
+  void Keep(const std::string& name, std::span<const int> descriptors) const;
 
  private:
+  bool listens_ = false;
   std::optional<double> feed_period_s_;
   struct Held {
     std::string name;

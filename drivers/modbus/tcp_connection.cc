@@ -26,6 +26,11 @@ void TcpConnection::Open(int fd, const IpAddress& address, std::int64_t now_ns) 
 }
 
 void TcpConnection::Close() {
+  ::shutdown(fd_, SHUT_RDWR);
+  LetGo();
+}
+
+void TcpConnection::LetGo() {
   ::close(fd_);
   fd_ = -1;
   deadline_ns_ = 0;

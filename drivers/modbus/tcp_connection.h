@@ -27,7 +27,10 @@ class TcpConnection {
 
   /// Takes a socket that does not block.
   void Open(int fd, const IpAddress& address, std::int64_t now_ns);
+  /// Ends the connection, whoever else holds it.
   void Close();
+  /// Gives the descriptor back; the connection goes on where somebody else holds it.
+  void LetGo();
 
   bool open() const { return fd_ >= 0; }
   int fd() const { return fd_; }

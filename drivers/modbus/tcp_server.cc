@@ -53,6 +53,7 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
   if (server->epoll_fd_ < 0 || server->wake_fd_ < 0 || server->spare_fd_ < 0) {
     return Error{"cannot start the Modbus server: " + ErrnoText()};
   }
+  server->TakeOver(options.connections);
   server->thread_ = std::thread([raw = server.get()] { raw->Run(); });
   ::pthread_setname_np(server->thread_.native_handle(), "modbus");
   return server;
@@ -64,11 +65,14 @@ TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> all
       unit_id_(options.unit_id),
       allow_(std::move(allow)),
       on_event_(options.on_event),
+      offers_connections_(options.offers_connections),
       clients_(std::max(static_cast<std::size_t>(options.max_clients), allow_.size())),
+      offered_(clients_.size()),
       listen_fd_(listen_fd),
       epoll_fd_(::epoll_create1(EPOLL_CLOEXEC)),
       wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       spare_fd_(::open("/dev/null", O_RDONLY | O_CLOEXEC)) {
+  for (std::atomic<int>& slot : offered_) slot = -1;
   ::fcntl(listen_fd_, F_SETFL, ::fcntl(listen_fd_, F_GETFL) | O_NONBLOCK);
   port_ = BoundPort(listen_fd_);
   epoll_event event{.events = EPOLLIN, .data = {.u32 = kListenerTag}};
@@ -82,7 +86,11 @@ TcpServer::~TcpServer() {
     ::eventfd_write(wake_fd_, 1);
     thread_.join();
   }
-  for (TcpConnection& client : clients_) Close(client);
+  for (TcpConnection& client : clients_) {
+    if (!client.open()) continue;
+    Withdraw(client);
+    client.LetGo();
+  }
   for (const int fd : {listen_fd_, epoll_fd_, wake_fd_, spare_fd_}) {
     if (fd >= 0) ::close(fd);
   }
@@ -97,6 +105,29 @@ TcpServerCounters TcpServer::counters() const {
           .timeouts = get(counters_.timeouts),
           .not_reading = get(counters_.not_reading),
           .requests = get(counters_.requests)};
+}
+
+std::vector<int> TcpServer::TakeOffered() {
+  std::vector<int> taken;
+  for (std::atomic<int>& slot : offered_) {
+    if (slot.load(std::memory_order_relaxed) < 0) continue;
+    if (const int fd = slot.exchange(-1); fd >= 0) taken.push_back(fd);
+  }
+  return taken;
+}
+
+/// Before the thread runs. What a client sent meanwhile waits in its socket and is answered first.
+void TcpServer::TakeOver(const std::vector<int>& connections) {
+  now_ns_ = Now_ns();
+  for (const int fd : connections) {
+    sockaddr_storage peer{};
+    socklen_t size = sizeof peer;
+    const bool alive = ::getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) == 0;
+    ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
+    if (alive && Admit(fd, IpAddressFromSocket(peer))) continue;
+    ::shutdown(fd, SHUT_RDWR);
+    ::close(fd);
+  }
 }
 
 void TcpServer::Run() {
@@ -246,15 +277,31 @@ void TcpServer::Serve(TcpConnection& client, std::uint32_t events) {
 
 /// Answers what was received. @return false where the connection is lost or beyond repair
 bool TcpServer::Answer(TcpConnection& client) {
+  const bool newcomer = !client.asked();
   const TcpConnection::Answered answered = client.AnswerFrames(handler_, unit_id_, now_ns_);
   Add(counters_.requests, answered.requests);
   if (!client.Send(now_ns_)) return false;
+  if (offers_connections_ && newcomer && client.asked()) Offer(client);
   if (!answered.intact) Tell(TcpServerEvent::Kind::kBrokenFrame, client.address());
   return answered.intact;
 }
 
+void TcpServer::Offer(const TcpConnection& client) {
+  const int fd = ::fcntl(client.fd(), F_DUPFD_CLOEXEC, 0);
+  if (fd >= 0) offered_[SlotOf(client)] = fd;
+}
+
+void TcpServer::Withdraw(const TcpConnection& client) {
+  if (const int fd = offered_[SlotOf(client)].exchange(-1); fd >= 0) ::close(fd);
+}
+
+std::size_t TcpServer::SlotOf(const TcpConnection& client) const {
+  return static_cast<std::size_t>(&client - clients_.data());
+}
+
 void TcpServer::Close(TcpConnection& client) {
   if (!client.open()) return;
+  Withdraw(client);
   client.Close();
   Add(counters_.clients, static_cast<std::uint64_t>(-1));
 }
@@ -308,7 +355,7 @@ void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const 
 
 void TcpServer::Watch(const TcpConnection& client, int operation, std::uint32_t events) const {
   epoll_event event{.events = events,
-                    .data = {.u32 = static_cast<std::uint32_t>(&client - clients_.data())}};
+                    .data = {.u32 = static_cast<std::uint32_t>(SlotOf(client))}};
   ::epoll_ctl(epoll_fd_, operation, client.fd(), &event);
 }
 

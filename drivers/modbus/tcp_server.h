@@ -42,6 +42,8 @@ struct TcpServerOptions {
   std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "::" takes both
   int port = 502;                     ///< 0: the kernel chooses
   int listen_fd = -1;                 ///< an open listening socket instead; the server owns it then
+  std::vector<int> connections{};     ///< open ones of a server before; the server owns them then
+  bool offers_connections = false;    ///< whether TakeOffered() is called
   std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
   int max_clients = 32;               ///< raised to the size of `allow` where that is more
   std::vector<std::string> allow{};   ///< client addresses; empty: any
@@ -61,7 +63,7 @@ class TcpServer {
   /// Opens the socket and starts the thread. @return the server, or why not with a remedy
   static Result<std::unique_ptr<TcpServer>> Start(const TcpServerOptions& options,
                                                   RequestHandler& handler);
-  /// Closes all connections and joins the thread.
+  /// Joins the thread and closes all connections; those that were taken stay open with their taker.
   ~TcpServer();
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
@@ -71,11 +73,17 @@ class TcpServer {
   TcpServerCounters counters() const;
   const Pulse& pulse() const { return pulse_; }
 
+  /// A second descriptor of each connection that has made its first request since the last call,
+  /// for whoever keeps it open until a next server takes it over. The caller owns them. A
+  /// connection that this server ends is ended for the keeper too. Any one thread.
+  std::vector<int> TakeOffered();
+
  private:
   TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
             RequestHandler& handler);
 
   void Run();
+  void TakeOver(const std::vector<int>& connections);
   void AcceptNewcomers();
   int Accept(IpAddress& peer) const;
   bool Admit(int fd, const IpAddress& address);
@@ -84,6 +92,9 @@ class TcpServer {
   void RefuseForLackOfDescriptors();
   void Serve(TcpConnection& client, std::uint32_t events);
   bool Answer(TcpConnection& client);
+  void Offer(const TcpConnection& client);
+  void Withdraw(const TcpConnection& client);
+  std::size_t SlotOf(const TcpConnection& client) const;
   void Close(TcpConnection& client);
   void CloseOverdue();
   int WaitTime_ms() const;
@@ -100,7 +111,9 @@ class TcpServer {
   const std::uint8_t unit_id_;
   const std::vector<IpAddress> allow_;
   const std::function<void(const TcpServerEvent&)> on_event_;
+  const bool offers_connections_;
   std::vector<TcpConnection> clients_;
+  std::vector<std::atomic<int>> offered_;  ///< for each slot: not taken yet; -1: none
   int listen_fd_, epoll_fd_ = -1, wake_fd_ = -1, spare_fd_ = -1;
   int port_ = 0;
   std::int64_t now_ns_ = 0;       ///< of this round

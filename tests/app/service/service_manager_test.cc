@@ -51,19 +51,45 @@ class NotifySocket {
           end - std::chrono::steady_clock::now());
       pollfd waiting{socket_, POLLIN, 0};
       if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0) return "";
-      char bytes[4096];
-      const ssize_t got = recv(socket_, bytes, sizeof bytes, 0);
-      const std::string message(bytes, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+      const std::string message = Receive();
       for (const std::string& text : texts) {
         if (message.find(text) != std::string::npos) return text;
       }
     }
   }
 
+  /// What came to be kept, under this name.
+  const std::vector<int>& kept() const { return kept_; }
+  static constexpr char kKept[] = "modbus-client";
+
  private:
+  std::string Receive() {
+    char bytes[4096];
+    alignas(cmsghdr) char control[CMSG_SPACE(64 * sizeof(int)) + CMSG_SPACE(sizeof(ucred))];
+    iovec part{bytes, sizeof bytes};
+    msghdr header{};
+    header.msg_iov = &part;
+    header.msg_iovlen = 1;
+    header.msg_control = control;
+    header.msg_controllen = sizeof control;
+    const ssize_t got = recvmsg(socket_, &header, MSG_CMSG_CLOEXEC);
+    std::string message(bytes, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    for (cmsghdr* c = CMSG_FIRSTHDR(&header); c != nullptr; c = CMSG_NXTHDR(&header, c)) {
+      if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_RIGHTS) continue;
+      CHECK(message == std::string("FDSTORE=1\nFDNAME=") + kKept);
+      for (std::size_t at = CMSG_LEN(0); at < c->cmsg_len; at += sizeof(int)) {
+        int descriptor = -1;
+        std::memcpy(&descriptor, reinterpret_cast<char*>(c) + at, sizeof descriptor);
+        kept_.push_back(descriptor);
+      }
+    }
+    return message;
+  }
+
   TemporaryFolder folder_;
   std::string path_;
   int socket_ = -1;
+  std::vector<int> kept_;
 };
 
 VirtualCellOptions IdleCell() {
@@ -116,12 +142,19 @@ struct Listening {
   Listening(const Listening&) = delete;
   Listening& operator=(const Listening&) = delete;
 
-  /// As a service manager hands it over.
-  void Inherit() const {
-    const int at = 3;  // SD_LISTEN_FDS_START
+  /// As a service manager hands it over, and what it kept behind it.
+  void Inherit(const std::vector<int>& kept = {}) const {
+    std::vector<int> away;  // so that none lies where another has to be
+    for (const int one : kept) away.push_back(fcntl(one, F_DUPFD_CLOEXEC, 100));
+    int at = 3;  // SD_LISTEN_FDS_START
     if (descriptor != at) dup2(descriptor, at);
-    setenv("LISTEN_FDS", "1", 1);
-    setenv("LISTEN_FDNAMES", "modbus", 1);
+    std::string names = "modbus";
+    for (const int one : away) {
+      dup2(one, ++at);
+      names += std::string(":") + NotifySocket::kKept;
+    }
+    setenv("LISTEN_FDS", std::to_string(1 + kept.size()).c_str(), 1);
+    setenv("LISTEN_FDNAMES", names.c_str(), 1);
     setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
   }
 };
@@ -185,6 +218,34 @@ TEST_CASE(
   CHECK(manager.First({"WATCHDOG=1", "READY=1"}, 20000) == "WATCHDOG=1");
   CHECK(manager.Hears("READY=1", 20000));
   close(asked);
+}
+
+TEST_CASE("a PLC's connection outlives the daemon, however that ends") {
+  RunningCell cell(IdleCell());
+  const Listening socket;
+  NotifySocket manager;
+  const std::string config = DemoConfig(cell.robot(), "generic");
+  const auto start = [&] {
+    return std::make_unique<DaemonProcess>(config, std::nullopt, [&] {
+      setenv("NOTIFY_SOCKET", manager.path().c_str(), 1);
+      socket.Inherit(manager.kept());
+    });
+  };
+  auto daemon = start();
+  REQUIRE(manager.Hears("READY=1", 20000));
+  RegisterClient client("plumblined", "127.0.0.1:" + std::to_string(socket.port), 1, 10);
+  CHECK(client.Read(0, 2).Word(0) == 0x504C);
+  REQUIRE(manager.Hears("FDSTORE=1", 20000));
+  REQUIRE(manager.kept().size() == 1);
+  for (const int ending : {SIGKILL, SIGTERM}) {
+    daemon->Signal(ending);
+    CHECK(daemon->Wait() == (ending == SIGKILL ? 128 + SIGKILL : 0));
+    daemon = start();
+    INFO(daemon->Log());
+    REQUIRE(manager.Hears("READY=1", 20000));
+    CHECK(client.Read(0, 2).Word(0) == 0x504C);  // by the connection of before
+  }
+  for (const int kept : manager.kept()) close(kept);
 }
 
 TEST_CASE("a listening socket of the service manager is served, and outlives the daemon") {

@@ -297,6 +297,64 @@ TEST_CASE("TCP server: connections opened and abandoned leave room for others", 
   CHECK(served.server->counters().clients <= 4);
 }
 
+TEST_CASE("TCP server: a connection that somebody keeps is served by the next server",
+          "[modbus][tcp]") {
+  TcpServerOptions options{.offers_connections = true, .max_clients = 8};
+  auto served = std::make_unique<Served>(options);
+  const RawClient plc(served->port()), silent(served->port()), gone(served->port());
+  REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  const auto take = [](TcpServer& server, std::size_t count) {
+    std::vector<int> all;
+    for (int wait = 0; wait < 500 && all.size() < count; ++wait) {
+      const std::vector<int> some = server.TakeOffered();
+      all.insert(all.end(), some.begin(), some.end());
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return all;
+  };
+  std::vector<int> kept = take(*served->server, 1);
+  REQUIRE(kept.size() == 1);  // whoever has asked nothing is not offered
+  REQUIRE(plc.Ask(Frame(2, kRead), 11) == Frame(2, kReadReply));
+  CHECK(served->server->TakeOffered().empty());  // nor anybody twice
+  REQUIRE(gone.Ask(Frame(3, kRead), 11) == Frame(3, kReadReply));
+  for (const int fd : take(*served->server, 1)) kept.push_back(fd);
+  REQUIRE(kept.size() == 2);
+
+  served.reset();
+  CHECK(silent.WaitUntilClosed());
+  plc.Send(Frame(4, kRead));  // while nobody serves
+  ::shutdown(gone.fd(), SHUT_RDWR);
+
+  options.connections = kept;
+  Served next(options);
+  CHECK(plc.Receive(11) == Frame(4, kReadReply));
+  CHECK(plc.Ask(Frame(5, kRead), 11) == Frame(5, kReadReply));
+  for (int wait = 0; wait < 500 && next.server->counters().clients != 1; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  CHECK(next.server->counters().clients == 1);
+  const std::vector<int> again = take(*next.server, 1);
+  REQUIRE(again.size() == 1);
+  plc.Send({0, 1, 0, 1, 0, 0, 0});  // not Modbus: ended for the keeper too
+  CHECK(plc.WaitUntilClosed());
+  for (const int fd : again) ::close(fd);
+}
+
+TEST_CASE("TCP server: a kept connection whose address is no longer allowed is ended",
+          "[modbus][tcp]") {
+  auto served = std::make_unique<Served>(TcpServerOptions{.offers_connections = true});
+  const RawClient plc(served->port(), "127.0.0.2");
+  REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  std::vector<int> kept;
+  while (kept.empty()) kept = served->server->TakeOffered();
+  const int keeper = ::dup(kept[0]);
+  served.reset();
+  Served next({.connections = kept, .allow = {"127.0.0.1"}});
+  CHECK(plc.WaitUntilClosed());
+  CHECK(next.Saw(Kind::kStranger));
+  ::close(keeper);
+}
+
 TEST_CASE("TCP server: who makes room when all slots are taken", "[modbus][tcp]") {
   Served served({.max_clients = 3});
   const RawClient first(served.port()), second(served.port());

@@ -75,6 +75,7 @@ class Watch(threading.Thread):
         self.reference = None
         self.ending = False
         self.good_s = []  # of answered polls with a valid point, the newest
+        self.connections = 0  # that it had to open
         self.start()
 
     address = DAEMON
@@ -89,7 +90,9 @@ class Watch(threading.Thread):
         while not self.ending:
             began = time.monotonic()
             try:
-                client = client or Client(self.address, self.timeout_s)
+                if client is None:
+                    client = Client(self.address, self.timeout_s)
+                    self.connections += 1
                 point = client.read(2000, 20)
                 camera = client.read(500, 1)[0]
                 valid = bool(point[1] & 1)

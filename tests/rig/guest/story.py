@@ -97,19 +97,24 @@ def upgrade():
     model = cell.sh("plumbline model list")
     watch = cell.watch()
     watch.until(plc.valid, 20)
+    patient = plc.Watch(period_s=0.2, timeout_s=60)
+    patient.until(plc.valid, 20)
     pid = cell.main_pid()
     cell.sh("apt-get install -y -q /rig/plumbline-next.deb", 180)
     watch.until(plc.withdrawn, 1)
     back = watch.until(plc.valid, 30)
     another = cell.main_pid() not in (0, pid)
     now = cell.sh("dpkg-query -W -f '${Version}' plumbline")
+    patient.until(plc.valid, 30)
+    patient.end()
     kept = (
-        open("/etc/plumbline/plumbline.toml").read() == before
+        patient.connections == 1
+        and open("/etc/plumbline/plumbline.toml").read() == before
         and cell.sh("plumbline model list") == model
     )
     return (
         kept and another and back is not None and now.endswith("next"),
-        "version %s, another process: %s, configuration and models kept: %s, points valid: %s"
+        "version %s, another process: %s, configuration, models and the PLC's connection kept: %s, points valid: %s"
         % (now, another, kept, back is not None),
     )
 
