@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/effects/written.h"
 
 namespace plumbline {
 namespace {
@@ -39,15 +40,23 @@ std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
   return Payload{*mass_kg, cog_F.value_or(Vec3::Zero())};
 }
 
+bool ReadsTime(const CellModel& cell) {
+  const std::vector<ActiveEffect> effects = ActiveEffectsOf(cell);
+  return std::any_of(effects.begin(), effects.end(), [](const ActiveEffect& effect) {
+    return effect.seen_t_s || ReadsTime(effect.term);
+  });
+}
+
 }  // namespace
 
 Machine::Machine(const MachineConfig& config)
     : config_(config),
       corrector_(config.cell, config.limits),
       uncertainty_(config.cell, corrector_.arm()),
+      reads_time_(ReadsTime(config.cell)),
       filter_(config.plausibility),
       branches_(config.points.size()),
-      radii_m_(config.points.size()) {
+      radii_(config.points.size()) {
   snapshot_.points.resize(config_.points.size());
   for (int i = 0; i < config_.cell.robot.size(); ++i) {
     if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic) {
@@ -73,7 +82,7 @@ void Machine::Prepare() {
     if (correction.code != CorrectionCode::kOk) continue;
     branches_[k].solution = correction.q;
     StateUncertainty(payload, correction);
-    radii_m_[k] = correction.uncertainty_m;
+    radii_[k].radius_m = correction.uncertainty_m;
   }
 }
 
@@ -120,16 +129,20 @@ void Machine::JudgeInput(const MachineInput& input) {
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
   if (snapshot_.input_fault != InputFault::kOk) return;
+  const bool moved = snapshot_.robot.q != input.robot.q ||
+                     snapshot_.robot.q_resolution != input.robot.q_resolution;
   snapshot_.robot = input.robot;
   if (!std::isfinite(snapshot_.robot.temp_C.value_or(0))) snapshot_.robot.temp_C.reset();
   if (!filter_.decoding_checked()) snapshot_.warnings |= warning::kDecodingUnchecked;
   if (arm.centres_guessed()) snapshot_.warnings |= warning::kMassCentresGuessed;
   if (input.robot.mode == RobotMode::kEmergencyStop) snapshot_.alarms |= alarm::kEmergencyStop;
   if (input.robot.q_resolution > 0) {
-    LoadedState state;
-    arm.AtActual(input.robot.q, {}, {}, state);
-    snapshot_.reading_radius_m =
-        RadiusHolding95Percent(ReadingCovariance(arm, state, input.robot.q_resolution));
+    if (moved) {
+      LoadedState state;
+      arm.AtActual(input.robot.q, {}, {}, state);
+      snapshot_.reading_radius_m =
+          RadiusHolding95Percent(ReadingCovariance(arm, state, input.robot.q_resolution));
+    }
     if (snapshot_.reading_radius_m > kCoarseReading_m) {
       snapshot_.warnings |= warning::kCoarseJoints;
     }
@@ -184,6 +197,14 @@ Conditions Machine::ConditionsOf(const Payload& payload) const {
   return conditions;
 }
 
+Machine::Circumstances Machine::CircumstancesOf(const Payload& payload) const {
+  const Conditions conditions = ConditionsOf(payload);
+  return {.mass_kg = payload.mass_kg,
+          .cog_F = payload.cog_F,
+          .temp_C = conditions.temp_C,
+          .t_s = reads_time_ ? conditions.t_s : std::nullopt};
+}
+
 void Machine::StateUncertainty(const Payload& payload, Correction& correction) {
   if (!uncertainty_.identified()) return;
   correction.uncertainty_m =
@@ -217,8 +238,12 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     result.code = CorrectionCode::kPayloadUnknown;
     return;
   }
+  const Circumstances circumstances = CircumstancesOf(*payload);
+  const bool solved = branch.circumstances == circumstances;
   Correction correction;
-  if (branch.solution) {
+  if (solved) {
+    correction = branch.correction;
+  } else if (branch.solution) {
     corrector_.Correct(point, *payload, ConditionsOf(*payload), *branch.solution,
                        BranchSearch::kNone, correction);
   }
@@ -239,14 +264,17 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
-  branch = {correction.q};
+  Radius& radius = radii_[index];
+  if (!solved) {
+    branch = {.solution = correction.q, .circumstances = circumstances, .correction = correction};
+    radius.renewed = false;
+  }
   if (uncertainty_.identified()) {
-    std::optional<double>& radius_m = radii_m_[index];
-    if (index == radius_turn_ || !radius_m) {
+    if ((index == radius_turn_ && !radius.renewed) || !radius.radius_m) {
       StateUncertainty(*payload, correction);
-      radius_m = correction.uncertainty_m;
+      radius = {correction.uncertainty_m, true};
     }
-    correction.uncertainty_m = *radius_m;
+    correction.uncertainty_m = *radius.radius_m;
   }
   result.correction = correction;
   result.valid = true;

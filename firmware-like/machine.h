@@ -84,6 +84,15 @@ class Machine {
   std::optional<Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
   /// What effects of the cell read, for the robot at rest with this payload.
   Conditions ConditionsOf(const Payload& payload) const;
+  /// What a point's correction depends on and may change from cycle to cycle. The robot's joints
+  /// are not among it.
+  struct Circumstances {
+    double mass_kg = 0;
+    Vec3 cog_F = Vec3::Zero();
+    std::optional<double> temp_C, t_s;
+    bool operator==(const Circumstances&) const = default;
+  };
+  Circumstances CircumstancesOf(const Payload& payload) const;
   void RefreshPoints();
   void RefreshPoint(std::size_t index, int& searches_left);
   void Execute(const MachineInput& input);
@@ -101,6 +110,7 @@ class Machine {
   MachineConfig config_;
   Corrector corrector_;
   LandingUncertainty uncertainty_;
+  const bool reads_time_;  ///< the cell's effects
   PlausibilityFilter filter_;
   /// What is known of a point's branch.
   struct Branch {
@@ -108,10 +118,19 @@ class Machine {
     CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last search, where it failed
     double pause_s = 0;                                 ///< before the next search, and its moment
     double search_at_s = 0;
+    /// The solution's correction, with the radius that the cell declares; as long as these hold it
+    /// is not solved again.
+    std::optional<Circumstances> circumstances;
+    Correction correction;
   };
   std::vector<Branch> branches_;  ///< one a point
-  /// Radius of an identified model at each point; renewed one point a cycle, in turn.
-  std::vector<std::optional<double>> radii_m_;
+  /// Radius of an identified model at each point, and whether it is that of the branch's
+  /// circumstances; renewed one point a cycle, in turn.
+  struct Radius {
+    std::optional<double> radius_m;
+    bool renewed = false;
+  };
+  std::vector<Radius> radii_;
   std::size_t radius_turn_ = 0;
   double utc_s_ = 0;
   std::size_t turn_ = 0;       ///< the point whose turn to search is first

@@ -686,3 +686,62 @@ TEST_CASE("effects of time count from where their model says, and keep their las
   CHECK_FALSE(outside_500);
   CHECK(outside_900);
 }
+
+TEST_CASE("a point is corrected anew whenever what it depends on has changed") {
+  Cell cell;
+  cell.config.payload.source = PayloadPolicy::Source::kRobot;
+  WrittenEffect time, warmth;
+  time.id = warmth.id = "empirical";
+  time.parameters = {{"base_x", 1, 0.05, "1", ""}};
+  warmth.parameters = {{"base_y", 1, 0.05, "1", ""}};
+  time.drivers = {"t_s"};
+  warmth.drivers = {"temp_C"};
+  time.nodes.resize(2, 2);
+  time.nodes << 0, 0, 1000, 10;  // 10 mm in 1000 s
+  warmth.nodes.resize(2, 2);
+  warmth.nodes << 20, 0, 40, 4;  // 0.2 mm a kelvin
+  cell.config.cell.effects = {time, warmth};
+  cell.config.cell.domain.emplace();
+  for (const Joint& joint : cell.config.cell.robot.joints) {
+    cell.config.cell.domain->q.push_back({joint.min, joint.max});
+  }
+  cell.config.cell.domain->time_zero_s = 1.8e9;
+  cell.input.utc_s = 1.8e9 + 200;
+  cell.input.robot.temp_C = 25.0;
+  cell.Running();
+
+  const auto as_if_new = [&] {
+    Cell fresh;
+    fresh.config = cell.config;
+    fresh.input = cell.input;
+    fresh.input.robot.sequence = 0;
+    for (int k = 0; k < 4; ++k) fresh.Running();  // each point's radius has had its turn
+    for (int k = 0; k < 4; ++k) cell.Next();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const PointResult& one = cell.machine->Cycle(cell.input).points[k];
+      const PointResult& other = fresh.machine->Cycle(fresh.input).points[k];
+      CHECK(one.valid);
+      CHECK(other.valid);
+      CHECK((one.correction.X_BP_command.p - other.correction.X_BP_command.p).norm() < 1e-8);
+      CHECK(one.correction.uncertainty_m == Approx(other.correction.uncertainty_m).epsilon(1e-6));
+    }
+    return cell.machine->Cycle(cell.input).points[0].correction.X_BP_command.p;
+  };
+  std::vector<Vec3> commands = {as_if_new()};
+  const auto changed = [&] {
+    commands.push_back(as_if_new());
+    return (commands.back() - commands[commands.size() - 2]).norm() > 1e-4;
+  };
+  cell.input.robot.payload_kg = 40;
+  CHECK(changed());
+  cell.input.robot.payload_cog_F = Vec3(0.1, 0, 0.3);
+  CHECK(changed());
+  cell.input.robot.temp_C = 30.0;
+  CHECK(changed());
+  cell.input.utc_s += 100;
+  CHECK(changed());
+  cell.input.robot.q[0] += 0.01;  // where the robot stands is not among it
+  CHECK_FALSE(changed());
+  cell.input.robot.temp_C.reset();  // one effect less
+  CHECK(changed());
+}
