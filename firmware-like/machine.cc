@@ -14,7 +14,6 @@ constexpr double kHeartbeatTimeout_s = 2.0;
 constexpr int kSearchesPerCycle = 2;
 constexpr double kShortestPause_s = 0.02;  // between two searches for a point that has no branch
 constexpr double kLongestPause_s = 1.0;
-constexpr double kLargestPayload_kg = 3000;
 constexpr double kCoarseReading_m = 1e-4;
 
 std::uint16_t AlarmOf(InputFault fault) {

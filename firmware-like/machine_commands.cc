@@ -10,6 +10,10 @@ namespace {
 
 constexpr double kTipStale_s = 0.5;  // of a tip by camera: some frames
 
+bool MakesSense(const std::optional<double>& payload_kg) {
+  return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kLargestPayload_kg);
+}
+
 /// Whether the command is about the k-th camera.
 bool IsMeant(const MachineInput& input, std::size_t k) {
   const std::uint16_t named = input.command.camera;
@@ -59,6 +63,7 @@ void Machine::Execute(const MachineInput& input) {
   result.point_id =
       command.code == PlcCommandCode::kCorrectPoint ? command.point_id : std::uint16_t{0};
   const auto refuse = [&](CorrectionCode code) { result.code = code; };
+  if (!MakesSense(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
 
   AssemblyPoint point;
   JointVector seed = snapshot_.robot.q;

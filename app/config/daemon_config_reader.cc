@@ -239,6 +239,19 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
   }
 }
 
+/// PLC and page cannot have one port.
+void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
+  const std::string &plc = config.plc.tcp.address, &own = config.page.listen;
+  const auto every = [](const std::string& address) {
+    return address == "0.0.0.0" || address == "::";
+  };
+  if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
+  if (plc != own && !every(plc) && !every(own)) return;
+  page.AddFault("port", fmt::format("is the PLC's, [plc] port: {} and {} cannot both have {}; give "
+                                    "the page another",
+                                    plc, own, config.plc.tcp.port));
+}
+
 }  // namespace
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
@@ -293,7 +306,10 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     if (const auto table = root.Table("overlay")) {
       config.overlay = OverlayFromToml(*table, named, config.vision);
     }
-    if (const auto table = root.Table("page")) config.page = PageFromToml(*table);
+    if (const auto table = root.Table("page")) {
+      config.page = PageFromToml(*table);
+      CheckPorts(*table, config);
+    }
     if (const auto table = root.Table("mqtt")) {
       config.mqtt = MqttFromToml(*table, named, config.machine.cell.robot.name);
     }

@@ -2,11 +2,9 @@
 #pragma once
 
 #include "app/config/toml_reader.h"
+#include "firmware-like/loads/gravity.h"
 
 namespace plumbline {
-
-/// No robot carries more [kg]: configurations, points and tables refuse a payload beyond it.
-inline constexpr double kLargestPayload_kg = 5000;
 
 inline constexpr double kSecondPerMs = 1e-3;
 

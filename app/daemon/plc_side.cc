@@ -85,8 +85,7 @@ void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
 
 }  // namespace
 
-Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config,
-                                               ServiceManager& manager,
+Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceManager& manager,
                                                modbus::ImageHandler& handler) {
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;

@@ -13,6 +13,8 @@ struct WarningText {
   const char* cleared;
 };
 
+constexpr double kReasonLasts_s = 2;  // two that take turns are told once
+
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
      Event::kJointsUnchecked,
@@ -65,18 +67,32 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   const bool was_short = connected_ == true && link.connected && link.changes != link_changes_;
   link_changes_ = link.changes;
   if (was_short) sink_({Event::kRobotLinkBlip, "robot link lost and restored at once"});
+  if (!link.connected) TellLinkAway(link, now_s);
   if (connected_ == link.connected) return;
   if (link.connected) {
     sink_({Event::kRobotLinkUp,
            connected_ ? fmt::format("robot link restored after {:.1f} s", now_s - link_since_s_)
                       : "robot link up"});
-  } else {
-    const bool lost = link.readings > 0;
-    sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
-           fmt::format("robot link {}: {}", lost ? "lost" : "not there yet", link.problem.view())});
   }
   connected_ = link.connected;
   link_since_s_ = now_s;
+}
+
+void Reporter::TellLinkAway(const RobotLinkStatus& link, double now_s) {
+  const std::string_view reason = link.problem.view();
+  const bool was_away = connected_ == false;
+  if (was_away) {
+    if (reason != link_later_) {
+      link_later_ = reason;
+      link_later_since_s_ = now_s;
+    }
+    if (reason == link_told_ || now_s - link_later_since_s_ < kReasonLasts_s) return;
+  }
+  const bool lost = link.readings > 0;
+  const std::string before = was_away ? fmt::format(" (before: {})", link_told_) : "";
+  sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
+         fmt::format("robot link {}: {}{}", lost ? "lost" : "not there yet", reason, before)});
+  link_told_ = link_later_ = reason;
 }
 
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {

@@ -354,8 +354,7 @@ void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const 
 }
 
 void TcpServer::Watch(const TcpConnection& client, int operation, std::uint32_t events) const {
-  epoll_event event{.events = events,
-                    .data = {.u32 = static_cast<std::uint32_t>(SlotOf(client))}};
+  epoll_event event{.events = events, .data = {.u32 = static_cast<std::uint32_t>(SlotOf(client))}};
   ::epoll_ctl(epoll_fd_, operation, client.fd(), &event);
 }
 

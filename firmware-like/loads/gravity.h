@@ -17,6 +17,9 @@ struct PayloadOf {
 
 using Payload = PayloadOf<double>;
 
+/// No robot carries more [kg]: files, registers and commands that tell more are not believed.
+inline constexpr double kLargestPayload_kg = 5000;
+
 /// The masses of a cell, each at a point of the frame it moves with.
 ///   tau_i = axis_i . sum_k (r_k - o_i) x (m_k g)   (revolute, [N m])
 ///   f_i   = axis_i . sum_k m_k g                    (prismatic, [N])

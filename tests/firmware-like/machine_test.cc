@@ -258,8 +258,8 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
     CHECK(refused([](PlcCommand& c) { c.code = PlcCommandCode::kCorrectPose; }) ==
           CorrectionCode::kBadCommand);
     CHECK(refused([](PlcCommand& c) { c.payload_kg = std::nan(""); }) ==
-          CorrectionCode::kPayloadUnknown);
-    CHECK(refused([](PlcCommand& c) { c.payload_kg = 1e9; }) == CorrectionCode::kPayloadUnknown);
+          CorrectionCode::kBadCommand);
+    CHECK(refused([](PlcCommand& c) { c.payload_kg = 1e9; }) == CorrectionCode::kBadCommand);
   }
 }
 

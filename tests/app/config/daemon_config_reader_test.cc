@@ -459,6 +459,25 @@ TEST_CASE("Transports need what belongs to them") {
         "such file or directory; /share/none.csv: No such file or directory)");
 }
 
+TEST_CASE("PLC and page cannot have one port of one address") {
+  auto fault = [](const std::string& plc, const std::string& page) {
+    FaultList faults;
+    ReadWith(kFiles,
+             "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\nhost = \"r\"\n"
+             "[plc]\nport = 8080\nlisten = \"" +
+                 plc + "\"\n[page]\nport = 8080\ntoken = \"0123456789abcdef\"\nlisten = \"" + page +
+                 "\"\n",
+             faults);
+    const auto texts = Texts(faults, Fault::Severity::kFault);
+    return texts.empty() ? "" : texts[0];
+  };
+  CHECK(fault("0.0.0.0", "127.0.0.1") ==
+        "cell/plumbline.toml:9 page.port: is the PLC's, [plc] port: 0.0.0.0 and 127.0.0.1 cannot "
+        "both have 8080; give the page another");
+  CHECK_FALSE(fault("10.0.0.1", "10.0.0.1").empty());
+  CHECK(fault("10.0.0.1", "127.0.0.1").empty());
+}
+
 TEST_CASE("The profile must carry what is asked of it") {
   auto fault = [](const std::string& profile, const std::string& rest) {
     FileMap files = kFiles;

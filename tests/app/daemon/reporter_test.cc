@@ -66,6 +66,25 @@ TEST_CASE("each transition is told once") {
   CHECK(desk.Observe() == std::vector<std::string>{"robot link restored after 4.0 s"});
 }
 
+TEST_CASE("a robot link that stays away for another reason is told, once that reason lasts") {
+  Desk desk;
+  desk.Observe();
+  desk.link.connected = false;
+  desk.link.problem.Assign("no answer in time");
+  CHECK(desk.Observe().size() == 1);
+  desk.link.problem.Assign("connection refused");
+  for (int look = 0; look < 20; ++look) CHECK(desk.Observe().empty());  // a second
+  desk.link.problem.Assign("no answer in time");
+  for (int look = 0; look < 80; ++look) CHECK(desk.Observe().empty());
+  desk.link.problem.Assign("connection refused");
+  std::vector<std::string> told;
+  for (int look = 0; look < 200; ++look) {
+    for (const std::string& line : desk.Observe()) told.push_back(line);
+  }
+  CHECK(told == std::vector<std::string>{
+                    "robot link lost: connection refused (before: no answer in time)"});
+}
+
 TEST_CASE("an emergency stop is released when the controller says so, not when its link drops") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
