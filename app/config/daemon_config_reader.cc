@@ -247,9 +247,10 @@ void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
   };
   if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
   if (plc != own && !every(plc) && !every(own)) return;
-  page.AddFault("port", fmt::format("is the PLC's, [plc] port: {} and {} cannot both have {}; give "
-                                    "the page another",
-                                    plc, own, config.plc.tcp.port));
+  page.AddFault("port",
+                fmt::format("is the PLC's, [plc] port, and {} and {} cannot both have it: give "
+                            "the page another",
+                            plc, own));
 }
 
 }  // namespace

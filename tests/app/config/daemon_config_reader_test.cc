@@ -472,8 +472,8 @@ TEST_CASE("PLC and page cannot have one port of one address") {
     return texts.empty() ? "" : texts[0];
   };
   CHECK(fault("0.0.0.0", "127.0.0.1") ==
-        "cell/plumbline.toml:9 page.port: is the PLC's, [plc] port: 0.0.0.0 and 127.0.0.1 cannot "
-        "both have 8080; give the page another");
+        "cell/plumbline.toml:9 page.port: 8080 is the PLC's, [plc] port, and 0.0.0.0 and 127.0.0.1 "
+        "cannot both have it: give the page another");
   CHECK_FALSE(fault("10.0.0.1", "10.0.0.1").empty());
   CHECK(fault("10.0.0.1", "127.0.0.1").empty());
 }
