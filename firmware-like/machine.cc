@@ -249,23 +249,27 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   // No branch yet, or the one in use is lost: look for the nearest, a few points a cycle in turn.
   const bool lost = !branch.solution || correction.code == CorrectionCode::kUnreachable ||
                     correction.code == CorrectionCode::kJointLimit;
-  if (lost && searches_left > 0 && snapshot_.now_s >= branch.search_at_s) {
+  if (lost && searches_left > 0 && snapshot_.now_s >= branch.search.next_s) {
     --searches_left;
     turn_ = index + 1;
     const JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
     corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
-    branch.verdict = correction.code;
-    branch.pause_s = std::clamp(2 * branch.pause_s, kShortestPause_s, kLongestPause_s);
-    branch.search_at_s = snapshot_.now_s + branch.pause_s;
+    Branch::Search& search = branch.search;
+    search.verdict = correction.code;
+    search.pause_s = std::clamp(2 * search.pause_s, kShortestPause_s, kLongestPause_s);
+    search.next_s = snapshot_.now_s + search.pause_s;
   } else if (lost) {
-    correction.code = branch.verdict;
+    correction.code = branch.search.verdict;
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
   Radius& radius = radii_[index];
+  branch.search = {};
   if (!solved) {
-    branch = {.solution = correction.q, .circumstances = circumstances, .correction = correction};
+    branch.solution = correction.q;
+    branch.circumstances = circumstances;
+    branch.correction = correction;
     radius.renewed = false;
   }
   if (uncertainty_.identified()) {

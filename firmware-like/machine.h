@@ -114,10 +114,12 @@ class Machine {
   PlausibilityFilter filter_;
   /// What is known of a point's branch.
   struct Branch {
-    std::optional<JointVector> solution;  ///< of the last cycle: the next one's starting value
-    CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last search, where it failed
-    double pause_s = 0;                                 ///< before the next search, and its moment
-    double search_at_s = 0;
+    std::optional<JointVector> solution;  ///< the last one: the next one's starting value
+    struct Search {
+      CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last one, where it failed
+      double pause_s = 0;                                 ///< before the next, and its moment
+      double next_s = 0;
+    } search;
     /// The solution's correction, with the radius that the cell declares; as long as these hold it
     /// is not solved again.
     std::optional<Circumstances> circumstances;

@@ -43,18 +43,6 @@ void Machine::Execute(const MachineInput& input) {
     result.code = input.probes_recorded ? CorrectionCode::kOk : CorrectionCode::kNotRecorded;
     return;
   }
-  if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
-    result.point_id = 0;
-    result.code = TakeProbe(input, command.probe_W);
-    result.valid = result.code == CorrectionCode::kOk;
-    return;
-  }
-  if (command.code == PlcCommandCode::kProbeByCamera) {
-    result.point_id = 0;
-    result.code = TakeProbeByCamera(input);
-    result.valid = result.code == CorrectionCode::kOk;
-    return;
-  }
   if (command.code == PlcCommandCode::kStartCalibration ||
       command.code == PlcCommandCode::kCancelCalibration) {
     result.code = OrderCalibration(input);
@@ -64,6 +52,16 @@ void Machine::Execute(const MachineInput& input) {
       command.code == PlcCommandCode::kCorrectPoint ? command.point_id : std::uint16_t{0};
   const auto refuse = [&](CorrectionCode code) { result.code = code; };
   if (!MakesSense(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
+  if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
+    result.code = TakeProbe(input, command.probe_W);
+    result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
+  if (command.code == PlcCommandCode::kProbeByCamera) {
+    result.code = TakeProbeByCamera(input);
+    result.valid = result.code == CorrectionCode::kOk;
+    return;
+  }
 
   AssemblyPoint point;
   JointVector seed = snapshot_.robot.q;

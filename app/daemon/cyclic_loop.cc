@@ -91,6 +91,15 @@ CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> 
   machine.Prepare();
 }
 
+PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
+  PlcEnvironment environment;
+  environment.boot_count = boot_count;
+  environment.firmware =
+      10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR + PLUMBLINE_VERSION_PATCH;
+  environment.cycle_period_s = period_s;
+  return environment;
+}
+
 CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& handler,
                        Latest<modbus::RegisterImage>& images, LoopLink& link,
                        std::uint16_t boot_count, const modbus::TcpServer* server)
@@ -100,10 +109,7 @@ CyclicLoop::CyclicLoop(std::unique_ptr<CycleParts> parts, modbus::ImageHandler& 
       link_(link),
       snapshots_(kSnapshotReaders, parts_->machine.Cycle({})),
       server_(server) {
-  environment_.boot_count = boot_count;
-  environment_.firmware =
-      10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR + PLUMBLINE_VERSION_PATCH;
-  environment_.cycle_period_s = parts_->period_s;
+  environment_ = EnvironmentAtStart(boot_count, parts_->period_s);
 }
 
 CyclicLoop::~CyclicLoop() {

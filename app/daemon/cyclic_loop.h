@@ -44,6 +44,9 @@ struct LoopCounters {
   LatenessCounts starts;       ///< of cycles, against their ticks
 };
 
+/// What the PLC is told of this start, from its first request on.
+PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s);
+
 class CyclicLoop {
  public:
   /// @param handler  shared by the PLC transports; commands are read from it

@@ -122,6 +122,7 @@ void Reload(Running& running, Reporter& reporter) {
   const double begin_s = MonotonicSeconds();
   double fed_s = begin_s;
   running.loop.Replace(std::move(parts), [&] {
+    running.plc.KeepConnections(running.manager);
     const double now_s = MonotonicSeconds();
     const auto period_s = running.manager.feed_period_s();
     if (!period_s || now_s - fed_s < *period_s) return;
@@ -278,11 +279,18 @@ int RunDaemon(const std::string& config_file) {
     Log({Event::kNotStarted, cameras.error()});
     return 1;
   }
-  // Whoever asks before the first cycle finds the map's form: numbers of points, none of them
-  // valid.
+  std::uint16_t boot_count = 0;
+  if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
+    boot_count = *raised;
+  } else {
+    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", raised.error())});
+  }
+  // Whoever asks before the first cycle, or has asked before this start, finds the map's form and
+  // what this start is: numbers of points, none of them valid.
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
-  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), {});
+  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}),
+                                                EnvironmentAtStart(boot_count, parts->period_s));
   first_image.bits.resize(plc_map::kBits);
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
@@ -293,17 +301,6 @@ int RunDaemon(const std::string& config_file) {
     return 2;
   }
 
-  std::uint16_t boot_count = 0;  // of starts that came this far
-  if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
-    boot_count = *raised;
-  } else {
-    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", raised.error())});
-  }
-  PlcEnvironment started;
-  started.boot_count = boot_count;
-  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}), started);
-  images.Begin() = first_image;
-  images.Publish();
   LoopWorker worker(link, Log, [] { kill(getpid(), SIGHUP); });
   worker.Configure(*config, in_force->models);
   worker.Start();
@@ -318,7 +315,8 @@ int RunDaemon(const std::string& config_file) {
                    config->plc.tcp.address, (*plc)->server().port())});
   TellModel(*in_force);
   malloc_trim(0);
-  Running running{config_file, *config, loop, worker, view, **plc, manager, {}, RobotPatience_s(*config)};
+  Running running{
+      config_file, *config, loop, worker, view, **plc, manager, {}, RobotPatience_s(*config)};
   AddThreads(*config, loop, worker, running.lifeline);
   (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);
@@ -332,6 +330,7 @@ int RunDaemon(const std::string& config_file) {
     Log({Event::kPushLeft, fmt::format("pushed points may still stand in the controller: {}",
                                        LinkResultText(robot.push_result))});
   }
+  (*plc)->KeepConnections(manager);  // of those, too, that came while the others ended
   LogRepeats(true);
   return 0;
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace plumbline {
 namespace {
 
@@ -13,7 +15,8 @@ struct WarningText {
   const char* cleared;
 };
 
-constexpr double kReasonLasts_s = 2;  // two that take turns are told once
+constexpr double kReasonLasts_s = 2;
+constexpr std::size_t kMostReasons = 8;  // of one outage
 
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
@@ -86,13 +89,17 @@ void Reporter::TellLinkAway(const RobotLinkStatus& link, double now_s) {
       link_later_ = reason;
       link_later_since_s_ = now_s;
     }
-    if (reason == link_told_ || now_s - link_later_since_s_ < kReasonLasts_s) return;
+    const bool told = std::find(link_told_.begin(), link_told_.end(), reason) != link_told_.end();
+    if (told || link_told_.size() >= kMostReasons) return;
+    if (now_s - link_later_since_s_ < kReasonLasts_s) return;
   }
   const bool lost = link.readings > 0;
-  const std::string before = was_away ? fmt::format(" (before: {})", link_told_) : "";
+  const std::string before = was_away ? fmt::format(" (before: {})", link_told_.back()) : "";
+  if (!was_away) link_told_.clear();
   sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
          fmt::format("robot link {}: {}{}", lost ? "lost" : "not there yet", reason, before)});
-  link_told_ = link_later_ = reason;
+  link_told_.emplace_back(reason);
+  link_later_ = reason;
 }
 
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {

@@ -27,7 +27,7 @@ class Reporter {
 
  private:
   void ObserveLink(const RobotLinkStatus& link, double now_s);
-  /// That the link is away; or, while it is, that it is so for another reason than was told.
+  /// That the link is away; or, while it is, that it is so for a reason that was not told yet.
   void TellLinkAway(const RobotLinkStatus& link, double now_s);
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
   void ObservePoints(const Snapshot& snapshot);
@@ -39,8 +39,8 @@ class Reporter {
   std::optional<bool> connected_;
   double link_since_s_ = 0;
   std::uint64_t link_changes_ = 0;
-  std::string link_told_;   ///< why it is away, as it was told
-  std::string link_later_;  ///< another reason, which has to last
+  std::vector<std::string> link_told_;  ///< why it is away, as it was told since it is
+  std::string link_later_;              ///< another reason, which has to last
   double link_later_since_s_ = 0;
   std::optional<InputFault> input_fault_;
   double input_since_s_ = 0;

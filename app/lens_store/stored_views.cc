@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/config/json_whole.h"
+
 namespace plumbline {
 namespace {
 
@@ -23,8 +25,8 @@ Board BoardFrom(const Json& json) {
   const auto kind = BoardKindOfName(json.at("kind").get<std::string>());
   if (!kind) throw std::runtime_error("a kind of board that is not known");
   board.kind = *kind;
-  board.columns = json.at("columns").get<int>();
-  board.rows = json.at("rows").get<int>();
+  board.columns = WholeOf<int>(json.at("columns"));
+  board.rows = WholeOf<int>(json.at("rows"));
   board.square_m = json.at("square_mm").get<double>() / kMmPerMetre;
   board.mark_m = json.at("mark_mm").get<double>() / kMmPerMetre;
   board.family = json.at("family").get<std::string>();

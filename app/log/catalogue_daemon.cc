@@ -73,7 +73,8 @@ constexpr EventEntry kEntries[] = {
      "address, port, unit id; is the controller's Modbus server on? the name server, or give the "
      "address"},
     {Event::kRobotLinkLost, "robot-link-lost", LogLevel::kError, "ce96ecdb51cc4de99c4135e9858fa864",
-     "robot", "robot link lost: ...", "no answer within `timeout_ms`",
+     "robot", "robot link lost: ...",
+     "no answer within `timeout_ms`; with (before: ...) it stays away, for another reason now",
      "cable, address, controller; it reconnects by itself"},
     {Event::kRobotLinkBlip, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/config/json_whole.h"
+
 namespace plumbline {
 namespace {
 
@@ -19,6 +21,11 @@ std::optional<double> NumberIn(const json& object, const char* name) {
   const auto found = object.find(name);
   if (found == object.end() || !found->is_number()) return std::nullopt;
   return found->get<double>();
+}
+
+std::optional<int> WholeIn(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found == object.end() ? std::nullopt : WholeIfAny<int>(*found);
 }
 
 /// The texts of a list; none where it is absent.
@@ -42,8 +49,7 @@ std::string TextIn(const json& object, const char* name) {
 int SchemaInJson(const std::string& text) {
   const json object = json::parse(text, nullptr, false);
   if (!object.is_object()) return 0;
-  const auto schema = object.find("schema");
-  return schema != object.end() && schema->is_number_integer() ? schema->get<int>() : 0;
+  return WholeIn(object, "schema").value_or(0);
 }
 
 std::string JsonFrom(const ModelFacts& facts) {
@@ -89,9 +95,7 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.effects = TextsIn(object, "effects");
   facts.implausible = TextsIn(object, "implausible");
   facts.remainder_share = NumberIn(object, "remainder_share");
-  if (const auto based_on = NumberIn(object, "based_on")) {
-    facts.based_on = static_cast<int>(*based_on);
-  }
+  facts.based_on = WholeIn(object, "based_on");
   facts.rms_before_mm = NumberIn(object, "rms_before_mm");
   facts.rms_after_mm = NumberIn(object, "rms_after_mm");
   facts.change_mm = NumberIn(object, "change_mm");
@@ -105,15 +109,16 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
   for (const auto& [name, into] :
        {std::pair("declared", &state.declared), std::pair("applied", &state.applied),
         std::pair("proposed", &state.proposed)}) {
-    const auto number = NumberIn(object, name);
+    const auto number = WholeIn(object, name);
     if (!number) return std::nullopt;
-    *into = static_cast<int>(*number);
+    *into = *number;
   }
   const auto history = object.find("history");
   if (history == object.end() || !history->is_array()) return std::nullopt;
   for (const json& number : *history) {
-    if (!number.is_number_integer()) return std::nullopt;
-    state.history.push_back(number.get<int>());
+    const auto version = WholeIfAny<int>(number);
+    if (!version) return std::nullopt;
+    state.history.push_back(*version);
   }
   return state;
 }

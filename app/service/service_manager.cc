@@ -4,6 +4,7 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <ctime>
 
@@ -12,6 +13,7 @@ namespace {
 
 /// The daemon feeds this much more often than it has to.
 constexpr double kFeedsPerPeriod = 4;
+constexpr std::size_t kDescriptorsInOne = 64;  // message; the kernel takes 253 [unix(7)]
 
 std::uint64_t MonotonicMicroseconds() {
   timespec now{};
@@ -81,9 +83,12 @@ std::vector<int> ServiceManager::TakeSockets(const std::string& name) {
 }
 
 void ServiceManager::Keep(const std::string& name, std::span<const int> descriptors) const {
-  if (descriptors.empty()) return;
-  sd_pid_notify_with_fds(0, 0, fmt::format("FDSTORE=1\nFDNAME={}", name).c_str(),
-                         descriptors.data(), static_cast<unsigned>(descriptors.size()));
+  const std::string message = fmt::format("FDSTORE=1\nFDNAME={}", name);
+  for (std::size_t begin = 0; begin < descriptors.size(); begin += kDescriptorsInOne) {
+    const auto some =
+        descriptors.subspan(begin, std::min(kDescriptorsInOne, descriptors.size() - begin));
+    sd_pid_notify_with_fds(0, 0, message.c_str(), some.data(), static_cast<unsigned>(some.size()));
+  }
   for (const int descriptor : descriptors) close(descriptor);
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/config/json_whole.h"
+
 namespace plumbline {
 namespace {
 
@@ -66,13 +68,17 @@ Json OptionalJson(const std::optional<T>& value) {
 template <typename T>
 std::optional<T> OptionalOf(const Json& json) {
   if (json.is_null()) return std::nullopt;
-  return json.get<T>();
+  if constexpr (std::is_integral_v<T>) {
+    return WholeOf<T>(json);
+  } else {
+    return json.get<T>();
+  }
 }
 
 /// An enumerator, which counts from 0 to `last`.
 template <typename E>
 E EnumOf(const Json& json, E last) {
-  const int number = json.get<int>();
+  const int number = WholeOf<int>(json);
   if (number < 0 || number > static_cast<int>(last)) {
     throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
   }
@@ -80,7 +86,7 @@ E EnumOf(const Json& json, E last) {
 }
 
 int IntWithin(const Json& json, int low, int high) {
-  const auto number = json.get<std::int64_t>();
+  const auto number = WholeOf<std::int64_t>(json);
   if (number < low || number > high) {
     throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
   }
@@ -104,12 +110,12 @@ Json ImageJson(const ViewImage& image) {
 ViewImage ImageOf(const Json& json) {
   ViewImage image;
   image.slot = IntWithin(json.at("slot"), 0, kMostSlots - 1);
-  image.stamp = json.at("stamp").get<std::uint32_t>();
+  image.stamp = WholeOf<std::uint32_t>(json.at("stamp"));
   image.width = IntWithin(json.at("width"), 1, kMostPixels);
   image.height = IntWithin(json.at("height"), 1, kMostPixels);
   image.colour = json.at("colour").get<bool>();
   image.time_s = json.at("time_s").get<double>();
-  image.sequence = json.at("sequence").get<std::uint64_t>();
+  image.sequence = WholeOf<std::uint64_t>(json.at("sequence"));
   return image;
 }
 
@@ -150,12 +156,12 @@ PlcCamera WatchOf(const Json& json) {
   watch.name = EnumOf(json.at("name"), CameraName::kTop);
   watch.state = EnumOf(json.at("state"), ZoomState::kRefused);
   watch.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
-  watch.bits = json.at("bits").get<std::uint16_t>();
+  watch.bits = WholeOf<std::uint16_t>(json.at("bits"));
   watch.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
-  watch.board_views = json.at("board_views").get<std::uint16_t>();
+  watch.board_views = WholeOf<std::uint16_t>(json.at("board_views"));
   watch.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
   watch.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  watch.lens_id = json.at("lens_id").get<std::uint32_t>();
+  watch.lens_id = WholeOf<std::uint32_t>(json.at("lens_id"));
   watch.zoom_time_s = NumberOf(json.at("zoom_time_s"));
   watch.frame_time_s = NumberOf(json.at("frame_time_s"));
   watch.tip_valid = json.at("tip_valid").get<bool>();
@@ -199,7 +205,7 @@ ViewCamera CameraOf(const Json& json) {
   if (!json.at("lens").is_null()) camera.lens = LensOf(json.at("lens"));
   for (const Json& entry : ListAt(json, "tags")) {
     ViewTag tag;
-    tag.id = entry.at("id").get<int>();
+    tag.id = WholeOf<int>(entry.at("id"));
     for (std::size_t k = 0; k < tag.corners_px.size(); ++k) {
       ReadVector(entry.at("corners_px").at(k), tag.corners_px[k]);
     }
@@ -236,7 +242,7 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
 
 ViewPoint PointOf(const Json& json) {
   ViewPoint point;
-  point.id = json.at("id").get<int>();
+  point.id = WholeOf<int>(json.at("id"));
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
   point.code = EnumOf(json.at("code"), CorrectionCode::kCamerasDisagree);
@@ -258,11 +264,11 @@ Json LoopJson(const PlcLoop& loop) {
 
 PlcLoop LoopOf(const Json& json) {
   PlcLoop loop;
-  loop.state = json.at("state").get<std::uint16_t>();
-  loop.applied = json.at("applied").get<int>();
-  loop.proposed = json.at("proposed").get<int>();
-  loop.declared = json.at("declared").get<int>();
-  loop.probes = json.at("probes").get<std::uint32_t>();
+  loop.state = WholeOf<std::uint16_t>(json.at("state"));
+  loop.applied = WholeOf<int>(json.at("applied"));
+  loop.proposed = WholeOf<int>(json.at("proposed"));
+  loop.declared = WholeOf<int>(json.at("declared"));
+  loop.probes = WholeOf<std::uint32_t>(json.at("probes"));
   loop.statistic = NumberOf(json.at("statistic"));
   loop.residual_m = Vec3Of(json.at("residual_m"));
   return loop;
@@ -280,10 +286,15 @@ Json CycleJson(const ViewCycle& cycle) {
 ViewCycle CycleOf(const Json& json) {
   ViewCycle cycle{NumberOf(json.at("uptime_s")),
                   NumberOf(json.at("longest_s")),
-                  json.at("cycles").get<std::uint64_t>(),
-                  json.at("late").get<std::uint64_t>(),
+                  WholeOf<std::uint64_t>(json.at("cycles")),
+                  WholeOf<std::uint64_t>(json.at("late")),
                   {}};
-  cycle.starts.began = json.at("starts").get<decltype(cycle.starts.began)>();
+  const Json& starts = ListAt(json, "starts");
+  if (starts.size() != cycle.starts.began.size())
+    throw std::out_of_range("other classes of starts");
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    cycle.starts.began[k] = WholeOf<std::uint64_t>(starts[k]);
+  }
   cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
   return cycle;
 }
@@ -300,7 +311,7 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
 }
 
 ViewState StateOf(const Json& json) {
-  if (const int schema = json.at("schema").get<int>(); schema != kViewSchema) {
+  if (const int schema = WholeOf<int>(json.at("schema")); schema != kViewSchema) {
     throw std::out_of_range(
         fmt::format("schema {} in place of {}: daemon and view are of different versions", schema,
                     kViewSchema));
@@ -310,10 +321,10 @@ ViewState StateOf(const Json& json) {
   state.utc_s = json.at("utc_s").get<double>();
   state.version = json.at("version").get<std::string>();
   state.cell = json.at("cell").get<std::string>();
-  state.model_version = json.at("model_version").get<int>();
-  state.status = json.at("status").get<std::uint16_t>();
-  state.alarms = json.at("alarms").get<std::uint16_t>();
-  state.warnings = json.at("warnings").get<std::uint16_t>();
+  state.model_version = WholeOf<int>(json.at("model_version"));
+  state.status = WholeOf<std::uint16_t>(json.at("status"));
+  state.alarms = WholeOf<std::uint16_t>(json.at("alarms"));
+  state.warnings = WholeOf<std::uint16_t>(json.at("warnings"));
   state.data_age_s = NumberOf(json.at("data_age_s"));
   state.cycle = CycleOf(json.at("cycle"));
   const Json& q = ListAt(json, "q");
@@ -329,8 +340,9 @@ ViewState StateOf(const Json& json) {
   if (state.cameras.size() > kMostCameras)
     throw std::out_of_range("more cameras than there may be");
   for (const Json& line : ListAt(json, "lines")) {
-    state.lines.push_back({line.at("number").get<std::uint64_t>(), line.at("utc_s").get<double>(),
-                           line.at("level").get<int>(), line.at("text").get<std::string>()});
+    state.lines.push_back({WholeOf<std::uint64_t>(line.at("number")),
+                           line.at("utc_s").get<double>(), WholeOf<int>(line.at("level")),
+                           line.at("text").get<std::string>()});
   }
   return state;
 }

@@ -35,8 +35,10 @@ class TcpConnection {
   bool open() const { return fd_ >= 0; }
   int fd() const { return fd_; }
   const IpAddress& address() const { return address_; }
-  bool asked() const { return asked_; }                              ///< has made a request
-  bool sending() const { return sending_; }                          ///< answers wait to be sent
+  bool asked() const { return asked_; }      ///< has made a request
+  bool sending() const { return sending_; }  ///< answers wait to be sent
+  /// Between two requests: nothing of a frame was received, and no part of an answer waits.
+  bool at_rest() const { return in_size_ == 0 && !sending_; }
   std::int64_t last_request_ns() const { return last_request_ns_; }  ///< or when it connected
   /// Of the incomplete frame or of the sending, a second from its first byte; 0: none.
   std::int64_t deadline_ns() const { return deadline_ns_; }

@@ -89,7 +89,11 @@ TcpServer::~TcpServer() {
   for (TcpConnection& client : clients_) {
     if (!client.open()) continue;
     Withdraw(client);
-    client.LetGo();
+    if (client.at_rest()) {
+      client.LetGo();
+    } else {
+      client.Close();  // its stream could not be followed from the middle
+    }
   }
   for (const int fd : {listen_fd_, epoll_fd_, wake_fd_, spare_fd_}) {
     if (fd >= 0) ::close(fd);
@@ -302,6 +306,8 @@ std::size_t TcpServer::SlotOf(const TcpConnection& client) const {
 void TcpServer::Close(TcpConnection& client) {
   if (!client.open()) return;
   Withdraw(client);
+  // Closing does not take it out of the set as long as somebody keeps it.
+  ::epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, client.fd(), nullptr);
   client.Close();
   Add(counters_.clients, static_cast<std::uint64_t>(-1));
 }

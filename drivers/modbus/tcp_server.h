@@ -47,7 +47,7 @@ struct TcpServerOptions {
   std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
   int max_clients = 32;               ///< raised to the size of `allow` where that is more
   std::vector<std::string> allow{};   ///< client addresses; empty: any
-  std::function<void(const TcpServerEvent&)> on_event{};  ///< called in the server's thread
+  std::function<void(const TcpServerEvent&)> on_event{};  ///< in the server's thread, or in Start()
 };
 
 struct TcpServerCounters {

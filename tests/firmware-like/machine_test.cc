@@ -119,6 +119,22 @@ TEST_CASE("a refused point without a branch is tried again within about a second
   CHECK(cell.Next().points[0].valid);
 }
 
+TEST_CASE("after a load that was carried again a new one is searched for at once") {
+  Cell cell;
+  cell.config.payload.source = PayloadPolicy::Source::kRobot;
+  cell.config.limits.max_translation_m = 0.5;
+  cell.Running();
+  const auto with = [&](double payload_kg, int cycles) {
+    cell.input.robot.payload_kg = payload_kg;
+    for (int k = 0; k < cycles; ++k) cell.Next();
+    return cell.Next().points[0].code;
+  };
+  REQUIRE(with(60, 1) == CorrectionCode::kOk);
+  REQUIRE(with(3000, 100) != CorrectionCode::kOk);  // nothing bears it; searches pause longer
+  REQUIRE(with(60, 0) == CorrectionCode::kOk);
+  CHECK(with(61, 2) == CorrectionCode::kOk);
+}
+
 TEST_CASE("stale input withdraws validity; the values stay") {
   Cell cell;
   cell.Running();
@@ -260,6 +276,10 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
     CHECK(refused([](PlcCommand& c) { c.payload_kg = std::nan(""); }) ==
           CorrectionCode::kBadCommand);
     CHECK(refused([](PlcCommand& c) { c.payload_kg = 1e9; }) == CorrectionCode::kBadCommand);
+    CHECK(refused([](PlcCommand& c) {
+            c.code = PlcCommandCode::kProbe;
+            c.payload_kg = std::nan("");
+          }) == CorrectionCode::kBadCommand);
   }
 }
 

@@ -83,6 +83,12 @@ TEST_CASE("a robot link that stays away for another reason is told, once that re
   }
   CHECK(told == std::vector<std::string>{
                     "robot link lost: connection refused (before: no answer in time)"});
+  desk.link.problem.Assign("no answer in time");  // two that take turns are told once each
+  for (int look = 0; look < 200; ++look) CHECK(desk.Observe().empty());
+  desk.link.connected = true;
+  CHECK(desk.Observe().size() == 1);
+  desk.link.connected = false;  // another outage
+  CHECK(desk.Observe() == std::vector<std::string>{"robot link lost: no answer in time"});
 }
 
 TEST_CASE("an emergency stop is released when the controller says so, not when its link drops") {

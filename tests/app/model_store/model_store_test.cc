@@ -120,6 +120,20 @@ TEST_CASE("a damaged store is told, and not written over") {
   }
 }
 
+TEST_CASE("a version that is no whole number is not taken for another one") {
+  const auto state = [](const std::string& applied, const std::string& before) {
+    return ModelStateFromJson("{\"schema\": 1, \"declared\": 1, \"proposed\": 0, \"applied\": " +
+                              applied + ", \"history\": [" + before + "]}");
+  };
+  REQUIRE(state("2", "1, 2"));
+  for (const char* number : {"2.5", "4e80", "-1e300", "4294967298", "18446744073709551615"}) {
+    INFO(number);
+    CHECK_FALSE(state(number, "1"));
+    CHECK_FALSE(state("2", number));
+  }
+  CHECK(SchemaInJson("{\"schema\": 4294967297}") == 0);
+}
+
 TEST_CASE("a folder that cannot be written is an error") {
   const TemporaryFolder folder;
   std::ofstream(folder.path() + "/models") << "a file in the way";

@@ -142,6 +142,12 @@ TEST_CASE("A text that is none is told, and why") {
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
   CHECK_THAT(ViewOfJson(senseless).error(), Contains("99 is outside 0..12"));
+  for (const char* number : {"4e80", "-1", "0.5", "1000000000000000000000", "\"3\""}) {
+    std::string beyond = text;
+    beyond.replace(beyond.find("\"late\":3"), 8, std::string("\"late\":") + number);
+    INFO(number);
+    CHECK_THAT(ViewOfJson(beyond).error(), Contains("whole number"));
+  }
 }
 
 TEST_CASE("The newest state comes with its image") {

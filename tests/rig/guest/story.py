@@ -5,6 +5,7 @@ import shutil
 import time
 
 import cell
+import faults
 import plc
 
 UNTOUCHED = "/var/log /var/cache /var/lib/dpkg /var/lib/apt /var/lib/systemd /run /proc /sys /dev /tmp /var/tmp /rig /root /usr/share/mime /etc/passwd- /etc/group- /etc/shadow- /etc/gshadow-"
@@ -105,10 +106,10 @@ def upgrade():
     back = watch.until(plc.valid, 30)
     another = cell.main_pid() not in (0, pid)
     now = cell.sh("dpkg-query -W -f '${Version}' plumbline")
-    patient.until(plc.valid, 30)
-    patient.end()
     kept = (
-        patient.connections == 1
+        faults.served_again(patient)
+        and patient.connections == 1
+        and not patient.corrupt
         and open("/etc/plumbline/plumbline.toml").read() == before
         and cell.sh("plumbline model list") == model
     )
