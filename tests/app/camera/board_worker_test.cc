@@ -16,8 +16,8 @@ using plumbline::test::TemporaryFolder;
 
 namespace {
 
-/// Goes on by the test's word only: a worker yields to every other program, and where the computer is
-/// busy it starts late.
+/// Goes on by the test's word only: a worker yields to every other program, and where the computer
+/// is busy it starts late.
 double now_s = 0;
 double OwnClock() {
   return now_s;
