@@ -10,19 +10,27 @@
 
 namespace plumbline {
 
-Result<std::uint16_t> RaiseBootCounter(const std::string& directory) {
-  std::error_code ignored;  // told below, by the file that cannot be created
-  std::filesystem::create_directories(directory, ignored);
-  const std::string path = directory + "/boot_count";
+namespace {
+
+std::string FileIn(const std::string& directory) {
+  return directory + "/boot_count";
+}
+
+}  // namespace
+
+std::uint16_t NextBootCount(const std::string& directory) {
   std::uint16_t count = 0;
   std::string text;
-  if (std::ifstream file(path); std::getline(file, text)) {
+  if (std::ifstream file(FileIn(directory)); std::getline(file, text)) {
     std::from_chars(text.data(), text.data() + text.size(), count);
   }
-  ++count;
-  const Result<bool> kept = WriteDurably(path, fmt::format("{}\n", count));
-  if (!kept) return Error{kept.error()};
-  return count;
+  return ++count;
+}
+
+Result<bool> KeepBootCount(const std::string& directory, std::uint16_t count) {
+  std::error_code ignored;  // told below, by the file that cannot be created
+  std::filesystem::create_directories(directory, ignored);
+  return WriteDurably(FileIn(directory), fmt::format("{}\n", count));
 }
 
 }  // namespace plumbline

@@ -8,9 +8,12 @@
 
 namespace plumbline {
 
-/// Raises the counter in `directory`/boot_count and returns it (1 at the first start; a file that
-/// holds no number counts as 0). Written by write, fsync, rename, fsync of the folder, so that a
-/// power cut leaves the old number or the new one. @return the number, or why it was not kept
-Result<std::uint16_t> RaiseBootCounter(const std::string& directory);
+/// The number of a start that follows those that `directory`/boot_count tells: 1 at the first; a
+/// file that holds no number counts as 0.
+std::uint16_t NextBootCount(const std::string& directory);
+
+/// Keeps it, once the start counts: by write, fsync, rename, fsync of the folder, so that a power
+/// cut leaves the old number or the new one. @return why it was not kept
+Result<bool> KeepBootCount(const std::string& directory, std::uint16_t count);
 
 }  // namespace plumbline

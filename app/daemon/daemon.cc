@@ -279,12 +279,7 @@ int RunDaemon(const std::string& config_file) {
     Log({Event::kNotStarted, cameras.error()});
     return 1;
   }
-  std::uint16_t boot_count = 0;
-  if (const Result<std::uint16_t> raised = RaiseBootCounter(config->state_directory); raised) {
-    boot_count = *raised;
-  } else {
-    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", raised.error())});
-  }
+  const std::uint16_t boot_count = NextBootCount(config->state_directory);
   // Whoever asks before the first cycle, or has asked before this start, finds the map's form and
   // what this start is: numbers of points, none of them valid.
   modbus::RegisterImage first_image;
@@ -299,6 +294,9 @@ int RunDaemon(const std::string& config_file) {
   if (!plc) {
     Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
     return 2;
+  }
+  if (const auto kept = KeepBootCount(config->state_directory, boot_count); !kept) {
+    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", kept.error())});
   }
 
   LoopWorker worker(link, Log, [] { kill(getpid(), SIGHUP); });

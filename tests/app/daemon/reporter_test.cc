@@ -116,9 +116,12 @@ TEST_CASE("a fault between two looks is not missed") {
 TEST_CASE("the boot counter counts, and survives nonsense in its file") {
   test::TemporaryFolder folder;
   const std::string state = folder.path() + "/state";
-  CHECK(RaiseBootCounter(state).value() == 1);
-  CHECK(RaiseBootCounter(state).value() == 2);
+  for (const std::uint16_t start : std::initializer_list<std::uint16_t>{1, 2}) {
+    CHECK(NextBootCount(state) == start);
+    CHECK(NextBootCount(state) == start);  // a start that failed does not count
+    CHECK(KeepBootCount(state, start).ok());
+  }
   std::ofstream(state + "/boot_count") << "nonsense";
-  CHECK(RaiseBootCounter(state).value() == 1);
-  CHECK_FALSE(RaiseBootCounter("/proc/no/such/folder").ok());
+  CHECK(NextBootCount(state) == 1);
+  CHECK_FALSE(KeepBootCount("/proc/no/such/folder", 1).ok());
 }

@@ -83,11 +83,13 @@ def kill(count):
             applying.wait()
     served = served_again(patient)
     cut = patient.connections - 1
+    time.sleep(2)
+    kept = int(cell.sh("systemctl show --value -p NFileDescriptorStore plumbline.service"))
     good, figure = verdict(watch, times, 10)  # emulated cores; at their own speed: native.py
     return (
-        good and served and not patient.corrupt and 0 <= cut <= 1 + count // 20,
-        "%s; %d times a patient PLC's connection was cut, served at the end: %s"
-        % (figure, cut, served),
+        good and served and not patient.corrupt and 0 <= cut <= 1 + count // 20 and kept <= 2,
+        "%s; %d times a patient PLC's connection was cut, served at the end: %s; %d kept for the next start"
+        % (figure, cut, served, kept),
     )
 
 
