@@ -59,6 +59,11 @@ def visit():
     )
     lines = [line for line in told.split("\n") if "distance" in line]
     cell.tell("robot", "payload 60")
+    client, end = plc.Client(timeout_s=10), time.monotonic() + 20
+    while abs(plc.float_at(client.read(330, 2), 0) - 60) > 0.1 and time.monotonic() < end:
+        time.sleep(0.05)  # points are where they were once the load is what it was
+    time.sleep(0.5)
+    client.close()
     good = "is below" in told
     return (
         good,
