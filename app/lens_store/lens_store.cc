@@ -92,6 +92,11 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return store.Failed("cannot be prepared");
   }
+  // A write version that SQLite does not know: it reads the file, and refuses every lens.
+  if (sqlite3_db_readonly(database.get(), "main") == 1 && access(path.c_str(), W_OK) == 0) {
+    damaged = true;
+    return Error{fmt::format("{}: its header lets nobody write", path)};
+  }
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return store.Failed("cannot be read");
   if (empty || *version < kSchemaVersion) {

@@ -212,6 +212,13 @@ TEST_CASE("a damaged file: moved away, the backup with every lens takes its plac
       {"cut short", [](const std::string& p) { std::filesystem::resize_file(p, 6000); }, ""},
       {"one lens changed", [](const std::string& p) { REQUIRE(Damage(p, "chessboard 18x12") > 0); },
        "fails its checksum"},
+      {"a write version that SQLite does not know",
+       [](const std::string& p) {
+         std::fstream file(p, std::ios::in | std::ios::out | std::ios::binary);
+         file.seekp(18);  // of the header
+         file.put('\x9a');
+       },
+       "its header lets nobody write"},
   };
   int expected = 0;
   for (const Case& c : cases) {
