@@ -196,7 +196,8 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
   const auto longest_us = std::clamp<std::int64_t>(
       2 * ((std::chrono::steady_clock::now() - began) / std::chrono::microseconds(1)), 30'000,
       500'000);
-  for (int round = 0; round < 40; ++round) {
+  // Forty times, and further where the disk let few be written.
+  for (int round = 0; round < 40 || (reported <= 100 && round < 400); ++round) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
     const pid_t writer = fork();
@@ -231,7 +232,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
     CHECK(count % 2 == 0);
     reported = count;
   }
-  CHECK(reported > 10);  // those that were killed wrote, too
+  CHECK(reported > 100);
   auto database = Database::Open(path, Database::Mode::kRead);
   Statement check(database.value().get(), "PRAGMA integrity_check");
   REQUIRE(check.Step() == SQLITE_ROW);

@@ -168,16 +168,12 @@ def busy_share(for_s):
     return (cell.usage()[2] - before) / for_s
 
 
-MANY_TURNS = 30
-
-
 def grown(memory):
     """KiB from the middle to the end: a buffer that is used late is a step, what is lost at each turn
-    goes on. Of few turns, at the last."""
-    tenth = len(memory) // 10
-    if tenth < MANY_TURNS // 10:
-        return memory[-1] - memory[-2]
-    middle = len(memory) // 2
+    goes on. 0 of few turns."""
+    tenth, middle = len(memory) // 10, len(memory) // 2
+    if tenth < 3:
+        return 0
     return (
         sorted(memory[-tenth:])[tenth // 2] - sorted(memory[middle - tenth : middle])[tenth // 2]
     )
@@ -211,18 +207,18 @@ def absent(count, plug, states, name):
         time.sleep(1)
         used.append(cell.usage())
     descriptors, memory = [use[0] for use in used], [use[1] for use in used]
-    allowed = 64 if count >= MANY_TURNS else 512  # KiB; a step is larger than what is lost in a turn
+    settled = max(memory[:10])  # its buffers were all used once
     good = (
         max(times) <= 2
         and max(valid) <= VALID_S
         and descriptors[-1] <= descriptors[0]
-        and grown(memory) <= allowed
-        and max(memory) <= memory[0] + 4096
+        and memory[-1] <= settled + 256
+        and grown(memory) <= 64
         and max(spent) < 0.01
     )
     return (
         good,
-        "%s heard after %.1f s at most of %d (2 allowed; later: %d; median %.1f), valid after %.1f s (%.1f allowed: it must stand and be looked at), descriptors %d -> %d, memory %d -> %d KiB, at most %d, from the middle on %+d (%+d allowed), away it takes %+.1f %% of a core"
+        "%s heard after %.1f s at most of %d (2 allowed; later: %d; median %.1f), valid after %.1f s (%.1f allowed: it must stand and be looked at), descriptors %d -> %d, memory %d, after ten times %d, at last %d KiB (+256 allowed), from the middle on %+d (+64 allowed), away it takes %+.1f %% of a core"
         % (
             name,
             max(times),
@@ -234,10 +230,9 @@ def absent(count, plug, states, name):
             descriptors[0],
             descriptors[-1],
             memory[0],
+            settled,
             memory[-1],
-            max(memory),
             grown(memory),
-            allowed,
             100 * max(spent),
         ),
     )
