@@ -242,11 +242,8 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
 /// PLC and page cannot have one port.
 void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
   const std::string &plc = config.plc.tcp.address, &own = config.page.listen;
-  const auto every = [](const std::string& address) {
-    return address == "0.0.0.0" || address == "::";
-  };
   if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
-  if (plc != own && !every(plc) && !every(own)) return;
+  if (plc != own && !IsEveryAddress(plc) && !IsEveryAddress(own)) return;
   page.AddFault("port",
                 fmt::format("is the PLC's, [plc] port, and {} and {} cannot both have it: give "
                             "the page another",

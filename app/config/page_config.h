@@ -20,6 +20,8 @@ struct PageConfig {
 
 /// An address that only this computer reaches.
 bool IsLoopback(const std::string& address);
+/// One that stands for all of this computer's.
+bool IsEveryAddress(const std::string& address);
 
 PageConfig PageFromToml(const TomlTable& table);
 

@@ -43,6 +43,10 @@ bool IsLoopback(const std::string& address) {
   return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
 }
 
+bool IsEveryAddress(const std::string& address) {
+  return address == "0.0.0.0" || address == "::";
+}
+
 PageConfig PageFromToml(const TomlTable& table) {
   PageConfig page;
   page.port = table.Integer("port", 0, 65535);

@@ -9,7 +9,6 @@
 #include "app/model_store/durable_file.h"
 
 namespace plumbline {
-
 namespace {
 
 std::string FileIn(const std::string& directory) {

@@ -61,10 +61,6 @@ std::string BoundAddress(int fd) {
   return text.data();
 }
 
-bool IsEveryAddress(const std::string& address) {
-  return address == "0.0.0.0" || address == "::";
-}
-
 /// What the configuration asks for does not hold where the service manager has the socket.
 void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
   const auto tell = [](const std::string& key, const std::string& wanted, const std::string& is) {
