@@ -53,8 +53,13 @@ inline constexpr std::uint16_t kDrift = 1 << 5;               ///< the residuals
 inline constexpr std::uint16_t kProposalWaiting = 1 << 6;  ///< a corrected model waits for approval
 inline constexpr std::uint16_t kLoopFault = 1 << 7;  ///< journal or diagnosis fail; see the log
 inline constexpr std::uint16_t kLensStale = 1 << 8;  ///< what the camera measures is not to be used
-inline constexpr std::uint16_t kCameraLost = 1 << 9;    ///< no frames, or no word of its zoom
-inline constexpr std::uint16_t kBoardWanted = 1 << 10;  ///< the calibration board is asked for
+inline constexpr std::uint16_t kCameraLost = 1 << 9;        ///< no frames, or no word of its zoom
+inline constexpr std::uint16_t kBoardWanted = 1 << 10;      ///< the calibration board is asked for
+inline constexpr std::uint16_t kInterference = 1 << 11;     ///< watched objects touch
+inline constexpr std::uint16_t kApproachBlocked = 1 << 12;  ///< an object on an approach path
+inline constexpr std::uint16_t kModelSetAside = 1 << 13;    ///< an applied model is not in force
+inline constexpr std::uint16_t kStorage = 1 << 14;     ///< the state directory cannot be written
+inline constexpr std::uint16_t kTwoMasters = 1 << 15;  ///< two clients write the command window
 }  // namespace warning
 
 /// A configured point in one cycle. While `valid` is false the values are the last good ones.

@@ -135,7 +135,7 @@ std::string RegisterMapMarkdown() {
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
   page += BitsAndCodes();
   page += "Result codes: ";
-  for (int code = 0; code <= static_cast<int>(CorrectionCode::kCamerasDisagree); ++code) {
+  for (int code = 0; code <= static_cast<int>(kLastCorrectionCode); ++code) {
     page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,
                         Describe(static_cast<CorrectionCode>(code)));
   }

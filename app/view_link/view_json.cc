@@ -245,7 +245,7 @@ ViewPoint PointOf(const Json& json) {
   point.id = WholeOf<int>(json.at("id"));
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
-  point.code = EnumOf(json.at("code"), CorrectionCode::kCamerasDisagree);
+  point.code = EnumOf(json.at("code"), kLastCorrectionCode);
   point.X_BP_command = PoseOfJson(json.at("X_BP_command"));
   point.translation_B = Vec3Of(json.at("translation_B_m"));
   point.uncertainty_m = NumberOf(json.at("uncertainty_m"));

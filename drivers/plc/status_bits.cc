@@ -46,6 +46,11 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kLensStale, "the camera's lens is not to be trusted"},
     BitMeaning{warning::kCameraLost, "camera or zoom sensor lost"},
     BitMeaning{warning::kBoardWanted, "the calibration board is asked for"},
+    BitMeaning{warning::kInterference, "interference: watched objects touch"},
+    BitMeaning{warning::kApproachBlocked, "an approach path is blocked"},
+    BitMeaning{warning::kModelSetAside, "an applied model is not in force (plumbline model list)"},
+    BitMeaning{warning::kStorage, "the state directory cannot be written: disk full or read-only"},
+    BitMeaning{warning::kTwoMasters, "two clients write the command window"},
 };
 
 }  // namespace

@@ -84,6 +84,14 @@ const char* Describe(CorrectionCode code) {
       return "tool not seen by the camera, or moving";
     case CorrectionCode::kCamerasDisagree:
       return "the cameras contradict each other";
+    case CorrectionCode::kProbeImplausible:
+      return "probe implausible: zero, another unit, or beyond the arm's reach";
+    case CorrectionCode::kRobotMoving:
+      return "robot is moving";
+    case CorrectionCode::kStorageUnavailable:
+      return "journal cannot be written: disk full or read-only";
+    case CorrectionCode::kProbeQuarantined:
+      return "probe quarantined: contradicts the model; see plumbline journal";
   }
   return "?";
 }

@@ -5,29 +5,36 @@
 
 #include "firmware-like/correction/assembly_point.h"
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/model/radius_basis.h"
 
 namespace plumbline {
 
 /// Why there is, or is not, a corrected point. The numbers are those of the register map.
 enum class CorrectionCode : std::uint8_t {
   kOk = 0,
-  kUnreachable = 1,       ///< no posture of the arm brings the tip there
-  kJointLimit = 2,        ///< every posture that does breaks a joint limit
-  kSingular = 3,          ///< reached only beside a singular posture
-  kTooLarge = 4,          ///< the correction exceeds the largest that is allowed
-  kNotConverged = 5,      ///< the iteration did not settle; a defect worth reporting
-  kTorquesUnknown = 6,    ///< joints yield, but a link's mass is not declared
-  kPayloadUnknown = 7,    ///< the mass carried, or its centre of gravity, is not known
-  kNoRobot = 8,           ///< robot input is missing, stale or not trusted
-  kUnknownPoint = 9,      ///< no assembly point of that number
-  kBadCommand = 10,       ///< the command's code or values make no sense
-  kPending = 11,          ///< not computed yet
-  kNotRecorded = 12,      ///< probes are not recorded: no [loop], or its journal is behind
-  kNoCamera = 13,         ///< no camera is configured
-  kLensStale = 14,        ///< the camera's lens is not to be trusted now
-  kTipNotSeen = 15,       ///< the camera does not see the tool, or the tool moves
-  kCamerasDisagree = 16,  ///< two cameras see the tip at two places
+  kUnreachable = 1,          ///< no posture of the arm brings the tip there
+  kJointLimit = 2,           ///< every posture that does breaks a joint limit
+  kSingular = 3,             ///< reached only beside a singular posture
+  kTooLarge = 4,             ///< the correction exceeds the largest that is allowed
+  kNotConverged = 5,         ///< the iteration did not settle; a defect worth reporting
+  kTorquesUnknown = 6,       ///< joints yield, but a link's mass is not declared
+  kPayloadUnknown = 7,       ///< the mass carried, or its centre of gravity, is not known
+  kNoRobot = 8,              ///< robot input is missing, stale or not trusted
+  kUnknownPoint = 9,         ///< no assembly point of that number
+  kBadCommand = 10,          ///< the command's code or values make no sense
+  kPending = 11,             ///< not computed yet
+  kNotRecorded = 12,         ///< probes are not recorded: no [loop], or its journal is behind
+  kNoCamera = 13,            ///< no camera is configured
+  kLensStale = 14,           ///< the camera's lens is not to be trusted now
+  kTipNotSeen = 15,          ///< the camera does not see the tool, or the tool moves
+  kCamerasDisagree = 16,     ///< two cameras see the tip at two places
+  kProbeImplausible = 17,    ///< zero, in another unit, or beyond the arm's reach
+  kRobotMoving = 18,         ///< a probe needs the robot at standstill
+  kStorageUnavailable = 19,  ///< the journal cannot be written: disk full or read-only
+  kProbeQuarantined = 20,    ///< kept, but contradicts the model by more than any plausible effect
 };
+
+inline constexpr CorrectionCode kLastCorrectionCode = CorrectionCode::kProbeQuarantined;
 
 /// Short words for a code, for the log and the register map.
 const char* Describe(CorrectionCode code);
@@ -49,7 +56,8 @@ struct Correction {
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
   double uncertainty_m = 0;           ///< radius that holds 95 % of where the loaded tip lands
-  double residual_m = 0;              ///< of the model at the solution
+  RadiusBasis basis = RadiusBasis::kUnknown;  ///< what that radius rests on
+  double residual_m = 0;                      ///< of the model at the solution
   double residual_rad = 0;
 };
 
