@@ -15,6 +15,9 @@ constexpr int kSearchesPerCycle = 2;
 constexpr double kShortestPause_s = 0.02;  // between two searches for a point that has no branch
 constexpr double kLongestPause_s = 1.0;
 constexpr double kCoarseReading_m = 1e-4;
+constexpr int kRadiiPerCycle = 16;
+// A radius changes little over these; a point whose temperature creeps need not wait for a new one.
+constexpr double kSameTemperature_K = 0.5, kSameTime_s = 60;
 
 std::uint16_t AlarmOf(InputFault fault) {
   switch (fault) {
@@ -51,7 +54,7 @@ bool ReadsTime(const CellModel& cell) {
 Machine::Machine(const MachineConfig& config)
     : config_(config),
       corrector_(config.cell, config.limits),
-      uncertainty_(config.cell, corrector_.arm()),
+      uncertainty_(config.cell, corrector_.arm(), config.limits.deviation),
       reads_time_(ReadsTime(config.cell)),
       filter_(config.plausibility),
       branches_(config.points.size()),
@@ -80,8 +83,6 @@ void Machine::Prepare() {
                        BranchSearch::kThorough, correction);
     if (correction.code != CorrectionCode::kOk) continue;
     branches_[k].solution = correction.q;
-    StateUncertainty(payload, correction);
-    radii_[k].radius_m = correction.uncertainty_m;
   }
 }
 
@@ -204,18 +205,28 @@ Machine::Circumstances Machine::CircumstancesOf(const Payload& payload) const {
           .t_s = reads_time_ ? conditions.t_s : std::nullopt};
 }
 
+bool Machine::SameForRadius(const Circumstances& a, const Circumstances& b) {
+  const auto near = [](const std::optional<double>& x, const std::optional<double>& y,
+                       double within) {
+    return x.has_value() == y.has_value() && (!x || std::abs(*x - *y) <= within);
+  };
+  return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F &&
+         near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
+}
+
 void Machine::StateUncertainty(const Payload& payload, Correction& correction) {
-  if (!uncertainty_.identified()) return;
-  correction.uncertainty_m =
-      uncertainty_.Radius95_m(corrector_.arm(), correction.q, payload, ConditionsOf(payload),
-                              correction.uncertainty_m, correction.extrapolated);
+  const StatedRadius stated =
+      uncertainty_.At(corrector_.arm(), correction.q, LoadStatement::Stated(payload),
+                      ConditionsOf(payload), correction.extrapolated);
+  correction.uncertainty_m = stated.radius_m;
+  correction.basis = stated.basis;
 }
 
 void Machine::RefreshPoints() {
   int searches_left = kSearchesPerCycle;
   const std::size_t count = config_.points.size(), first = turn_;
   for (std::size_t k = 0; k < count; ++k) RefreshPoint((first + k) % count, searches_left);
-  if (count > 0) radius_turn_ = (radius_turn_ + 1) % count;
+  RenewRadii();
   for (const PointResult& result : snapshot_.points) {
     if (result.valid) continue;
     snapshot_.first_error = result.code;
@@ -264,25 +275,59 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
-  Radius& radius = radii_[index];
   branch.search = {};
   if (!solved) {
     branch.solution = correction.q;
     branch.circumstances = circumstances;
     branch.correction = correction;
-    radius.renewed = false;
-  }
-  if (uncertainty_.identified()) {
-    if ((index == radius_turn_ && !radius.renewed) || !radius.radius_m) {
-      StateUncertainty(*payload, correction);
-      radius = {correction.uncertainty_m, true};
-    }
-    correction.uncertainty_m = *radius.radius_m;
   }
   result.correction = correction;
   result.valid = true;
   result.ever_valid = true;
   ++result.sequence;
+}
+
+void Machine::RenewRadii() {
+  const std::size_t count = config_.points.size(), first = radius_turn_;
+  int left = kRadiiPerCycle;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t index = (first + k) % count;
+    PointResult& point = snapshot_.points[index];
+    if (!point.valid) continue;
+    Correction& correction = point.correction;
+    Radius& radius = radii_[index];
+    const Circumstances& now = *branches_[index].circumstances;
+    bool holds = radius.of && SameForRadius(*radius.of, now) &&
+                 radius.extrapolated == correction.extrapolated;
+    if (!holds && left > 0) {
+      --left;
+      radius_turn_ = (index + 1) % count;
+      StateUncertainty({now.mass_kg, now.cog_F}, correction);
+      radius = {{correction.uncertainty_m, correction.basis}, now, correction.extrapolated};
+      holds = true;
+    }
+    correction.uncertainty_m = radius.stated.radius_m;
+    correction.basis = holds ? radius.stated.basis : RadiusBasis::kUnknown;
+    if (radius.of) continue;
+    point.valid = false;  // no point without a stated radius
+    point.code = CorrectionCode::kPending;
+  }
+}
+
+HealthFacts Machine::FactsOf(const MachineInput& input) const {
+  HealthFacts facts{.alarms = snapshot_.alarms, .warnings = snapshot_.warnings};
+  for (const PointResult& point : snapshot_.points) {
+    if (!point.valid) continue;
+    facts.extrapolating = facts.extrapolating || point.correction.extrapolated;
+    facts.weakest_basis =
+        Weakest(facts.weakest_basis.value_or(point.correction.basis), point.correction.basis);
+  }
+  for (const CameraInput& camera : input.cameras) {
+    facts.fiducial_moved = facts.fiducial_moved || (camera.configured && camera.fiducial_moved);
+  }
+  facts.scene_lost = input.scene_lost;
+  facts.scene_incomplete = input.scene_incomplete;
+  return facts;
 }
 
 void Machine::ReportStatus(const MachineInput& input) {
@@ -314,6 +359,7 @@ void Machine::ReportStatus(const MachineInput& input) {
     }
   }
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
+  snapshot_.health = HealthOf(FactsOf(input));
   set(status::kReady, robot_trusted && all_valid);
   set(status::kResultValid, snapshot_.result.valid);
   set(status::kRobotLink, robot_trusted);

@@ -36,8 +36,9 @@ struct MachineConfig {
 struct CameraInput {
   bool configured = false;
   bool lens_valid = false;
-  bool board_wanted = false;  ///< its calibration is asked for
-  bool tip_valid = false;     ///< the tool stood still before the camera
+  bool board_wanted = false;    ///< its calibration is asked for
+  bool fiducial_moved = false;  ///< a reference tag is not where it was declared
+  bool tip_valid = false;       ///< the tool stood still before the camera
   MeasuredTip tip;
   double tip_time_s = 0;  ///< of its newest image, monotonic
 };
@@ -53,6 +54,8 @@ struct MachineInput {
   bool cycle_overrun = false;
   bool probes_recorded = false;     ///< somebody takes what a probe gives
   std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
+  bool scene_lost = false;          ///< interference was supervised and is no longer
+  bool scene_incomplete = false;    ///< watched pairs of objects are not measured
   std::array<CameraInput, kMostCameras> cameras;
 };
 
@@ -93,10 +96,13 @@ class Machine {
     bool operator==(const Circumstances&) const = default;
   };
   Circumstances CircumstancesOf(const Payload& payload) const;
+  /// Whether a radius computed for one holds for the other, as payloads and small drifts go.
+  static bool SameForRadius(const Circumstances& a, const Circumstances& b);
   void RefreshPoints();
   void RefreshPoint(std::size_t index, int& searches_left);
+  void RenewRadii();
   void Execute(const MachineInput& input);
-  /// Replaces the declared radius by the identified model's, where there is one.
+  /// Fills in the correction's radius and its basis.
   void StateUncertainty(const Payload& payload, Correction& correction);
   /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
   CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
@@ -105,6 +111,7 @@ class Machine {
   /// Of the camera that the command names; without a number of those that ask for the board, or,
   /// where none does, of all; cancelled likewise, of all.
   CorrectionCode OrderCalibration(const MachineInput& input);
+  HealthFacts FactsOf(const MachineInput& input) const;
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
@@ -120,17 +127,17 @@ class Machine {
       double pause_s = 0;                                 ///< before the next, and its moment
       double next_s = 0;
     } search;
-    /// The solution's correction, with the radius that the cell declares; as long as these hold it
-    /// is not solved again.
+    /// The solution's correction, without its radius; as long as these hold it is not solved again.
     std::optional<Circumstances> circumstances;
     Correction correction;
   };
   std::vector<Branch> branches_;  ///< one a point
-  /// Radius of an identified model at each point, and whether it is that of the branch's
-  /// circumstances; renewed one point a cycle, in turn.
+  /// Radius at each point, and the circumstances that it holds for. It costs more than a
+  /// correction, so that a few are renewed a cycle, in turn; until then its basis is unknown.
   struct Radius {
-    std::optional<double> radius_m;
-    bool renewed = false;
+    StatedRadius stated;
+    std::optional<Circumstances> of;
+    bool extrapolated = false;
   };
   std::vector<Radius> radii_;
   std::size_t radius_turn_ = 0;

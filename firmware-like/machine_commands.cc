@@ -191,8 +191,6 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   told.X_BP_command = state.X_BT;
   told.translation_B = arm.X_WB().R.transpose() * (probe.measured_W - probe.predicted_W);
   told.rotation_B.setZero();
-  told.uncertainty_m =
-      RadiusHolding95Percent(DeflectionCovariance(arm, state, config_.limits.deflection_sd));
   told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
                                     ConditionsOf(*payload).t_s);
   StateUncertainty(*payload, told);

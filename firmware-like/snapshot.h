@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "firmware-like/cell_health.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/model/plc_command.h"
 #include "firmware-like/plausibility.h"
@@ -104,6 +105,7 @@ struct Snapshot {
   double now_s = 0;  ///< monotonic
   std::uint64_t cycle = 0;
   std::uint16_t status = 0, alarms = 0, warnings = 0;
+  CellHealth health;  ///< decided from all of the below and what works beside the cycle
   InputFault input_fault = InputFault::kMissing;
   CorrectionCode first_error = CorrectionCode::kOk;  ///< of the first point that is not valid
   double data_age_s = 0;                             ///< of the robot reading

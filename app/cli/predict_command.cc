@@ -24,20 +24,25 @@ namespace {
 
 struct PredictOptions {
   std::string cell, poses, align, out;
-  double deflection_sd = CorrectionLimits{}.deflection_sd;
+  std::optional<double> deflection_sd;
 };
 
 constexpr int kThreads = 2;
 
 std::string CsvOf(const std::vector<Prediction>& predictions) {
-  std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated\n";
+  std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated,basis\n";
   for (const Prediction& p : predictions) {
     text +=
-        fmt::format("{:.5f},{:.5f},{:.5f},{:.5f},{}\n", WithoutMinusZero(1e3 * p.p_WT.x(), 5),
+        fmt::format("{:.5f},{:.5f},{:.5f},{:.5f},{},{}\n", WithoutMinusZero(1e3 * p.p_WT.x(), 5),
                     WithoutMinusZero(1e3 * p.p_WT.y(), 5), WithoutMinusZero(1e3 * p.p_WT.z(), 5),
-                    1e3 * p.radius95_m, p.extrapolated ? 1 : 0);
+                    1e3 * p.radius.radius_m, p.extrapolated ? 1 : 0, Describe(p.radius.basis));
   }
   return text;
+}
+
+DeclaredDeviation DeviationFrom(const PredictOptions& options) {
+  if (!options.deflection_sd) return {};
+  return {*options.deflection_sd, true};
 }
 
 /// What the instrument's unknown frame or tip leaves open, where neither the cell nor measured rows
@@ -85,6 +90,21 @@ std::string LinesText(const std::vector<int>& lines) {
                      lines.size() > kTold ? fmt::format(" and {} more", lines.size() - kTold) : "");
 }
 
+/// What to know before the radii are used; empty where measured rows stand behind all of them.
+std::string BasisWarning(const std::vector<Prediction>& predictions) {
+  RadiusBasis weakest = RadiusBasis::kMeasured;
+  for (const Prediction& one : predictions) weakest = Weakest(weakest, one.radius.basis);
+  if (predictions.empty() || weakest > RadiusBasis::kAssumed) return "";
+  if (weakest == RadiusBasis::kUnknown) {
+    return "u_mm: some radii have the basis \"unknown\": a prismatic axis that carries weight "
+           "declares no compliance, or a posture does not settle. Do not rely on them; declare it, "
+           "or fit the model to measured points with `plumbline diagnose`";
+  }
+  return "u_mm: some radii have the basis \"assumed\": typical values stand in for what the cell "
+         "does not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "
+         "model to measured points with `plumbline diagnose`";
+}
+
 int Refused(const PredictOptions& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
@@ -120,7 +140,8 @@ int Run(const PredictOptions& options) {
     }
     cell = *realigned;
   }
-  const Result<std::vector<Prediction>> predictions = Predict(*cell, *poses, options.deflection_sd);
+  const Result<std::vector<Prediction>> predictions =
+      Predict(*cell, *poses, DeviationFrom(options));
   if (!predictions) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return Refused(options);
@@ -138,12 +159,8 @@ int Run(const PredictOptions& options) {
   std::cerr << fmt::format("{}: {} pose{} predicted, {} extrapolated\n",
                            to_out ? "standard output" : options.out, predictions->size(),
                            predictions->size() == 1 ? "" : "s", extrapolated);
-  const bool certain =
-      std::all_of(predictions->begin(), predictions->end(),
-                  [](const Prediction& prediction) { return prediction.radius95_m == 0; });
-  if (certain && !predictions->empty()) {
-    std::cerr << "u_mm is 0 throughout: nothing in this model yields, and its other errors are not "
-                 "known; `plumbline diagnose` tells them from measured points\n";
+  if (const std::string warning = BasisWarning(*predictions); !warning.empty()) {
+    std::cerr << warning << '\n';
   }
   if (poses->unreadable_lines.empty()) return kExitOk;
   std::cerr << fmt::format(
@@ -156,7 +173,7 @@ int Run(const PredictOptions& options) {
 }  // namespace
 
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        double deflection_sd) {
+                                        const DeclaredDeviation& deviation) {
   struct SessionArm {
     CellModel cell;
     LoadedArm arm;
@@ -171,7 +188,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     if (known == arms.end()) {
       CellModel of_session = CellOfSession(cell, row.session);
       LoadedArm arm(of_session);
-      LandingUncertainty uncertainty(of_session, arm);
+      LandingUncertainty uncertainty(of_session, arm, deviation);
       known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm),
                                                    std::move(uncertainty)})
                   .first;
@@ -197,11 +214,11 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
         poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
         poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses);
-    const double declared_m =
-        RadiusHolding95Percent(DeflectionCovariance(arm, state, deflection_sd));
-    const double radius95_m = known->second.uncertainty.Radius95_m(
-        arm, row.q, payload, conditions[k], declared_m, extrapolated);
-    predictions.push_back({state.p_read_W, radius95_m, extrapolated});
+    LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
+    if (poses.recorded.payload) load.mass_kg = row.payload_kg;
+    const StatedRadius radius =
+        known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
+    predictions.push_back({state.p_read_W, radius, extrapolated});
   }
   return predictions;
 }
@@ -222,15 +239,17 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
                    "Predicted tip positions, a CSV file; - is standard output")
       ->required();
   command
-      ->add_option("--deflection-sd", options->deflection_sd,
-                   "Standard deviation of a declared deflection, as a share of it")
-      ->capture_default_str()
+      ->add_option(
+          "--deflection-sd", options->deflection_sd,
+          "Standard deviation of a declared deflection, as a share of it; stating it makes "
+          "the basis \"propagated\" where nothing that matters is left open [0.1]")
       ->check(NumberWithin(0, 1));
   command->footer(
-      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame, the radius u_mm that holds 95 %\n"
-      "of points measured there (the instrument's noise included, once the model was fitted),\n"
-      "and extrapolated (1: outside [domain], or outside the joint limits where there is none; or\n"
-      "the cell has a [payload] and the poses do not tell payload_kg, which is then taken as 0).\n"
+      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame; the radius u_mm that holds 95 %\n"
+      "of points measured there, the instrument's noise included; extrapolated (1: outside\n"
+      "[domain], or outside the joint limits where there is none; or the cell has a [payload] and\n"
+      "the poses have no payload_kg, which is then taken as 0); and the radius' basis: measured\n"
+      "(validated on held-out rows), propagated, assumed (typical values), unknown.\n"
       "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"

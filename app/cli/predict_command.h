@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "app/table/csv.h"
+#include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/result.h"
 
 namespace CLI {
@@ -16,17 +17,17 @@ void AddPredictCommand(CLI::App& app, int& exit_code);
 
 /// Where the tip of the loaded arm is at one row's pose.
 struct Prediction {
-  Vec3 p_WT;              ///< [m]
-  double radius95_m = 0;  ///< holds 95 %
+  Vec3 p_WT;            ///< [m]
+  StatedRadius radius;  ///< holds 95 %
   bool extrapolated = false;
 };
 
 /// Predicts every row with the frames of its session (CellOfSession). Rows without a payload
 /// column carry nothing, and are extrapolated where the cell has a [payload] and was not fitted to
 /// such rows.
-/// @param deflection_sd  see DeflectionCovariance
-/// @return               one prediction a row, or why the cell cannot be predicted
+/// @param deviation  of what the cell declares
+/// @return           one prediction a row, or why the cell cannot be predicted
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        double deflection_sd);
+                                        const DeclaredDeviation& deviation);
 
 }  // namespace plumbline

@@ -181,9 +181,9 @@ std::string WordText(int word, std::span<const BitMeaning> bits) {
   return text;
 }
 
-std::string Within(double radius_mm) {
-  return radius_mm > 0 ? fmt::format("95 % within {:.3f} mm", radius_mm)
-                       : "uncertainty not known: nothing in this model yields";
+/// "±1.250 mm (95 %, assumed)".
+std::string Within(double radius_mm, RadiusBasis basis) {
+  return fmt::format("±{:.3f} mm (95 %, {})", radius_mm, Describe(basis));
 }
 
 std::string Age(double age_ms) {
@@ -196,8 +196,7 @@ std::string ModelText(const DaemonRegisters& daemon) {
   const int effects = daemon.Word("model_effects");
   return fmt::format("{} in force, {}, {} effect{}{}",
                      applied > 0 ? fmt::format("version {}", applied) : "the cell file",
-                     daemon.Word("model_fitted") != 0 ? "fitted to measured points"
-                                                      : "declared, its uncertainty assumed",
+                     daemon.Word("model_fitted") != 0 ? "fitted to measured points" : "declared",
                      effects, effects == 1 ? "" : "s",
                      proposed > 0 ? fmt::format("; version {} proposed", proposed) : "");
 }
@@ -264,6 +263,11 @@ void Print(const DaemonRegisters& daemon) {
   const auto line = [](const char* topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
   };
+  const auto reason = static_cast<HealthReason>(daemon.Word("health_reason"));
+  const auto severity = static_cast<HealthSeverity>(daemon.Word("health"));
+  line("health", reason == HealthReason::kNone ? std::string(Describe(severity))
+                                               : fmt::format("{}: {}; {}", Describe(severity),
+                                                             Describe(reason), RemedyOf(reason)));
   const int firmware = daemon.Word("firmware");
   line("daemon",
        fmt::format("version {}.{}.{}, up {:.0f} s, start number {}, {} Modbus clients",
@@ -304,16 +308,18 @@ void Print(const DaemonRegisters& daemon) {
   for (int k = 0; k < daemon.points(); ++k) {
     const auto value = [&](const char* name) { return daemon.Value(name, k); };
     const auto code = static_cast<CorrectionCode>(value("point_code"));
-    const bool valid = (static_cast<int>(value("point_validity")) & plc_map::kValid) != 0;
-    line("point", fmt::format("{:<5} {}", value("point_id"),
-                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                                  "{:.3f} mm, {}",
-                                                  WithoutMinusZero(value("point_x"), 3),
-                                                  WithoutMinusZero(value("point_y"), 3),
-                                                  WithoutMinusZero(value("point_z"), 3),
-                                                  value("point_correction"),
-                                                  Within(value("point_uncertainty")))
-                                    : std::string("no correction: ") + Describe(code)));
+    const int validity = static_cast<int>(value("point_validity"));
+    const bool valid = (validity & plc_map::kValid) != 0;
+    line("point",
+         fmt::format(
+             "{:<5} {}", value("point_id"),
+             valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
+                                 "{:.3f} mm, {}",
+                                 WithoutMinusZero(value("point_x"), 3),
+                                 WithoutMinusZero(value("point_y"), 3),
+                                 WithoutMinusZero(value("point_z"), 3), value("point_correction"),
+                                 Within(value("point_uncertainty"), plc_map::BasisOf(validity)))
+                   : std::string("no correction: ") + Describe(code)));
   }
 }
 
@@ -328,7 +334,8 @@ int Run(const StatusOptions& options) {
   } else {
     Print(*daemon);
   }
-  return daemon->Status(status::kError) ? kExitFault : kExitOk;
+  const bool alarm = static_cast<HealthSeverity>(daemon->Word("health")) == HealthSeverity::kAlarm;
+  return alarm ? kExitFault : kExitOk;
 }
 
 }  // namespace
@@ -344,7 +351,7 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "Reads the PLC's registers over Modbus TCP; `plumbline registers` explains them.\n\n"
       "Example:\n  plumbline status --port 1502\n\n"
-      "Exit codes: 0 no alarm, 1 an alarm stands, 2 no daemon there.");
+      "Exit codes: 0 no alarm, 1 the cell's health is ALARM, 2 no daemon there.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -178,7 +178,7 @@ CorrectionLimits CorrectionFromToml(const TomlTable& table) {
   c.max_rotation_rad = table.Number("max_rotation_deg", kMaxRotation).value_or(c.max_rotation_rad);
   c.min_singular_value =
       table.Number("min_singular_value", kSingularValue).value_or(c.min_singular_value);
-  c.deflection_sd = table.Number("deflection_sd", kShare).value_or(c.deflection_sd);
+  if (const auto share = table.Number("deflection_sd", kShare)) c.deviation = {*share, true};
   return c;
 }
 

@@ -62,10 +62,23 @@ std::uint16_t CameraWarnings(const std::array<PlcCamera, kMostCameras>& cameras)
   return static_cast<std::uint16_t>(warnings);
 }
 
+bool IsFresh(const PlcScene& scene, double now_s) {
+  return now_s - scene.time_s <= PlcScene::kFresh_s;
+}
+
+std::uint16_t SceneWarnings(const PlcScene& scene, double now_s) {
+  if (!IsFresh(scene, now_s)) return 0;
+  int warnings = 0;
+  if (scene.interferences > 0) warnings |= warning::kInterference;
+  if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
+  return static_cast<std::uint16_t>(warnings);
+}
+
 CameraInput CameraInputFrom(const PlcCamera& camera) {
   return {camera.configured,
           camera.state == ZoomState::kValid,
           (camera.bits & camera_bits::kBoardWanted) != 0,
+          (camera.bits & camera_bits::kMarkMoved) != 0,
           camera.tip_valid,
           {camera.tip_W, camera.tip_covariance_W, camera.tip_places_W},
           camera.tip_time_s};
@@ -206,7 +219,11 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
   input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
-                                                   CameraWarnings(environment_.cameras));
+                                                   CameraWarnings(environment_.cameras) |
+                                                   SceneWarnings(environment_.scene, begin_s));
+  const bool scene_fresh = IsFresh(environment_.scene, begin_s);
+  input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
+  input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
   const Snapshot& snapshot = parts.machine.Cycle(input);
   HandOver(parts, snapshot);
   Publish(parts, snapshot);

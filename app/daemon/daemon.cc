@@ -73,7 +73,7 @@ void TellModel(const ConfigInForce& in_force) {
 Reporter ReporterFor(const DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
   for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
-  return {std::move(names), config.machine.cell.domain.has_value(), Log};
+  return {std::move(names), Log};
 }
 
 /// What runs until a signal ends it.
@@ -142,9 +142,12 @@ void Reload(Running& running, Reporter& reporter) {
 std::string StatusLine(const Snapshot& snapshot, const LoopCounters& counters) {
   const auto valid = std::count_if(snapshot.points.begin(), snapshot.points.end(),
                                    [](const PointResult& point) { return point.valid; });
-  return fmt::format("{}, {} of {} points valid, cycle {}",
-                     (snapshot.status & status::kRobotLink) != 0 ? "robot trusted" : "no robot",
-                     valid, snapshot.points.size(), counters.cycles);
+  return fmt::format(
+      "{}: {}; {}, {} of {} points valid, cycle {}", Describe(snapshot.health.severity),
+      snapshot.health.reason == HealthReason::kNone ? "no complaint"
+                                                    : Describe(snapshot.health.reason),
+      (snapshot.status & status::kRobotLink) != 0 ? "robot trusted" : "no robot", valid,
+      snapshot.points.size(), counters.cycles);
 }
 
 /// Feeds the service manager's watchdog as long as every thread comes round.

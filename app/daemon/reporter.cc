@@ -36,16 +36,15 @@ constexpr WarningText kWarnings[] = {
      nullptr},
 };
 
-std::string WithinText(double radius_m, bool fitted) {
-  if (radius_m == 0) return "uncertainty not known: nothing in this model yields";
-  return fmt::format("95 % within {:.2f} mm{}", 1e3 * radius_m,
-                     fitted ? "" : " (assumed, the model is declared)");
+std::string WithinText(const Correction& correction) {
+  return fmt::format("±{:.2f} mm (95 %, {})", 1e3 * correction.uncertainty_m,
+                     Describe(correction.basis));
 }
 
 }  // namespace
 
-Reporter::Reporter(std::vector<PointName> points, bool fitted, LogSink sink)
-    : points_(std::move(points)), fitted_(fitted), sink_(std::move(sink)), codes_(points_.size()) {}
+Reporter::Reporter(std::vector<PointName> points, LogSink sink)
+    : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
 
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
                        const RobotLinkStatus& link) {
@@ -144,13 +143,12 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
     codes_[k] = point.code;
     if (point.valid) {
       const double correction_mm = 1e3 * point.correction.translation_B.norm();
-      sink_(
-          {Event::kPointCorrected,
-           fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id, points_[k].name,
-                       correction_mm, WithinText(point.correction.uncertainty_m, fitted_),
-                       point.correction.extrapolated ? ", outside the calibrated range" : ""),
-           {{"POINT", fmt::format("{}", points_[k].id)},
-            {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
+      sink_({Event::kPointCorrected,
+             fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
+                         points_[k].name, correction_mm, WithinText(point.correction),
+                         point.correction.extrapolated ? ", outside the calibrated range" : ""),
+             {{"POINT", fmt::format("{}", points_[k].id)},
+              {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
       sink_({Event::kPointRefused,
              fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,

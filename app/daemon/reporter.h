@@ -19,8 +19,7 @@ class Reporter {
     std::string name;
   };
 
-  /// @param fitted  the model was fitted to measured points: its uncertainty is no assumption
-  Reporter(std::vector<PointName> points, bool fitted, LogSink sink);
+  Reporter(std::vector<PointName> points, LogSink sink);
 
   /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);
@@ -34,7 +33,6 @@ class Reporter {
   void ObserveWarnings(const Snapshot& snapshot);
 
   std::vector<PointName> points_;
-  bool fitted_;
   LogSink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;

@@ -35,6 +35,7 @@ void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
   state.status = snapshot.status;
   state.alarms = snapshot.alarms;
   state.warnings = snapshot.warnings;
+  state.health = snapshot.health;
   state.data_age_s = snapshot.data_age_s;
   state.q = snapshot.robot.q;
   if (snapshot.payload_valid) {
@@ -47,7 +48,7 @@ void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
     const PointResult& point = snapshot.points[i];
     state.points.push_back({point_ids[i], point.valid, point.correction.extrapolated, point.code,
                             point.correction.X_BP_command, point.correction.translation_B,
-                            point.correction.uncertainty_m});
+                            point.correction.uncertainty_m, point.correction.basis});
   }
 }
 

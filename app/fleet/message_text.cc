@@ -101,6 +101,8 @@ std::string StateBody(const ViewState& state, const FleetCell& cell) {
   Json json = {{"status", state.status},
                {"alarms", state.alarms},
                {"warnings", state.warnings},
+               {"health", static_cast<int>(state.health.severity)},
+               {"health_reason", Describe(state.health.reason)},
                {"model", state.model_version},
                {"data_age_ms", Rounded(1e3 * state.data_age_s, 1)},
                {"q", JointsJson(state.q, cell.joints)},
@@ -135,6 +137,7 @@ std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_v
                  {"correction_size_mm", Millimetres(point.translation_B.norm())},
                  {"command_mm", MillimetresOf(point.X_BP_command.p)},
                  {"uncertainty_mm", Millimetres(point.uncertainty_m)},
+                 {"basis", Describe(point.basis)},
                  {"model", model_version}});
 }
 

@@ -59,7 +59,10 @@ void AddPoints(MetricsWriter& writer, const ShownNow& now) {
   writer.Begin("point_uncertainty_meters", Type::kGauge,
                "Radius that holds 95 % of where the tip lands.");
   for (const ViewPoint& point : points) {
-    if (point.valid && point.uncertainty_m > 0) writer.Add(point.uncertainty_m, labels(point));
+    if (!point.valid || point.uncertainty_m <= 0) continue;
+    MetricsWriter::Labels with_basis = labels(point);
+    with_basis.push_back({"basis", Describe(point.basis)});
+    writer.Add(point.uncertainty_m, with_basis);
   }
 }
 

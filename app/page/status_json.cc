@@ -62,6 +62,7 @@ Json PointsJson(const ShownNow& now) {
       entry["p_B_m"] = ListJson(point.X_BP_command.p);
       entry["translation_B_m"] = ListJson(point.translation_B);
       entry["uncertainty_m"] = point.uncertainty_m > 0 ? Json(point.uncertainty_m) : Json(nullptr);
+      entry["basis"] = Describe(point.basis);
     }
     list.push_back(entry);
   }
@@ -117,6 +118,10 @@ void AddStateTo(Json& json, const ShownNow& now, double now_s) {
   const ViewState& state = *now.state;
   json["cell"] = state.cell;
   json["utc_s"] = state.utc_s;
+  json["health"] = {{"severity", static_cast<int>(state.health.severity)},
+                    {"word", Describe(state.health.severity)},
+                    {"reason", Describe(state.health.reason)},
+                    {"do", RemedyOf(state.health.reason)}};
   json["alarms"] = {{"word", state.alarms},
                     {"says", WordsJson(state.alarms, plc_map::AlarmBits())},
                     {"do", state.alarms != 0 ? AdviceOf(state.alarms) : ""}};

@@ -225,8 +225,9 @@ class OverlayBuilder {
       AddCross(missed_C, mark_px, false, shade(kMissed));
       AddCircle(p_C, e * told->uncertainty_m, shade(kHit));
       AddLabel(p_C,
-               fmt::format("{}: {:.2f} mm off → {:.2f} mm", name, 1e3 * told->translation_B.norm(),
-                           1e3 * told->uncertainty_m),
+               fmt::format("{}: corrected {:.2f} mm, ±{:.2f} mm ({})", name,
+                           1e3 * told->translation_B.norm(), 1e3 * told->uncertainty_m,
+                           Describe(told->basis)),
                shade(kHit));
     }
   }

@@ -279,8 +279,8 @@ void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& lay
       marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
     }
   }
-  if (state.alarms != 0) {
-    marks.Write(image.x + inset, image.y + inset, "→ " + AdviceOf(state.alarms),
+  if (state.health.severity == HealthSeverity::kAlarm) {
+    marks.Write(image.x + inset, image.y + inset, std::string("→ ") + RemedyOf(state.health.reason),
                 ColourOf(Tone::kBad));
   }
   if (state.cameras.empty()) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "drivers/plc/register_map.h"
@@ -13,21 +12,6 @@ namespace {
 
 constexpr double kMmPerMetre = 1e3;
 constexpr double kStateOld_s = 1.0;  ///< the daemon sends five a second at least
-
-struct Advice {
-  std::uint16_t mask;
-  const char* text;
-};
-constexpr std::array kAdvice = {
-    Advice{alarm::kEmergencyStop, "make safe, release emergency stop"},
-    Advice{alarm::kRobotMissing, "check robot controller and address"},
-    Advice{alarm::kRobotStale, "check the cable to the robot"},
-    Advice{alarm::kRobotImplausible, "check the profile: joints jump"},
-    Advice{alarm::kDecodingWrong, "check the profile: pose disagrees"},
-    Advice{alarm::kPayloadUnknown, "tell the payload"},
-    Advice{alarm::kTorquesUnknown, "declare the links' masses"},
-    Advice{alarm::kPointRefused, "see the point; do not assemble"},
-};
 
 std::string Mm(double metres, int digits = 2) {
   return fmt::format("{:.{}f} mm", metres * kMmPerMetre, digits);
@@ -40,12 +24,27 @@ std::string AgeText(double age_s) {
                      : fmt::format("{:.0f} min ago", age_s / 60);
 }
 
-std::string BitWords(std::uint16_t word, std::span<const BitMeaning> bits) {
-  std::string text;
-  for (const BitMeaning& bit : bits) {
-    if ((word & bit.mask) != 0) text += (text.empty() ? "" : ", ") + std::string(bit.meaning);
+Tone ToneOf(HealthSeverity severity) {
+  switch (severity) {
+    case HealthSeverity::kGood:
+      return Tone::kGood;
+    case HealthSeverity::kNotice:
+      return Tone::kPlain;
+    case HealthSeverity::kAttention:
+      return Tone::kAttention;
+    case HealthSeverity::kAlarm:
+      return Tone::kBad;
   }
-  return text;
+  return Tone::kBad;
+}
+
+/// A tick is for a point whose radius holds as far as anybody knows.
+Tone ToneOf(const ViewPoint& point, const ViewState& state) {
+  constexpr std::uint16_t kDoubts = warning::kDrift | warning::kModelSetAside;
+  const bool doubtful =
+      point.extrapolated || point.basis == RadiusBasis::kUnknown || (state.warnings & kDoubts) != 0;
+  if (doubtful) return Tone::kAttention;
+  return point.basis == RadiusBasis::kAssumed ? Tone::kPlain : Tone::kGood;
 }
 
 void AddBits(std::uint16_t word, std::span<const BitMeaning> bits, Tone tone, Panel& panel) {
@@ -56,7 +55,10 @@ void AddBits(std::uint16_t word, std::span<const BitMeaning> bits, Tone tone, Pa
 
 Panel AlarmPanel(const ViewState& state) {
   Panel panel{"Alarms and warnings", {}};
-  if (state.alarms != 0) panel.lines.push_back({"→ " + AdviceOf(state.alarms), Tone::kBad});
+  if (state.health.severity >= HealthSeverity::kAttention) {
+    panel.lines.push_back(
+        {std::string("→ ") + RemedyOf(state.health.reason), ToneOf(state.health.severity)});
+  }
   AddBits(state.alarms, plc_map::AlarmBits(), Tone::kBad, panel);
   AddBits(state.warnings, plc_map::WarningBits(), Tone::kAttention, panel);
   if (panel.lines.empty()) panel.lines.push_back({"none", Tone::kGood});
@@ -132,7 +134,7 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
 
 Panel CorrectionPanel(const ViewFacts& facts) {
   const ViewState& state = *facts.state;
-  Panel panel{"Correction: off → within", {}};
+  Panel panel{"Correction, 95 % radius", {}};
   const auto name_of = [&](int id) {
     if (facts.model != nullptr) {
       for (const AssemblyPoint& point : facts.model->config.machine.points) {
@@ -148,12 +150,11 @@ Panel CorrectionPanel(const ViewFacts& facts) {
           {fmt::format("{}: {}", name_of(point.id), Describe(point.code)), Tone::kBad});
       continue;
     }
-    const std::string after =
-        point.uncertainty_m > 0 ? Mm(point.uncertainty_m) : std::string("not known");
-    panel.lines.push_back({fmt::format("{}: {:.2f} → {}{}", name_of(point.id),
-                                       kMmPerMetre * point.translation_B.norm(), after,
-                                       point.extrapolated ? ", extrapolated" : ""),
-                           point.extrapolated ? Tone::kAttention : Tone::kGood});
+    panel.lines.push_back(
+        {fmt::format("{}: {:.2f} mm, ±{:.2f} mm ({}{})", name_of(point.id),
+                     kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
+                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
+         ToneOf(point, state)});
   }
   if (facts.carriers.front().tool) {
     const ToolNow& tool = *facts.carriers.front().tool;
@@ -313,13 +314,6 @@ std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
 
 }  // namespace
 
-std::string AdviceOf(std::uint16_t alarms) {
-  for (const Advice& advice : kAdvice) {
-    if ((alarms & advice.mask) != 0) return advice.text;
-  }
-  return "see the log";
-}
-
 std::vector<std::string> StaleBecause(const ViewFacts& facts,
                                       std::span<const std::size_t> cameras) {
   if (facts.state == nullptr) return {};
@@ -346,16 +340,17 @@ PanelLine Headline(const ViewFacts& facts) {
   if (!facts.link_problem.empty() && facts.now_s - state.now_s > kStateOld_s) {
     return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
   }
-  if (state.alarms != 0) {
-    return {"ALARM: " + BitWords(state.alarms, plc_map::AlarmBits()), Tone::kBad};
-  }
+  const CellHealth& health = state.health;
+  const PanelLine line{
+      health.reason == HealthReason::kNone
+          ? std::string(Describe(health.severity))
+          : fmt::format("{}: {}", Describe(health.severity), Describe(health.reason)),
+      ToneOf(health.severity)};
+  if (health.severity == HealthSeverity::kAlarm) return line;
   if (const auto stale = StaleBecause(facts); !stale.empty()) {
     return {"STALE: " + stale.front(), Tone::kAttention};
   }
-  if (state.warnings != 0) {
-    return {"WARNING: " + BitWords(state.warnings, plc_map::WarningBits()), Tone::kAttention};
-  }
-  return {"OK", Tone::kGood};
+  return line;
 }
 
 std::vector<Panel> PanelsOf(const ViewFacts& facts) {

@@ -55,7 +55,4 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts);
 /// The newest lines of the daemon's log and the viewer's, oldest first.
 std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most);
 
-/// What to do about an alarm bit (snapshot.h); the first bit of several.
-std::string AdviceOf(std::uint16_t alarms);
-
 }  // namespace plumbline

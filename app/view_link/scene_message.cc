@@ -9,13 +9,13 @@ namespace plumbline {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-constexpr std::array<std::uint8_t, 8> kMagic = {'p', 'l', 'u', 'm', 'b', 's', 'c', '1'};
+constexpr std::array<std::uint8_t, 8> kMagic = {'p', 'l', 'u', 'm', 'b', 's', 'c', '2'};
 constexpr double kMillimetres = 1e3;
 constexpr float kFarthest_mm = 1e6F;
 constexpr std::uint16_t kLargestNumber = 9999;
 
 struct Fields {
-  std::uint32_t interferences = 0, unmeasured = 0;
+  std::uint32_t interferences = 0, unmeasured = 0, blocked = 0;
   float smallest_mm = 0;
   std::uint16_t object_a = 0, object_b = 0;
 };
@@ -25,8 +25,8 @@ static_assert(kMagic.size() + sizeof(Fields) == kSceneMessageBytes);
 
 SceneMessage BytesOfScene(const PlcScene& scene) {
   const Fields fields{scene.interferences, scene.unmeasured,
-                      static_cast<float>(kMillimetres * scene.smallest_m), scene.object_a,
-                      scene.object_b};
+                      scene.blocked,       static_cast<float>(kMillimetres * scene.smallest_m),
+                      scene.object_a,      scene.object_b};
   SceneMessage message;
   std::copy(kMagic.begin(), kMagic.end(), message.begin());
   std::memcpy(message.data() + kMagic.size(), &fields, sizeof fields);
@@ -38,8 +38,8 @@ std::optional<PlcScene> SceneOfBytes(std::span<const std::uint8_t> bytes) {
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return std::nullopt;
   Fields fields;
   std::memcpy(&fields, bytes.data() + kMagic.size(), sizeof fields);
-  const bool counts =
-      fields.interferences <= kMostScenePairs && fields.unmeasured <= kMostScenePairs;
+  const bool counts = fields.interferences <= kMostScenePairs &&
+                      fields.unmeasured <= kMostScenePairs && fields.blocked <= kMostScenePairs;
   const bool distance = fields.smallest_mm >= 0 && fields.smallest_mm <= kFarthest_mm;
   const bool numbers = fields.object_a <= kLargestNumber && fields.object_b <= kLargestNumber &&
                        (fields.object_a == 0) == (fields.object_b == 0);
@@ -48,6 +48,7 @@ std::optional<PlcScene> SceneOfBytes(std::span<const std::uint8_t> bytes) {
   PlcScene scene;
   scene.interferences = fields.interferences;
   scene.unmeasured = fields.unmeasured;
+  scene.blocked = fields.blocked;
   scene.smallest_m = static_cast<double>(fields.smallest_mm) / kMillimetres;
   scene.object_a = fields.object_a;
   scene.object_b = fields.object_b;

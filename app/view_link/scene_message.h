@@ -10,9 +10,9 @@
 
 namespace plumbline {
 
-/// Little-endian: "plumbsc1", interferences (u32), unmeasured (u32), smallest [mm] (f32), object a
-/// (u16), object b (u16).
-inline constexpr std::size_t kSceneMessageBytes = 24;
+/// Little-endian: "plumbsc2", interferences (u32), unmeasured (u32), blocked paths (u32), smallest
+/// [mm] (f32), object a (u16), object b (u16).
+inline constexpr std::size_t kSceneMessageBytes = 28;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
 /// The time of `scene` does not travel: who receives it knows when.

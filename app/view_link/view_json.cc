@@ -235,7 +235,8 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
                     {"code", static_cast<int>(point.code)},
                     {"X_BP_command", PoseJson(point.X_BP_command)},
                     {"translation_B_m", VectorJson(point.translation_B)},
-                    {"uncertainty_m", NumberJson(point.uncertainty_m)}});
+                    {"uncertainty_m", NumberJson(point.uncertainty_m)},
+                    {"basis", static_cast<int>(point.basis)}});
   }
   return list;
 }
@@ -249,6 +250,7 @@ ViewPoint PointOf(const Json& json) {
   point.X_BP_command = PoseOfJson(json.at("X_BP_command"));
   point.translation_B = Vec3Of(json.at("translation_B_m"));
   point.uncertainty_m = NumberOf(json.at("uncertainty_m"));
+  point.basis = EnumOf(json.at("basis"), RadiusBasis::kMeasured);
   return point;
 }
 
@@ -325,6 +327,8 @@ ViewState StateOf(const Json& json) {
   state.status = WholeOf<std::uint16_t>(json.at("status"));
   state.alarms = WholeOf<std::uint16_t>(json.at("alarms"));
   state.warnings = WholeOf<std::uint16_t>(json.at("warnings"));
+  const auto reason = EnumOf(json.at("health"), HealthReason::kRadiusAssumed);
+  state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
   state.cycle = CycleOf(json.at("cycle"));
   const Json& q = ListAt(json, "q");
@@ -359,6 +363,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"status", state.status},
                      {"alarms", state.alarms},
                      {"warnings", state.warnings},
+                     {"health", static_cast<int>(state.health.reason)},
                      {"data_age_s", NumberJson(state.data_age_s)},
                      {"cycle", CycleJson(state.cycle)},
                      {"q", VectorJson(state.q)},

@@ -66,7 +66,8 @@ struct ViewPoint {
   CorrectionCode code = CorrectionCode::kPending;
   Pose X_BP_command;
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
-  double uncertainty_m = 0;
+  double uncertainty_m = 0;           ///< radius that holds 95 % of the landings
+  RadiusBasis basis = RadiusBasis::kUnknown;
 };
 
 /// How the machine cycle keeps its time, since the daemon started.
@@ -82,7 +83,8 @@ struct ViewState {
   std::string version, cell;
   int model_version = 0;  ///< in force; 0: the cell file, not known to the model store
   std::uint16_t status = 0, alarms = 0, warnings = 0;  ///< bits as in the register map
-  double data_age_s = 0;                               ///< of the robot reading
+  CellHealth health;
+  double data_age_s = 0;  ///< of the robot reading
   ViewCycle cycle;
   JointVector q;  ///< of the last trusted reading; may be empty
   std::optional<double> payload_kg, temp_C;

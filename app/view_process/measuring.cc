@@ -26,6 +26,9 @@ PlcScene SceneForPlc(const Measured& measured) {
       scene.object_b = static_cast<std::uint16_t>(pair.number_b);
     }
   }
+  for (const MeasuredSweep& sweep : measured.sweeps) {
+    if (sweep.result && sweep.result->hits) ++scene.blocked;
+  }
   return scene;
 }
 

@@ -25,19 +25,23 @@ bool FitsInt16(const Pose& X) {
   return (X.p.array().abs() * 1e4 < 32767.5).all();
 }
 
+int BasisBits(const Correction& correction) {
+  return static_cast<int>(correction.basis) << plc_map::kBasisShift;
+}
+
 double ResultBits(Source s) {
   const CommandResult& result = s.snapshot.result;
   int bits = result.valid ? plc_map::kValid : 0;
   if (result.correction.extrapolated) bits |= plc_map::kExtrapolated;
   if (FitsInt16(result.correction.X_BP_command)) bits |= plc_map::kFitsInt16;
-  return bits;
+  return bits | BasisBits(result.correction);
 }
 
 double PointBits(Source s) {
   int bits = s.point->valid ? plc_map::kValid : 0;
   if (s.point->correction.extrapolated) bits |= plc_map::kExtrapolated;
   if (s.point->ever_valid) bits |= plc_map::kEverValid;
-  return bits;
+  return bits | BasisBits(s.point->correction);
 }
 
 template <int K>
@@ -163,6 +167,10 @@ const std::array kMapFields = {
              [](Source s) { return 1e6 * s.environment.longest_cycle_s; }},
     MapField{23, kU16, "overruns", "", "cycles that started late, modulo 65536",
              [](Source s) -> double { return s.environment.overruns & 0xFFFFU; }},
+    MapField{24, kU16, "health", "code", "0 good, 1 notice, 2 attention, 3 alarm: do not assemble",
+             [](Source s) { return static_cast<double>(s.snapshot.health.severity); }},
+    MapField{25, kU16, "health_reason", "code", "the gravest reason, see below",
+             [](Source s) { return static_cast<double>(s.snapshot.health.reason); }},
     // 100-139 result
     MapField{100, kU16, "result_begin", "", "sequence; equal to result_end in a whole result",
              [](Source s) -> double { return s.snapshot.result.sequence; }},
@@ -170,7 +178,9 @@ const std::array kMapFields = {
              [](Source s) -> double { return s.snapshot.result.sequence; }},
     MapField{102, kU16, "result_code", "code", "0 ok, else why there is no correction, see below",
              [](Source s) { return Number(s.snapshot.result.code); }},
-    MapField{103, kU16, "result_validity", "bits", "bit 0 valid, 1 extrapolated, 3 int16 fits",
+    MapField{103, kU16, "result_validity", "bits",
+             "bit 0 valid, 1 extrapolated, 3 int16 fits, 4-5 basis of the radius: 0 unknown, 1 "
+             "assumed, 2 propagated, 3 measured",
              ResultBits},
     MapField{104, kFloat, "result_x", "mm", "pose to command for the tool point, robot base frame",
              ResultPosition_mm<0>},
@@ -304,7 +314,8 @@ const std::array kMapFields = {
 const std::array kPointFields = {
     MapField{0, kU16, "point_id", "", "the point's number",
              [](Source s) -> double { return s.point_id; }},
-    MapField{1, kU16, "point_validity", "bits", "bit 0 valid, 1 extrapolated, 2 was valid once",
+    MapField{1, kU16, "point_validity", "bits",
+             "bit 0 valid, 1 extrapolated, 2 was valid once, 4-5 basis of the radius as in 103",
              PointBits},
     MapField{2, kU16, "point_code", "code", "0 ok, else why there is no correction",
              [](Source s) { return Number(s.point->code); }},

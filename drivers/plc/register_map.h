@@ -100,7 +100,7 @@ struct BitMeaning {
 namespace plc_map {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
-inline constexpr std::uint16_t kStateSize = 24;  ///< identity and state, from address 0
+inline constexpr std::uint16_t kStateSize = 26;  ///< identity and state, from address 0
 inline constexpr std::uint16_t kStatusWord = 11;
 inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
@@ -110,7 +110,7 @@ inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
 inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and its bodies
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
-inline constexpr std::uint16_t kScene = 640, kSceneSize = 8;
+inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
@@ -126,6 +126,12 @@ inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be u
 inline constexpr std::uint16_t kExtrapolated = 1 << 1;  ///< outside the calibrated range
 inline constexpr std::uint16_t kEverValid = 1 << 2;     ///< the values are old, but were good once
 inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm registers hold the position
+inline constexpr int kBasisShift = 4;                   ///< bits 4-5: RadiusBasis of the radius
+inline constexpr std::uint16_t kBasisMask = 3 << kBasisShift;
+/// The basis in a validity register.
+constexpr RadiusBasis BasisOf(int validity) {
+  return static_cast<RadiusBasis>((validity & kBasisMask) >> kBasisShift);
+}
 
 /// Entries at fixed addresses, ascending.
 std::span<const MapField> Fields();

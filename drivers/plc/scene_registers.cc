@@ -51,6 +51,8 @@ const std::array kSceneFields = {
                const double age_ms = std::floor(1e3 * (s.environment.now_s - Scene(s).time_s));
                return age_ms < kOldest_ms ? std::max(0.0, age_ms) : kOldest_ms;
              }},
+    MapField{648, kU16, "scene_blocked", "", "approach paths with an object on them",
+             [](Source s) -> double { return Fresh(s) ? Scene(s).blocked : 0; }},
 };
 
 }  // namespace

@@ -144,8 +144,6 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   const Mat3& R_wanted = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_wanted.transpose());
-  correction.uncertainty_m =
-      RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
   correction.extrapolated =
       OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
 
@@ -185,8 +183,6 @@ void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& paylo
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
-  landing.uncertainty_m =
-      RadiusHolding95Percent(DeflectionCovariance(arm_, state, limits_.deflection_sd));
   landing.extrapolated =
       OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
   landing.residual_m = outcome.residual_m;

@@ -43,7 +43,7 @@ struct CorrectionLimits {
   double max_translation_m = 0.05;
   double max_rotation_rad = 0.05;
   double min_singular_value = 0.02;  ///< of the tip's Jacobian, metres and radians alike
-  double deflection_sd = 0.1;        ///< see DeflectionCovariance
+  DeclaredDeviation deviation;       ///< of what the cell declares
 };
 
 /// A corrected point, or the code that says why there is none.
@@ -55,7 +55,7 @@ struct Correction {
   Pose X_BP_command;                  ///< pose to command for the unloaded tool point, in B
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
-  double uncertainty_m = 0;           ///< radius that holds 95 % of where the loaded tip lands
+  double uncertainty_m = 0;  ///< radius that holds 95 % of where the loaded tip lands; see Machine
   RadiusBasis basis = RadiusBasis::kUnknown;  ///< what that radius rests on
   double residual_m = 0;                      ///< of the model at the solution
   double residual_rad = 0;

@@ -2,23 +2,50 @@
 
 #include <cmath>
 
-namespace plumbline {
+#include "firmware-like/deflection/assumed_error.h"
 
-LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm)
-    : identified_(cell.domain.has_value()),
-      residual_sigma_m_(identified_ ? cell.domain->residual_sigma_m.value_or(
-                                          cell.measurement.sigma_m.value_or(0.0))
-                                    : 0.0),
+namespace plumbline {
+namespace {
+
+/// Of the mean square error: beyond it the radius grows by more than a tenth, 1 - 1 / 1.1^2.
+constexpr double kShareThatMatters = 0.17;
+
+}  // namespace
+
+LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
+                                       const DeclaredDeviation& deviation)
+    : fitted_(cell.domain.has_value()),
+      held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
+      deviation_stated_(deviation.stated),
+      residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
+                                  : cell.measurement.sigma_m.value_or(0.0)),
+      assumed_(std::make_unique<AssumedError>(cell, arm, deviation.share)),
       scratch_(arm) {}
 
-double LandingUncertainty::Radius95_m(const LoadedArm& arm, const JointVector& q,
-                                      const Payload& payload, const Conditions& conditions,
-                                      double declared_radius_m, bool extrapolated) {
-  if (!identified_) return declared_radius_m;
-  const Mat3 covariance = EffectCovariance(arm, q, payload, conditions, scratch_) +
-                          residual_sigma_m_ * residual_sigma_m_ * Mat3::Identity();
-  const double radius_m = RadiusHolding95Percent(covariance);
-  return extrapolated ? std::hypot(radius_m, declared_radius_m) : radius_m;
+LandingUncertainty::~LandingUncertainty() = default;
+LandingUncertainty::LandingUncertainty(LandingUncertainty&&) noexcept = default;
+
+StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
+                                    const LoadStatement& load, const Conditions& conditions,
+                                    bool extrapolated) {
+  const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_);
+  if (!fitted_) return Assumed(arm, q, load, conditions, effects_W);
+  const Mat3 covariance = effects_W + residual_sigma_m_ * residual_sigma_m_ * Mat3::Identity();
+  const StatedRadius inside{RadiusHolding95Percent(covariance),
+                            held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated};
+  if (!extrapolated) return inside;
+  const StatedRadius outside = Assumed(arm, q, load, conditions, Mat3::Zero());
+  return {std::hypot(inside.radius_m, outside.radius_m), Weakest(inside.basis, outside.basis)};
+}
+
+StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const JointVector& q,
+                                         const LoadStatement& load, const Conditions& conditions,
+                                         const Mat3& covariance_W) {
+  if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
+  const AssumedError::Answer error = assumed_->At(arm, state_, load, covariance_W);
+  if (!assumed_->priors().complete) return {error.radius_m, RadiusBasis::kUnknown};
+  const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
+  return {error.radius_m, propagated ? RadiusBasis::kPropagated : RadiusBasis::kAssumed};
 }
 
 }  // namespace plumbline

@@ -1,36 +1,57 @@
-// How far the loaded tip may land from where an identified model puts it; for the cycle.
+// How far the loaded tip may land from where the model puts it, and what that statement rests on.
 #pragma once
 
+#include <memory>
+
+#include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/model/radius_basis.h"
 
 namespace plumbline {
 
-/// The 95 % radius of a model that was fitted to measured points (its cell names a [domain]):
+class AssumedError;
+
+/// The 95 % radius of a landing.
+///
+/// A model that was fitted to measured points (its cell names a [domain]), inside that domain:
 ///   C = sum_e J_e Sigma_e J_e^T + sigma^2 I
-/// with the covariance of the effects' parameters (EffectCovariance) and sigma, what the model left
-/// of rows that took no part in the fit, on one axis: the domain's residual, else the instrument's
-/// repeatability. It is the radius for points measured with that instrument; for the tip itself it
-/// is too large by the instrument's noise, which no measured point can be told without. Outside the
-/// domain nothing was seen, and the declared share of each deflection counts again, in squares.
-/// Holds its own scratch memory: Radius95_m() allocates nothing. Costs about ten postures
-/// (LoadedArm::AtCommanded).
+/// with the covariance of the effects' parameters (EffectCovariance) and sigma, the model's
+/// residual on one axis in rows that took no part in the fit: basis `measured`. Without such a
+/// residual sigma is the instrument's, and the basis `propagated`. It is the radius for points
+/// measured with that instrument; for the tip itself it is too large by the instrument's noise.
+///
+/// Any other model: the error sampled from the priors of all that the cell leaves open
+/// (AssumedError), with the same covariance of its effects. The basis is `propagated` where the
+/// deviation of the declared deflections was stated and what only priors describe makes the radius
+/// less than a tenth larger; otherwise `assumed`; `unknown` where something has no prior either.
+///
+/// A fitted model outside its domain: both, in squares, with the weaker basis of the second kind.
+///
+/// Holds its own scratch memory: At() allocates nothing and costs some tens of microseconds.
 class LandingUncertainty {
  public:
-  LandingUncertainty(const CellModel& cell, const LoadedArm& arm);
+  LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
+                     const DeclaredDeviation& deviation);
+  ~LandingUncertainty();
+  LandingUncertainty(LandingUncertainty&&) noexcept;
 
-  /// False where the model is declared only; then DeflectionCovariance is all there is.
-  bool identified() const { return identified_; }
-
-  /// @param q                   joints commanded [rad]
-  /// @param declared_radius_m   of DeflectionCovariance there
-  /// @param extrapolated        outside the domain
-  double Radius95_m(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                    const Conditions& conditions, double declared_radius_m, bool extrapolated);
+  /// @param q             joints commanded [rad]
+  /// @param load          what the model computes with, and what is known of it
+  /// @param extrapolated  outside the domain; without meaning where there is none
+  StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
+                  const Conditions& conditions, bool extrapolated);
 
  private:
-  bool identified_;
+  StatedRadius Assumed(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
+                       const Conditions& conditions, const Mat3& covariance_W);
+
+  bool fitted_;
+  bool held_out_;  ///< the domain tells a residual of rows that took no part
+  bool deviation_stated_;
   double residual_sigma_m_;
+  std::unique_ptr<AssumedError> assumed_;
   EffectScratch scratch_;
+  LoadedState state_;
 };
 
 }  // namespace plumbline

@@ -58,6 +58,8 @@ class LoadedArm {
   const Pose& X_FT() const { return X_FT_; }  ///< of the unloaded tool
   int size() const { return chain_.size(); }
   bool bends() const { return bends_; }
+  const TipCompliance& tip_compliance() const { return tip_compliance_; }
+  const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< where a payload's moment is taken
 
   /// True where a joint yields, as declared or by an effect, but its torque is unknown: the mass of
   /// a link outwards of it is not declared.

@@ -30,6 +30,18 @@ constexpr const char* Describe(RadiusBasis basis) {
   return "unknown";
 }
 
+/// A radius [m] that holds 95 % of the landings, never without its basis.
+struct StatedRadius {
+  double radius_m = 0;
+  RadiusBasis basis = RadiusBasis::kUnknown;
+};
+
+/// Deviation of each declared deflection, as a share of it.
+struct DeclaredDeviation {
+  double share = 0.1;
+  bool stated = false;  ///< by the configuration; otherwise a typical value
+};
+
 /// The weaker of two.
 constexpr RadiusBasis Weakest(RadiusBasis a, RadiusBasis b) {
   return std::min(a, b);

@@ -520,7 +520,7 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
   Machine next(changed);
   next.Prepare();
   next.TakeOver(*cell.machine);
-  cell.machine.emplace(next);
+  cell.machine.emplace(std::move(next));
   SECTION("values stay, not valid until the robot is trusted; a new point has none") {
     const Snapshot& after = cell.Next();
     CHECK(after.result.sequence == 42);
@@ -569,7 +569,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
     Machine next(cell.config);
     next.Prepare();
     next.TakeOver(*cell.machine);
-    cell.machine.emplace(next);
+    cell.machine.emplace(std::move(next));
     for (int cycle = 0; cycle < 5; ++cycle) {
       const Snapshot& after = cell.Next();
       CHECK_FALSE(after.probe_taken);  // not a second time
@@ -659,6 +659,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared shar
   const Snapshot& snapshot = cell.Running();
   for (const PointResult& point : snapshot.points) {
     CHECK(point.correction.uncertainty_m == Approx(expected_m(point.correction.q)).epsilon(1e-6));
+    CHECK(point.correction.basis == RadiusBasis::kMeasured);
   }
   CHECK(snapshot.points[0].correction.uncertainty_m < 0.2 * declared_m);
   CHECK(snapshot.points[0].correction.uncertainty_m > 2 * 3e-5);
@@ -669,6 +670,31 @@ TEST_CASE("an identified model states its own uncertainty, not the declared shar
   cell.input.command.sequence = 5;
   CHECK(cell.Next().result.correction.uncertainty_m ==
         Approx(expected_m(cell.taught)).epsilon(1e-6));
+  CHECK(cell.Next().result.correction.basis == RadiusBasis::kMeasured);
+}
+
+TEST_CASE("another payload's radius is not passed off as this one's") {
+  Cell cell;
+  cell.config.points.resize(1);
+  const AssemblyPoint point = cell.config.points[0];
+  for (int id = 2; id <= 100; ++id) {
+    cell.config.points.push_back(point);
+    cell.config.points.back().id = id;
+  }
+  const double light_m = cell.Running().points[50].correction.uncertainty_m;
+  for (int k = 0; k < 100; ++k) cell.Next();
+  CHECK(cell.Next().points[50].correction.basis == RadiusBasis::kAssumed);
+  cell.input.robot.payload_kg = *cell.input.robot.payload_kg + 60;
+  const Snapshot& changed = cell.Next();  // sooner than all radii can be renewed
+  int waiting = 0;
+  for (const PointResult& one : changed.points) {
+    waiting += one.correction.basis == RadiusBasis::kUnknown ? 1 : 0;
+  }
+  CHECK(waiting > 50);
+  CHECK(changed.health.reason == HealthReason::kRadiusUnknown);
+  for (int k = 0; k < 10; ++k) cell.Next();
+  CHECK(cell.Next().points[50].correction.basis == RadiusBasis::kAssumed);
+  CHECK(cell.Next().points[50].correction.uncertainty_m > 1.2 * light_m);
 }
 
 TEST_CASE("effects of time count from where their model says, and keep their last value") {

@@ -58,7 +58,7 @@ def real_numbers():
 def a_point_is_used_while_it_is_fresh():
     now = [0.0]
     point = structured_text.Instance("PL_Point", LIBRARY, lambda: now[0])
-    block = [7, 1, 0] + [0] * 17
+    block = [7, 0x31, 0] + [0] * 17  # valid, its radius measured
 
     def step(sequence, seconds=0.1):
         now[0] += seconds
@@ -75,13 +75,30 @@ def a_point_is_used_while_it_is_fresh():
     assert step(last + 1)
     block[1] = 0
     assert not step(last + 2), "withdrawn"
-    block[1], block[2] = 1, 8
+    block[1], block[2] = 0x31, 8
     assert not step(last + 3), "a code"
     block[2], block[0] = 0, 9
     assert not step(last + 4), "another point"
     block[0] = 7
     block[17:19] = struct.unpack(">2H", struct.pack(">f", 0.6))
     assert not step(last + 5), "less certain than asked for"
+
+
+def a_point_is_refused_whose_radius_is_only_assumed():
+    now = [0.0]
+    point = structured_text.Instance("PL_Point", LIBRARY, lambda: now[0])
+    block = [7, 0, 0] + [0] * 17
+
+    def used(basis, allow):
+        for _ in range(2):
+            now[0] += 0.1
+            block[1], block[19] = 1 | basis << 4, (block[19] + 1) % 65536
+            point.call({"Block": block, "Id": 7, "Alive": True, "MostUncertain": 0.5, "AllowAssumed": allow})
+        assert point.values["Basis"] == basis
+        return point.values["Valid"]
+
+    assert [used(basis, False) for basis in range(4)] == [False, False, True, True]
+    assert [used(basis, True) for basis in range(4)] == [False, True, True, True]
 
 
 class Commander:
@@ -222,6 +239,7 @@ def beside_the_daemon(folder):
 numbers_are_those_of_the_map()
 real_numbers()
 a_point_is_used_while_it_is_fresh()
+a_point_is_refused_whose_radius_is_only_assumed()
 with tempfile.TemporaryDirectory() as scratch:
     an_answer_belongs_to_its_command(scratch)
 with tempfile.TemporaryDirectory() as scratch:

@@ -151,7 +151,7 @@ function show() {
     return;
   }
   showLost("");
-  showHeadline(status.headline, status.daemon.there && status.alarms ? status.alarms.do : "");
+  showHeadline(status.headline, status.daemon.there && status.health ? status.health.do : "");
   document.title = status.headline.text.split(":")[0] + " - " + cell;
 }
 

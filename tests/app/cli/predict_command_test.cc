@@ -32,7 +32,7 @@ TEST_CASE("example-03 hides nothing: the declared model meets it to its last dig
   REQUIRE(poses);
   REQUIRE(measured);
 
-  const auto predicted = Predict(*cell, *poses, 0.1);
+  const auto predicted = Predict(*cell, *poses, {});
   REQUIRE(predicted.ok());
   std::ifstream truth(set + "/test_truth.csv");
   std::string header;
@@ -49,7 +49,7 @@ TEST_CASE("example-03 hides nothing: the declared model meets it to its last dig
   CHECK(std::sqrt(square_sum / static_cast<double>(predicted->size())) < 4e-4);
   CHECK(largest < 1e-3);
 
-  const auto fitted = Predict(*cell, *measured, 0.1);
+  const auto fitted = Predict(*cell, *measured, {});
   REQUIRE(fitted.ok());
   double residual = 0;
   for (std::size_t k = 0; k < fitted->size(); ++k) {
@@ -131,7 +131,7 @@ TEST_CASE("a time that the effect of time has not seen is extrapolated") {
     INFO(FaultsText(faults));
     REQUIRE(poses);
     std::vector<bool> of_rows;
-    const auto predicted = Predict(*cell, *poses, 0.1);
+    const auto predicted = Predict(*cell, *poses, {});
     REQUIRE(predicted.ok());
     for (const Prediction& one : *predicted) of_rows.push_back(one.extrapolated);
     return of_rows;

@@ -139,16 +139,3 @@ TEST_CASE("with a free orientation the position alone is met") {
   const Pose landed = Landed(cell, correction.X_BP_command, Vec3::Zero(), correction.q);
   CHECK((landed.p - (cell.robot.X_WB.Inverse() * point.X_WP).p).norm() < 1e-6);
 }
-
-TEST_CASE("the uncertainty grows with the deflection and its share") {
-  const CellModel cell = test::HeavyArm();
-  JointVector q(6);
-  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  const AssemblyPoint point = PointAt(cell, q);
-  CorrectionLimits doubled;
-  doubled.deflection_sd = 0.2;
-  const double light = Solve(cell, point, q, {}, 10).uncertainty_m;
-  const double heavy = Solve(cell, point, q, {}, 80).uncertainty_m;
-  CHECK(heavy > light);
-  CHECK(Solve(cell, point, q, doubled, 80).uncertainty_m == Approx(2 * heavy));
-}

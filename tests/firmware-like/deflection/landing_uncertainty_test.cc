@@ -26,10 +26,31 @@ CellModel Identified() {
   return cell;
 }
 
-double Radius(const CellModel& cell, const JointVector& q, double declared_m, bool extrapolated) {
+StatedRadius Radius(const CellModel& cell, const JointVector& q, bool extrapolated,
+                    const LoadStatement& load, const DeclaredDeviation& deviation = {}) {
   const LoadedArm arm(cell);
-  return LandingUncertainty(cell, arm).Radius95_m(arm, q, {60, *cell.payload_cog_F}, {}, declared_m,
-                                                  extrapolated);
+  return LandingUncertainty(cell, arm, deviation).At(arm, q, load, {}, extrapolated);
+}
+
+StatedRadius Radius(const CellModel& cell, const JointVector& q, bool extrapolated) {
+  return Radius(cell, q, extrapolated, LoadStatement::Stated({60, *cell.payload_cog_F}));
+}
+
+/// The arm with what the cell file leaves open: every compliance, every link mass.
+CellModel Bare() {
+  CellModel cell = test::HeavyArm();
+  for (Joint& joint : cell.robot.joints) {
+    joint.compliance_rad_per_Nm.reset();
+    joint.link_mass_kg.reset();
+    joint.link_com_m.reset();
+  }
+  return cell;
+}
+
+CellModel WithoutCompliance() {
+  CellModel cell = test::HeavyArm();
+  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  return cell;
 }
 
 }  // namespace
@@ -38,7 +59,7 @@ TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") 
   const CellModel cell = Identified();
   std::mt19937 random(31);
   const JointVector q = test::RandomPosture(cell, random);
-  const double radius_m = Radius(cell, q, 1, false);
+  const double radius_m = Radius(cell, q, false).radius_m;
   const Eigen::Matrix2d root = cell.effects[0].covariance.topLeftCorner<2, 2>().llt().matrixL();
   std::normal_distribution<double> normal;
   const Payload payload{60, *cell.payload_cog_F};
@@ -61,15 +82,94 @@ TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") 
   CHECK(within < 0.97 * kDraws);
 }
 
-TEST_CASE("what was not seen counts as declared, and a declared model has its share alone") {
+TEST_CASE("the basis is measured inside the domain of a validated fit, and weaker elsewhere") {
   CellModel cell = Identified();
   std::mt19937 random(32);
   const JointVector q = test::RandomPosture(cell, random);
-  const double inside_m = Radius(cell, q, 2e-3, false);
-  CHECK(Radius(cell, q, 2e-3, true) == Approx(std::hypot(inside_m, 2e-3)));
-  cell.domain->residual_sigma_m.reset();
+  const StatedRadius inside = Radius(cell, q, false);
+  CHECK(inside.basis == RadiusBasis::kMeasured);
+
+  const StatedRadius outside = Radius(cell, q, true);
+  CHECK(outside.basis == RadiusBasis::kAssumed);
+  CHECK(outside.radius_m > inside.radius_m);
+
+  cell.domain->residual_sigma_m.reset();  // nobody held rows out
   cell.measurement.sigma_m = 5e-5;
-  CHECK(Radius(cell, q, 2e-3, false) == Approx(inside_m));
+  const StatedRadius propagated = Radius(cell, q, false);
+  CHECK(propagated.basis == RadiusBasis::kPropagated);
+  CHECK(propagated.radius_m == Approx(inside.radius_m));
+}
+
+TEST_CASE(
+    "a declared cell is propagated only if its deviation is stated and nothing else matters") {
+  CellModel cell = test::HeavyArm();
+  WrittenEffect root;
+  root.id = "tool_root_compliance";
+  root.parameters = {{"compliance", 1e-7, std::nullopt, "rad/(N m)", ""}};
+  WrittenEffect pedestal = root;
+  pedestal.id = "pedestal_compliance";
+  cell.effects = {root, pedestal};
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const LoadStatement load = LoadStatement::Stated({});
+  CHECK(Radius(cell, q, false, load).basis == RadiusBasis::kAssumed);
+  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kPropagated);
+  // A carried load's typical tolerances matter beside a small deviation.
+  const LoadStatement carried = LoadStatement::Stated({60, *cell.payload_cog_F});
+  CHECK(Radius(cell, q, false, carried, {0.05, true}).basis == RadiusBasis::kAssumed);
+  cell.robot.joints[1].compliance_rad_per_Nm.reset();
+  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kAssumed);
+}
+
+TEST_CASE("what a cell leaves open makes its radius larger, never smaller") {
+  const CellModel declared = test::HeavyArm();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const LoadStatement load = LoadStatement::Stated({60, *declared.payload_cog_F});
+  const double all_m = Radius(declared, q, false, load).radius_m;
+  const StatedRadius soft = Radius(WithoutCompliance(), q, false, load);
+  const StatedRadius bare = Radius(Bare(), q, false, load);
+  CHECK(soft.basis == RadiusBasis::kAssumed);
+  CHECK(bare.basis == RadiusBasis::kAssumed);
+  CHECK(soft.radius_m > 2 * all_m);
+  CHECK(bare.radius_m > 1e-3);  // a rigid model of a heavy arm is not exact
+  CHECK(bare.radius_m < 0.1);   // nor is nothing known of it
+
+  // A load that nobody stated, and one that the model cannot use.
+  const LoadStatement unstated{{}, std::nullopt, false};
+  const LoadStatement unused{{}, 60, false};
+  const double empty_m = Radius(WithoutCompliance(), q, false, LoadStatement::Stated({})).radius_m;
+  CHECK(Radius(WithoutCompliance(), q, false, unstated).radius_m > empty_m);
+  CHECK(Radius(WithoutCompliance(), q, false, unused).radius_m > empty_m);
+
+  // The heavier the load, the larger; the larger the declared share, the larger.
+  CHECK(Radius(WithoutCompliance(), q, false, load).radius_m > empty_m);
+  CHECK(Radius(declared, q, false, load, {0.4, true}).radius_m > 1.5 * all_m);
+}
+
+TEST_CASE("the deviations of effects enter a model without a domain") {
+  CellModel cell = Identified();
   cell.domain.reset();
-  CHECK(Radius(cell, q, 2e-3, false) == 2e-3);
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  CellModel exact = cell;
+  exact.effects[0].covariance.setZero();
+  cell.effects[0].covariance *= 1e4;
+  CHECK(Radius(cell, q, false).radius_m > 1.5 * Radius(exact, q, false).radius_m);
+}
+
+TEST_CASE("nothing is known of a vertical axis that carries the arm and declares nothing") {
+  CellModel cell = test::HeavyArm();
+  cell.robot.joints[0].type = JointType::kPrismatic;
+  cell.robot.joints[0].compliance_rad_per_Nm.reset();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  CHECK(Radius(cell, q, false).basis == RadiusBasis::kUnknown);
+}
+
+TEST_CASE("the same posture always has the same radius") {
+  const CellModel cell = WithoutCompliance();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  CHECK(Radius(cell, q, false).radius_m == Radius(cell, q, false).radius_m);
 }

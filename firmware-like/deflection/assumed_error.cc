@@ -1,0 +1,256 @@
+#include "firmware-like/deflection/assumed_error.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unsupported/Eigen/SpecialFunctions>
+#include <vector>
+
+#include "firmware-like/statistics/random_sequence.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kUndeclaredInstrument_m = 5e-5;
+constexpr double kConfidence = 0.95;
+
+/// One quantile in each of equally likely strata, in random order: a Latin hypercube's column
+/// [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
+template <typename Derived>
+void Stratify(RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
+  const auto count = static_cast<std::size_t>(row.size());
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t k = count; k > 1; --k) std::swap(order[k - 1], order[random.Below(k)]);
+  for (std::size_t k = 0; k < count; ++k) {
+    row(static_cast<Eigen::Index>(k)) =
+        (static_cast<double>(order[k]) + 0.5) / static_cast<double>(count);
+  }
+}
+
+template <typename Derived>
+void DrawNormal(RandomSequence& random, Eigen::ArrayBase<Derived>&& row) {
+  Stratify(random, row);
+  for (Eigen::Index k = 0; k < row.size(); ++k) row(k) = Eigen::numext::ndtri(row(k));
+}
+
+template <typename Rows>
+void DrawNormals(RandomSequence& random, Rows& rows) {
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) DrawNormal(random, rows.row(i));
+}
+
+}  // namespace
+
+AssumedError::AssumedError(const CellModel& cell, const LoadedArm& arm, double deflection_sd)
+    : priors_(PriorsOf(cell, arm)),
+      declared_(JointVector::Zero(arm.size())),
+      instrument_sd_m_(cell.measurement.sigma_m.value_or(kUndeclaredInstrument_m)) {
+  const int n = arm.size();
+  for (Rows* rows : {&compliance_, &share_, &mass_change_, &centre_}) {
+    rows->setZero(n, Eigen::NoChange);
+  }
+  load_.setZero(5, Eigen::NoChange);
+
+  RandomSequence random(2);
+  Row common;
+  DrawNormal(random, common.row(0));
+  DrawNormal(random, rated_.row(0));
+  const Row size = (priors_.rated_sigma_ln * rated_).exp();
+  rated_ = priors_.rated_payload_kg * size;
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    declared_[i] = cell.robot.joints[k].compliance_rad_per_Nm.value_or(0.0);
+    DrawNormal(random, share_.row(i));
+    DrawNormal(random, centre_.row(i));
+    DrawNormal(random, compliance_.row(i));
+    DrawNormal(random, mass_change_.row(i));
+    if (const auto& prior = priors_.compliance[k]) {
+      const double common_sd = std::min(priors_.common_sigma_ln, prior->sigma_ln);
+      const double own_sd = std::sqrt(prior->sigma_ln * prior->sigma_ln - common_sd * common_sd);
+      compliance_.row(i) =
+          prior->median * (common_sd * common + own_sd * compliance_.row(i)).exp() / size;
+    } else {
+      compliance_.row(i).setZero();
+    }
+    const DeflectionPriors::Link& link = priors_.links[k];
+    if (link.mass_sigma_ln > 0) {
+      mass_change_.row(i) = link.mass_kg * size * (link.mass_sigma_ln * mass_change_.row(i)).exp();
+    } else {
+      mass_change_.row(i).setZero();
+    }
+  }
+  share_ *= deflection_sd;
+  DrawNormals(random, load_);
+  Stratify(random, uniform_);
+  DrawNormal(random, bend_share_.row(0));
+  DrawNormal(random, root_tilt_.row(0));
+  DrawNormal(random, base_.row(0));
+  DrawNormals(random, normal_);
+  DrawNormals(random, covered_);
+  bend_share_ *= deflection_sd;
+  const auto log_normal = [](const std::optional<LogNormal>& prior, Row& row) {
+    if (prior) {
+      row = prior->median * (prior->sigma_ln * row).exp();
+    } else {
+      row.setZero();
+    }
+  };
+  log_normal(priors_.root_tilt_rad, root_tilt_);
+  log_normal(priors_.base_compliance_rad_per_Nm, base_);
+}
+
+void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
+  constexpr double kMassShare = 0.05, kMass_kg = 0.1;
+  constexpr double kCentre_m = 0.02, kCentreShare = 0.1;
+  constexpr double kUnstatedCentre_m = 0.05, kUnstatedCentreShare = 0.3;
+  auto mass = load_change_.row(0);
+  if (load.mass_kg) {
+    mass = *load.mass_kg * (1 + kMassShare * load_.row(0)) + kMass_kg * load_.row(1);
+    mass = mass.max(0.0);
+  } else {
+    mass = rated_ * uniform_;
+  }
+  const Vec3 tip_F = arm.X_FT().p;
+  const Vec3 centre_F = load.centre_stated ? load.modelled.cog_F : tip_F;
+  const double sd_m = load.centre_stated ? kCentre_m + kCentreShare * centre_F.norm()
+                                         : kUnstatedCentre_m + kUnstatedCentreShare * tip_F.norm();
+  for (int axis = 0; axis < 3; ++axis) {
+    load_change_.row(1 + axis) = mass * (centre_F[axis] + sd_m * load_.row(2 + axis)) -
+                                 load.modelled.mass_kg * load.modelled.cog_F[axis];
+  }
+  mass -= load.modelled.mass_kg;
+}
+
+void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& g_B) {
+  const Posture& posture = state.posture;
+  const Pose& X_BF = posture.X_BF();
+  Jacobian jacobian;
+  arm.chain().JacobianAt(posture, state.X_BT.p, jacobian);
+  for (int j = 0; j < arm.size(); ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    const Vec3 lever = jacobian.col(j).head<3>();
+    const bool prior = priors_.compliance[k].has_value();
+    if (!prior && declared_[j] == 0 && state.sag[j] == 0) continue;
+    // What the axis feels of a force at p: (z x ...) written so that each mass is one product.
+    const Vec3& axis = posture.axis_B[k];
+    const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
+    torque_.setConstant(0);
+    if (arm.chain().type(j) == JointType::kRevolute) {
+      for (int l = j; l < arm.size(); ++l) {
+        const DeflectionPriors::Link& link = priors_.links[static_cast<std::size_t>(l)];
+        const Pose& X_BL = posture.X_BL[static_cast<std::size_t>(l)];
+        if (link.mass_sigma_ln > 0) {
+          torque_ += torque(X_BL * link.com_L - posture.point_B[k]) * mass_change_.row(l);
+        }
+        if (!link.com_sd_L.isZero(0)) {
+          torque_ += link.mass_kg * torque(X_BL.R * link.com_sd_L) * centre_.row(l);
+        }
+      }
+      torque_ += torque(X_BF.p - posture.point_B[k]) * load_change_.row(0);
+      for (int a = 0; a < 3; ++a) torque_ += torque(X_BF.R.col(a)) * load_change_.row(1 + a);
+    }
+    // Now the sag's change: a joint with a prior has none in the model.
+    if (prior) {
+      torque_ = compliance_.row(j) * (state.tau[j] + torque_);
+      for (int a = 0; a < 3; ++a) undeclared_.row(a) += lever[a] * torque_;
+    } else {
+      torque_ *= declared_[j];
+      for (int a = 0; a < 3; ++a) {
+        undeclared_.row(a) += lever[a] * torque_;
+        declared_error_.row(a) += (lever[a] * state.sag[j]) * share_.row(j);
+      }
+    }
+  }
+}
+
+void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
+                           const LoadStatement& load, const Vec3& g_F) {
+  const Mat3& R_BF = state.posture.X_BF().R;
+  if (arm.bends()) {
+    const TipCompliance& tip = arm.tip_compliance();
+    const double factor = state.tool.bend_factor;
+    const auto bend = [&](const Vec3& force_F, const Vec3& moment_F) -> Vec3 {
+      const Vec6 both =
+          tip.C_wrench.leftCols<3>() * force_F + tip.C_wrench.rightCols<3>() * moment_F;
+      return factor * (R_BF * both.head<3>());
+    };
+    const Vec3 by_mass = bend(g_F, (-arm.beam_tip_F()).cross(g_F));
+    const Vec3 declared = R_BF * state.bend_F;
+    for (int a = 0; a < 3; ++a) {
+      undeclared_.row(a) += by_mass[a] * load_change_.row(0);
+      declared_error_.row(a) += declared[a] * bend_share_;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 by_centre = bend(Vec3::Zero(), Vec3::Unit(c).cross(g_F));
+      for (int a = 0; a < 3; ++a) undeclared_.row(a) += by_centre[a] * load_change_.row(1 + c);
+    }
+  }
+  if (!priors_.root_tilt_rad) return;
+  // The coupling is sized for what it usually carries, a quarter of the rated payload at least.
+  constexpr double kSmallestShare = 0.25;
+  const double usual_kg = std::max(load.mass_kg.value_or(load.modelled.mass_kg),
+                                   kSmallestShare * priors_.rated_payload_kg);
+  const double centre_m = load.centre_stated ? load.modelled.cog_F.norm() : arm.X_FT().p.norm();
+  const double sized_Nm = g_F.norm() * (usual_kg * centre_m + arm.loads().tool_body_kg_m().norm());
+  if (sized_Nm <= 0) return;
+  const Vec3 modelled_kg_m =
+      load.modelled.mass_kg * load.modelled.cog_F + arm.loads().tool_body_kg_m();
+  for (int axis = 0; axis < 2; ++axis) {  // the coupling does not twist
+    torque_.setConstant(modelled_kg_m.cross(g_F)[axis]);
+    for (int c = 0; c < 3; ++c) {
+      torque_ += Vec3::Unit(c).cross(g_F)[axis] * load_change_.row(1 + c);
+    }
+    torque_ *= root_tilt_ / sized_Nm;
+    const Vec3 shift_B = R_BF * Vec3::Unit(axis).cross(arm.X_FT().p);
+    for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_B[a] * torque_;
+  }
+}
+
+void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
+                           const LoadStatement& load, const Vec3& g_B) {
+  if (!priors_.base_compliance_rad_per_Nm) return;
+  const Posture& posture = state.posture;
+  Vec3 moment_kg_m = Vec3::Zero();
+  for (int l = 0; l < arm.size(); ++l) {
+    const auto k = static_cast<std::size_t>(l);
+    moment_kg_m += priors_.links[k].mass_kg * (posture.X_BL[k] * priors_.links[k].com_L);
+  }
+  const double load_kg = load.modelled.mass_kg + load_change_.row(0).mean();
+  moment_kg_m += (load_kg + arm.loads().tool_mass_kg()) * state.X_BT.p;
+  const Vec3 shift_per_rad = moment_kg_m.cross(g_B).cross(state.X_BT.p);
+  for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_per_rad[a] * base_;
+}
+
+AssumedError::Answer AssumedError::At(const LoadedArm& arm, const LoadedState& state,
+                                      const LoadStatement& load, const Mat3& covariance_W) {
+  const Vec3& g_F = state.tool.g_F;
+  const Vec3 g_B = state.posture.X_BF().R * g_F;
+  undeclared_.setZero();
+  declared_error_ = instrument_sd_m_ * normal_;
+  if (!covariance_W.isZero(0)) {
+    // Of W as of B: only the length of the sum matters, and the base turns it as a whole.
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(arm.X_WB().R.transpose() * covariance_W *
+                                                    arm.X_WB().R);
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 shift =
+          eigen.eigenvectors().col(c) * std::sqrt(std::max(0.0, eigen.eigenvalues()[c]));
+      for (int a = 0; a < 3; ++a) declared_error_.row(a) += shift[a] * covered_.row(c);
+    }
+  }
+  DrawLoad(arm, load);
+  AddJoints(arm, state, g_B);
+  AddTool(arm, state, load, g_F);
+  AddBase(arm, state, load, g_B);
+
+  square_ = undeclared_.square().colwise().sum();
+  const double undeclared = square_.mean();
+  square_ = (undeclared_ + declared_error_).square().colwise().sum();
+  const double all = square_.mean();
+  const auto place = static_cast<std::ptrdiff_t>(std::ceil(kConfidence * kDraws)) - 1;
+  std::nth_element(square_.data(), square_.data() + place, square_.data() + kDraws);
+  return {std::sqrt(square_[static_cast<Eigen::Index>(place)]), all > 0 ? undeclared / all : 0};
+}
+
+}  // namespace plumbline

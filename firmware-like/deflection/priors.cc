@@ -1,0 +1,248 @@
+#include "firmware-like/deflection/priors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "firmware-like/statistics/random_sequence.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kPostures = 400;
+constexpr double kParallel = 0.7;  // cosine above which two axes count as parallel
+
+struct ClassFigures {
+  LogNormal shoulder_rad, elbow_rad;
+  LogNormal first_axis, wrist;  // stiffness relative to the shoulder's
+  LogNormal base_stiffness_Nm;
+};
+
+ClassFigures FiguresOf(ArmClass arm_class) {
+  switch (arm_class) {
+    case ArmClass::kSmall:
+      return {{3.0e-3, 0.46}, {3.0e-3, 0.46}, {1.0, 0.42}, {0.45, 0.7}, {5e5, 1.0}};
+    case ArmClass::kTorqueSensing:
+      return {{7.0e-3, 0.50}, {7.0e-3, 0.50}, {1.0, 0.3}, {0.7, 0.35}, {5e5, 1.0}};
+    case ArmClass::kMedium:
+      return {{2.2e-3, 0.45}, {2.2e-3, 0.45}, {0.6, 0.5}, {0.25, 0.8}, {1e7, 0.8}};
+    case ArmClass::kHeavy:
+      return {{2.8e-3, 0.40}, {2.2e-3, 0.40}, {0.4, 0.35}, {0.1, 0.87}, {1e8, 0.8}};
+  }
+  return {};
+}
+
+/// From the joint's axis to the end of its link, in the frame after the joint.
+Vec3 LinkVector(const Robot& robot, int joint) {
+  const auto k = static_cast<std::size_t>(joint);
+  if (robot.convention == DhConvention::kDistal) {
+    const Joint& own = robot.joints[k];
+    const double ca = std::cos(own.alpha_rad), sa = std::sin(own.alpha_rad);
+    return {own.a_m, sa * own.d_m, ca * own.d_m};
+  }
+  if (k + 1 == robot.joints.size()) return Vec3::Zero();
+  const Joint& next = robot.joints[k + 1];
+  return {next.a_m, -std::sin(next.alpha_rad) * next.d_m, std::cos(next.alpha_rad) * next.d_m};
+}
+
+/// Half way along the link, in the frame after the joint.
+Vec3 MiddleOfLink(const Robot& robot, int joint) {
+  const double half = robot.convention == DhConvention::kDistal ? -0.5 : 0.5;
+  return half * LinkVector(robot, joint);
+}
+
+/// The shoulder lifts the arm and the elbow the forearm; the rest turns or carries the wrist.
+struct Roles {
+  int shoulder = 0;
+  int elbow = -1;  // none
+};
+
+Roles RolesOf(const Chain& chain) {
+  Posture zero;
+  chain.Evaluate(JointVector::Zero(chain.size()), zero);
+  const auto parallel = [&](int a, int b) {
+    return std::abs(zero.axis_B[static_cast<std::size_t>(a)].dot(
+               zero.axis_B[static_cast<std::size_t>(b)])) > kParallel;
+  };
+  const auto turns = [&](int i) { return chain.type(i) == JointType::kRevolute; };
+  Roles roles;
+  int first = 0;
+  while (first < chain.size() && !turns(first)) ++first;
+  roles.shoulder = std::min(first, chain.size() - 1);
+  for (int i = first + 1; i < chain.size(); ++i) {
+    if (!turns(i) || parallel(i, first)) continue;
+    roles.shoulder = i;
+    break;
+  }
+  for (int i = roles.shoulder + 1; i < chain.size() && roles.elbow < 0; ++i) {
+    if (turns(i) && parallel(i, roles.shoulder)) roles.elbow = i;
+  }
+  return roles;
+}
+
+/// Masses of the links, the declared ones as they are; without any, in proportion only.
+/// @return  true where at least one that the shoulder lifts is declared
+bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors) {
+  constexpr double kBase = 0.30, kUpperArm = 0.35, kForearm = 0.20, kWrist = 0.15;
+  const int n = robot.size();
+  const int elbow = roles.elbow >= 0 ? roles.elbow : n;
+  const auto share = [&](int i) {
+    if (i < roles.shoulder) return kBase / roles.shoulder;
+    if (i < elbow) return kUpperArm / (elbow - roles.shoulder);
+    if (i == elbow) return kForearm;
+    return kWrist / (n - elbow - 1);
+  };
+  double known_kg = 0, known_share = 0;
+  bool lifted = false;
+  for (int i = 0; i < n; ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (joint.link_mass_kg.value_or(0) <= 0) continue;
+    known_kg += *joint.link_mass_kg;
+    known_share += share(i);
+    lifted = lifted || i >= roles.shoulder;
+  }
+  const double arm_kg = known_kg > 0 ? known_kg / known_share : 1.0;
+  for (int i = 0; i < n; ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    DeflectionPriors::Link& link = priors.links[static_cast<std::size_t>(i)];
+    link.com_L = joint.link_com_m.value_or(MiddleOfLink(robot, i));
+    if (!joint.link_com_m) link.com_sd_L = 0.2 * LinkVector(robot, i);
+    link.mass_kg = joint.link_mass_kg.value_or(share(i) * arm_kg);
+    link.mass_sigma_ln = joint.link_mass_kg ? 0.0 : 0.35;
+  }
+  return lifted;
+}
+
+/// Gravity torques of some hundred postures: of the links, and of one kilogram at the flange.
+struct TorqueSample {
+  Eigen::MatrixXd links, unit;  // a row a posture, a column a joint
+
+  double Largest(int joint, double payload_kg) const {
+    return (links.col(joint) + payload_kg * unit.col(joint)).cwiseAbs().maxCoeff();
+  }
+};
+
+TorqueSample SampleTorques(const Robot& robot, const Chain& chain, const DeflectionPriors& priors) {
+  const int n = chain.size();
+  const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
+  RandomSequence random(1);
+  TorqueSample sample{Eigen::MatrixXd::Zero(kPostures, n), Eigen::MatrixXd::Zero(kPostures, n)};
+  JointVector q(n);
+  Posture posture;
+  for (int row = 0; row < kPostures; ++row) {
+    for (int i = 0; i < n; ++i) {
+      const double most = chain.type(i) == JointType::kRevolute ? std::numbers::pi : 1.0;
+      const double low = std::max(chain.lower()[i], -most), high = std::min(chain.upper()[i], most);
+      q[i] = low < high ? low + random.Uniform() * (high - low) : low;
+    }
+    chain.Evaluate(q, posture);
+    for (int j = 0; j < n; ++j) {
+      if (chain.type(j) != JointType::kRevolute) continue;
+      const auto k = static_cast<std::size_t>(j);
+      const auto torque = [&](const Vec3& p_B) {
+        return posture.axis_B[k].dot((p_B - posture.point_B[k]).cross(g_B));
+      };
+      for (int l = j; l < n; ++l) {
+        const auto& link = priors.links[static_cast<std::size_t>(l)];
+        sample.links(row, j) +=
+            link.mass_kg * torque(posture.X_BL[static_cast<std::size_t>(l)] * link.com_L);
+      }
+      sample.unit(row, j) = torque(posture.X_BF().p);
+    }
+  }
+  return sample;
+}
+
+double RatedPayloadByReach(double reach_m) {
+  constexpr double kKnee_m = 1.5;
+  const double short_kg = 8.0 * std::pow(std::min(reach_m, kKnee_m), 1.8);
+  return short_kg * std::pow(std::max(1.0, reach_m / kKnee_m), 4.5);
+}
+
+ArmClass ClassOf(int joints, double shoulder_Nm) {
+  constexpr double kSmall_Nm = 500, kSensing_Nm = 1000, kMedium_Nm = 5000;
+  if (joints == 7 && shoulder_Nm < kSensing_Nm) return ArmClass::kTorqueSensing;
+  if (shoulder_Nm > kMedium_Nm) return ArmClass::kHeavy;
+  return shoulder_Nm > kSmall_Nm ? ArmClass::kMedium : ArmClass::kSmall;
+}
+
+/// True where an effect of the cell, or the cell itself, says how this joint yields.
+bool Declares(const Joint& joint, const Influence<double>& effects, int i) {
+  using I = Influence<double>;
+  return joint.compliance_rad_per_Nm || effects.Joint(I::kCompliance, i) != 0 ||
+         effects.Joint(I::kHardening, i) != 0;
+}
+
+}  // namespace
+
+DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
+  const Robot& robot = cell.robot;
+  const Chain& chain = arm.chain();
+  const int n = chain.size();
+  const Roles roles = RolesOf(chain);
+  DeflectionPriors priors;
+  priors.shoulder = roles.shoulder;
+
+  const bool weighed = FillLinks(robot, roles, priors);
+  TorqueSample sample = SampleTorques(robot, chain, priors);
+  const double unit_Nm = std::max(1e-9, sample.unit.col(roles.shoulder).cwiseAbs().maxCoeff());
+  const double reach_m = unit_Nm / std::max(1e-9, robot.g_W.norm());
+  priors.rated_payload_kg =
+      weighed ? sample.Largest(roles.shoulder, 0) / unit_Nm : RatedPayloadByReach(reach_m);
+  priors.rated_sigma_ln = weighed ? 0.0 : 0.4;
+  if (!weighed) {
+    // The links load the stretched shoulder as much as the rated payload does.
+    const double scale =
+        priors.rated_payload_kg * unit_Nm / std::max(1e-9, sample.Largest(roles.shoulder, 0));
+    for (auto& link : priors.links) {
+      if (link.mass_sigma_ln > 0) link.mass_kg *= scale;
+    }
+    sample = SampleTorques(robot, chain, priors);
+  }
+
+  const double shoulder_Nm = sample.Largest(roles.shoulder, priors.rated_payload_kg);
+  priors.arm_class = ClassOf(n, shoulder_Nm);
+  const ClassFigures figures = FiguresOf(priors.arm_class);
+  const double torque_sigma_ln = weighed ? 0.15 : 0.25;
+  const double shoulder_sigma = std::hypot(figures.shoulder_rad.sigma_ln, torque_sigma_ln);
+  priors.common_sigma_ln = std::sqrt(0.5) * figures.shoulder_rad.sigma_ln;
+  const double shoulder_compliance = figures.shoulder_rad.median / std::max(1e-9, shoulder_Nm);
+
+  Influence<double> effects;
+  AddEffects(arm.effects(), arm.MomentOf(JointVector::Zero(n), {}), effects);
+  const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
+  Posture zero;
+  chain.Evaluate(JointVector::Zero(n), zero);
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (Declares(robot.joints[k], effects, i)) continue;
+    if (chain.type(i) != JointType::kRevolute) {
+      // Only the axes before it turn it; at zero it is as good an example as anywhere.
+      const bool level = std::abs(zero.axis_B[k].dot(g_B)) < 1e-3 * g_B.norm();
+      priors.complete = priors.complete && level;
+      continue;
+    }
+    if (i == roles.shoulder) {
+      priors.compliance[k] = LogNormal{shoulder_compliance, shoulder_sigma};
+    } else if (i == roles.elbow) {
+      const double elbow_Nm = std::max(1e-9, sample.Largest(i, priors.rated_payload_kg));
+      priors.compliance[k] = LogNormal{figures.elbow_rad.median / elbow_Nm,
+                                       std::hypot(figures.elbow_rad.sigma_ln, torque_sigma_ln)};
+    } else {
+      const bool wrist = roles.elbow >= 0 ? i > roles.elbow : i > roles.shoulder;
+      const LogNormal& ratio = wrist ? figures.wrist : figures.first_axis;
+      priors.compliance[k] =
+          LogNormal{shoulder_compliance / ratio.median, std::hypot(shoulder_sigma, ratio.sigma_ln)};
+    }
+  }
+  using I = Influence<double>;
+  if (effects[I::kRootCompliance] == 0) priors.root_tilt_rad = LogNormal{0.5e-3, 0.7};
+  if (effects[I::kPedestalCompliance] == 0) {
+    priors.base_compliance_rad_per_Nm =
+        LogNormal{1 / figures.base_stiffness_Nm.median, figures.base_stiffness_Nm.sigma_ln};
+  }
+  return priors;
+}
+
+}  // namespace plumbline

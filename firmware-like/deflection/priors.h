@@ -1,0 +1,85 @@
+// Prior distributions for the deflection parameters that a cell does not declare.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline {
+
+/// A positive quantity known to an order of magnitude: its logarithm is normal.
+struct LogNormal {
+  double median = 0;
+  double sigma_ln = 0;
+};
+
+/// Size and drive class of an arm, which fixes how much its joints typically wind up.
+enum class ArmClass {
+  kSmall,          ///< collaborative or small industrial arm, strain-wave gears
+  kTorqueSensing,  ///< seven axes with joint torque sensors
+  kMedium,         ///< cycloidal (RV) gears, some 15 to 80 kg
+  kHeavy,          ///< cycloidal (RV) gears, above that
+};
+
+/// What is assumed of each parameter that the cell leaves open; entries of declared ones are empty.
+///
+/// Joint wind-up. theta is the wind-up of a joint at T, its largest gross gravity torque (rated
+/// payload, any posture, no counterbalance); its compliance is theta / T:
+///   class            shoulder, elbow [mrad]   sigma of ln
+///   small                 3.0                  0.46
+///   torque sensing        7.0                  0.50
+///   medium                2.2                  0.45
+///   heavy                 2.8, 2.2             0.40
+/// from published stiffness of a KR 10 class arm, Manutec r3, KR 240-2, KR 270 and KR 500 (Dumas et
+/// al. 2011; Klimchik et al. 2013; Modelica Standard Library, RobotR3) and gear catalogues (strain
+/// wave 1.3 to 1.7 mrad at rated torque, cycloidal 0.84 to 1.17), which leave a factor of about 1.5
+/// to 2.5 for housings, bearings and links. Joints that carry no gravity torque by design follow
+/// the shoulder's stiffness k_2:
+///   first axis  1.0, 1.0, 0.6, 0.4 k_2 (small, torque sensing, medium, heavy), sigma of ln
+///               0.42, 0.3, 0.5, 0.35
+///   wrist       0.45, 0.7, 0.25, 0.1 k_2, sigma of ln 0.7, 0.35, 0.8, 0.87
+/// The small wrist lies between the one arm identified (0.4 to 0.85) and what catalogue gears of a
+/// wrist's size give beside those of a shoulder (0.07 to 0.3). Half of the log variance of the
+/// shoulder's class is common to all joints of an arm.
+///
+/// Rated payload. On arms from 5 to 500 kg the payload's share of T_2 is 43 to 59 %: the rated
+/// payload loads the stretched shoulder about as much as the links do. Without any link mass it is
+/// taken from the reach R of the flange from the shoulder, 8 kg (R / m)^1.8 up to 1.5 m and
+/// 16.6 kg (R / 1.5 m)^4.5 beyond, through makers' data sheets from 3 to 500 kg; sigma of ln 0.4.
+///
+/// Link masses that are not declared: 30, 35, 20 and 15 % of the arm in base, upper arm, forearm
+/// and wrist, sigma of ln 0.35; half way along the link, a fifth of its length either way.
+///
+/// Tool root: a coupling tilts by 0.5 mrad at the moment it is sized for, sigma of ln 0.7.
+/// Pedestal: 5e5, 1e7, 1e8 N m/rad (table or profile stand, steel riser, floor plate) below small,
+/// medium and heavy arms, sigma of ln 1.0, 0.8, 0.8.
+struct DeflectionPriors {
+  ArmClass arm_class = ArmClass::kSmall;
+  double rated_payload_kg = 0;
+  /// Of the rated payload; where it is not 0 all link masses go with it, and compliances inversely.
+  double rated_sigma_ln = 0;
+  int shoulder = 0;
+  /// False where a source has no prior: a prismatic axis that carries weight and declares nothing.
+  bool complete = true;
+
+  /// [rad/(N m)]; empty: declared, by the cell or by an effect of it, or prismatic.
+  std::array<std::optional<LogNormal>, kMaxJoints> compliance;
+  double common_sigma_ln = 0;  ///< of every joint's compliance, included in its sigma_ln
+
+  struct Link {
+    double mass_kg = 0;            ///< declared, or the median
+    double mass_sigma_ln = 0;      ///< 0: declared
+    Vec3 com_L = Vec3::Zero();     ///< in the frame after the joint [m]
+    Vec3 com_sd_L = Vec3::Zero();  ///< one direction along which it is uncertain [m]
+  };
+  std::array<Link, kMaxJoints> links;
+
+  std::optional<LogNormal> root_tilt_rad;  ///< at the moment that the coupling is sized for
+  std::optional<LogNormal> base_compliance_rad_per_Nm;
+};
+
+/// The priors of a cell. Samples some hundred postures: not for the cycle.
+DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm);
+
+}  // namespace plumbline

@@ -1,0 +1,58 @@
+#include "firmware-like/cell_health.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <set>
+
+#include "firmware-like/snapshot.h"
+
+using namespace plumbline;
+
+TEST_CASE("health names the gravest reason that holds") {
+  HealthFacts facts;
+  facts.weakest_basis = RadiusBasis::kMeasured;
+  CHECK(HealthOf(facts) == CellHealth{});
+
+  facts.weakest_basis = RadiusBasis::kAssumed;
+  CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kNotice, HealthReason::kRadiusAssumed});
+
+  facts.warnings = warning::kDrift;
+  CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kAttention, HealthReason::kDrift});
+
+  facts.warnings |= warning::kInterference;
+  CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kAlarm, HealthReason::kInterference});
+
+  facts.alarms = alarm::kRobotStale;
+  CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kAlarm, HealthReason::kRobotStale});
+}
+
+TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
+  for (int bit = 0; bit < 8; ++bit) {
+    CAPTURE(bit);
+    CHECK(HealthOf({.alarms = static_cast<std::uint16_t>(1 << bit)}).severity ==
+          HealthSeverity::kAlarm);
+  }
+  for (int bit = 0; bit < 16; ++bit) {
+    CAPTURE(bit);
+    CHECK(HealthOf({.warnings = static_cast<std::uint16_t>(1 << bit)}).severity >
+          HealthSeverity::kGood);
+  }
+  CHECK(HealthOf({.extrapolating = true}).reason == HealthReason::kExtrapolating);
+  CHECK(HealthOf({.weakest_basis = RadiusBasis::kUnknown}).severity == HealthSeverity::kAttention);
+  CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
+  CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
+  CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
+}
+
+TEST_CASE("each reason has words and, where there is something to do, a remedy") {
+  std::set<std::string> texts;
+  for (int number = 1; number <= static_cast<int>(HealthReason::kRadiusAssumed); ++number) {
+    const auto reason = static_cast<HealthReason>(number);
+    const std::string text = Describe(reason);
+    if (text.empty()) continue;  // a number in reserve
+    CAPTURE(number);
+    CHECK(texts.insert(text).second);
+    CHECK(std::strlen(RemedyOf(reason)) > 0);
+  }
+  CHECK(texts.size() == 30);
+}
