@@ -57,6 +57,7 @@ Machine::Machine(const MachineConfig& config)
       uncertainty_(config.cell, corrector_.arm(), config.limits.deviation),
       reads_time_(ReadsTime(config.cell)),
       filter_(config.plausibility),
+      probe_bounds_(ProbeBoundsOf(corrector_.arm(), config.limits)),
       branches_(config.points.size()),
       radii_(config.points.size()) {
   snapshot_.points.resize(config_.points.size());
@@ -69,6 +70,8 @@ Machine::Machine(const MachineConfig& config)
   snapshot_.robot.q = zero;
   snapshot_.reading.q = zero;
   snapshot_.result.correction.q = zero;
+  snapshot_.probes.reach_m = probe_bounds_.reach_m;
+  snapshot_.probes.contradiction_m = probe_bounds_.contradiction_m;
   for (PointResult& point : snapshot_.points) point.correction.q = zero;
 }
 
@@ -98,6 +101,9 @@ void Machine::TakeOver(const Machine& former) {
   snapshot_.reading = former.snapshot_.reading;
   snapshot_.result = former.snapshot_.result;
   snapshot_.probe = former.snapshot_.probe;
+  snapshot_.probes.refused = former.snapshot_.probes.refused;
+  snapshot_.probes.fault = former.snapshot_.probes.fault;
+  snapshot_.probes.measured_W = former.snapshot_.probes.measured_W;
   last_heartbeat_ = former.last_heartbeat_;
   heartbeat_seen_s_ = former.heartbeat_seen_s_;
   acknowledged_ = former.acknowledged_;
@@ -128,7 +134,10 @@ void Machine::JudgeInput(const MachineInput& input) {
   if (input.robot.sequence != 0) snapshot_.reading = input.robot;
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
+  snapshot_.probes.standstill = false;
   if (snapshot_.input_fault != InputFault::kOk) return;
+  standstill_.Observe(input.robot);
+  snapshot_.probes.standstill = !standstill_.Moving(input.now_s);
   const bool moved = snapshot_.robot.q != input.robot.q ||
                      snapshot_.robot.q_resolution != input.robot.q_resolution;
   snapshot_.robot = input.robot;

@@ -7,6 +7,7 @@
 
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/standstill.h"
 #include "firmware-like/tip_fusion.h"
 
 namespace plumbline {
@@ -53,6 +54,7 @@ struct MachineInput {
   PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
   bool probes_recorded = false;     ///< somebody takes what a probe gives
+  bool probes_pending = false;      ///< not yet: the journal is being opened
   std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
   bool scene_lost = false;          ///< interference was supervised and is no longer
   bool scene_incomplete = false;    ///< watched pairs of objects are not measured
@@ -78,6 +80,7 @@ class Machine {
   const Snapshot& Cycle(const MachineInput& input);
 
   const MachineConfig& config() const { return config_; }
+  const Snapshot& snapshot() const { return snapshot_; }  ///< of the last cycle
 
  private:
   void JudgeInput(const MachineInput& input);
@@ -104,8 +107,13 @@ class Machine {
   void Execute(const MachineInput& input);
   /// Fills in the correction's radius and its basis.
   void StateUncertainty(const Payload& payload, Correction& correction);
-  /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted.
+  /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted;
+  /// likewise, without the valid bit, where the probe is quarantined.
   CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
+  /// Why no probe can be recorded now, kOk where it can.
+  CorrectionCode ProbeRecording(const MachineInput& input) const;
+  /// Counts a refused probe. @return the result code of that fault
+  CorrectionCode RefuseProbe(ProbeFault fault, const Vec3& measured_W);
   /// By the camera that the command names, or by all that see the tip now.
   CorrectionCode TakeProbeByCamera(const MachineInput& input);
   /// Of the camera that the command names; without a number of those that ask for the board, or,
@@ -119,6 +127,8 @@ class Machine {
   LandingUncertainty uncertainty_;
   const bool reads_time_;  ///< the cell's effects
   PlausibilityFilter filter_;
+  StandstillWatch standstill_;
+  const ProbeBounds probe_bounds_;
   /// What is known of a point's branch.
   struct Branch {
     std::optional<JointVector> solution;  ///< the last one: the next one's starting value

@@ -38,9 +38,13 @@ void Machine::Execute(const MachineInput& input) {
     result.code = CorrectionCode::kOk;
     return;
   }
+  // An answer without a pose must not show that of the previous command.
+  result.correction = {};
+  result.correction.q.setZero(config_.cell.robot.size());
+  result.point_id = 0;
   if (command.code == PlcCommandCode::kRestartMonitor) {
-    snapshot_.monitor_restart = input.probes_recorded;
-    result.code = input.probes_recorded ? CorrectionCode::kOk : CorrectionCode::kNotRecorded;
+    result.code = ProbeRecording(input);
+    snapshot_.monitor_restart = result.code == CorrectionCode::kOk;
     return;
   }
   if (command.code == PlcCommandCode::kStartCalibration ||
@@ -48,8 +52,7 @@ void Machine::Execute(const MachineInput& input) {
     result.code = OrderCalibration(input);
     return;
   }
-  result.point_id =
-      command.code == PlcCommandCode::kCorrectPoint ? command.point_id : std::uint16_t{0};
+  if (command.code == PlcCommandCode::kCorrectPoint) result.point_id = command.point_id;
   const auto refuse = [&](CorrectionCode code) { result.code = code; };
   if (!MakesSense(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
   if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
@@ -150,19 +153,33 @@ CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
   const TipFusion fused = FuseTips(std::span(tips).first(seen));
   if (!fused.agree) return CorrectionCode::kCamerasDisagree;
   const CorrectionCode code = TakeProbe(input, fused.tip.p_W);
-  if (code != CorrectionCode::kOk) return code;
+  if (!snapshot_.probe_taken) return code;
   snapshot_.probe.covariance_W = fused.tip.covariance_W;
   snapshot_.probe.cameras = cameras;
   return code;
+}
+
+CorrectionCode Machine::ProbeRecording(const MachineInput& input) const {
+  if (input.probes_recorded) return CorrectionCode::kOk;
+  return input.probes_pending ? CorrectionCode::kPending : CorrectionCode::kNotRecorded;
+}
+
+CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& measured_W) {
+  ++snapshot_.probes.refused;
+  snapshot_.probes.fault = fault;
+  snapshot_.probes.measured_W = measured_W;
+  return fault == ProbeFault::kRobotMoving ? CorrectionCode::kRobotMoving
+                                           : CorrectionCode::kProbeImplausible;
 }
 
 CorrectionCode Machine::TakeProbe(const MachineInput& input,
                                   const std::optional<Vec3>& measured_W) {
   const PlcCommand& command = input.command;
   const LoadedArm& arm = corrector_.arm();
-  if (!input.probes_recorded) return CorrectionCode::kNotRecorded;
+  if (const CorrectionCode code = ProbeRecording(input); code != CorrectionCode::kOk) return code;
   if (!measured_W) return CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
+  if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);
   const std::optional<Payload> payload = PayloadAt(command.payload_kg);
   if (!payload) return CorrectionCode::kPayloadUnknown;
   if (arm.torques_missing()) return CorrectionCode::kTorquesUnknown;
@@ -170,6 +187,9 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
     return CorrectionCode::kNotConverged;
   }
+  const ProbeFault fault = JudgeProbe(arm, probe_bounds_, *measured_W, state.p_read_W);
+  if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
+  snapshot_.probes.fault = ProbeFault::kNone;
 
   Probe& probe = snapshot_.probe;
   probe.sequence = command.sequence;
@@ -183,6 +203,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   probe.measured_W = *measured_W;
   probe.covariance_W.reset();
   probe.cameras = 0;
+  probe.quarantined = Contradicts(probe_bounds_, *measured_W, state.p_read_W);
   snapshot_.probe_taken = true;
 
   Correction& told = snapshot_.result.correction;
@@ -194,7 +215,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
                                     ConditionsOf(*payload).t_s);
   StateUncertainty(*payload, told);
-  return CorrectionCode::kOk;
+  return probe.quarantined ? CorrectionCode::kProbeQuarantined : CorrectionCode::kOk;
 }
 
 }  // namespace plumbline

@@ -9,6 +9,7 @@
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/model/plc_command.h"
 #include "firmware-like/plausibility.h"
+#include "firmware-like/probe_check.h"
 
 namespace plumbline {
 
@@ -96,6 +97,17 @@ struct Probe {
   Vec3 measured_W = Vec3::Zero();
   std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
   std::uint16_t cameras = 0;         ///< that saw it; bit k: the k-th
+  bool quarantined = false;          ///< contradicts the model: kept, and used once accepted
+};
+
+/// What became of the probes since the start.
+struct ProbeIntake {
+  std::uint32_t refused = 0;             ///< implausible, or while the robot moved
+  ProbeFault fault = ProbeFault::kNone;  ///< of the newest probe that was judged
+  Vec3 measured_W = Vec3::Zero();        ///< the newest that was refused [m]
+  double reach_m = 0;                    ///< a probe may be this far from the base
+  double contradiction_m = 0;            ///< and this far from the predicted tip
+  bool standstill = false;               ///< the robot is trusted and stands
 };
 
 /// What a PLC wants of the lens' calibration.
@@ -121,6 +133,7 @@ struct Snapshot {
   std::array<CalibrationOrder, kMostCameras> calibration_orders{};  ///< asked for in this cycle
   bool probe_taken = false;  ///< in this cycle; `probe` is the newest
   Probe probe;
+  ProbeIntake probes;
 };
 
 }  // namespace plumbline

@@ -34,9 +34,12 @@ struct JournalOptions {
   std::optional<std::string> session;
   std::optional<int> model_version;
   bool skip_bad = false, again = false, json = false, once = false;
+  std::vector<std::int64_t> ids;  ///< of quarantined rows
 
   std::string JournalFile() const { return state + "/journal.sqlite"; }
-  JournalFilter Filter() const { return {after, last, session, model_version}; }
+  JournalFilter Filter(JournalFilter::Rows rows) const {
+    return {after, last, session, model_version, rows};
+  }
 };
 
 int Import(const JournalOptions& options) {
@@ -114,7 +117,8 @@ int Export(const JournalOptions& options) {
   if (!cell) return kExitFault;
   Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  const auto rows = journal.value().Read(options.Filter(), cell->robot.joints);
+  const auto rows =
+      journal.value().Read(options.Filter(JournalFilter::Rows::kMeasurements), cell->robot.joints);
   if (!rows) return Fail(rows.error(), kExitFault);
   const ExportedCsv exported = CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
@@ -140,6 +144,21 @@ std::vector<Joint> JointsAsRecorded(int count) {
   return std::vector<Joint>(static_cast<std::size_t>(count));
 }
 
+/// Nothing for a row that never was in quarantine.
+const char* QuarantineText(JournalRow::Quarantine quarantine) {
+  switch (quarantine) {
+    case JournalRow::Quarantine::kNone:
+      return nullptr;
+    case JournalRow::Quarantine::kWaiting:
+      return "waiting";
+    case JournalRow::Quarantine::kAccepted:
+      return "accepted";
+    case JournalRow::Quarantine::kRejected:
+      return "rejected";
+  }
+  return nullptr;
+}
+
 nlohmann::json AsJson(const JournalRow& row) {
   nlohmann::json json = {{"id", row.id},
                          {"source", NameOf(row.source)},
@@ -154,6 +173,7 @@ nlohmann::json AsJson(const JournalRow& row) {
   };
   for (const double q : row.q) json["q"].push_back(q / kRadPerDeg);
   if (!row.camera.empty()) json["camera"] = row.camera;
+  if (const char* const state = QuarantineText(row.quarantine)) json["quarantine"] = state;
   if (row.unix_ms) json["unix_ms"] = *row.unix_ms;
   if (row.command) json["command"] = *row.command;
   if (row.model_version) json["model_version"] = *row.model_version;
@@ -188,6 +208,9 @@ std::string Line(const JournalRow& row) {
   if (!row.camera.empty()) line += "  by " + row.camera;
   if (row.alarm) line += "  ALARM";
   if (row.wild) line += "  wild";
+  if (const char* const state = QuarantineText(row.quarantine)) {
+    line += fmt::format("  quarantine: {}", state);
+  }
   return line;
 }
 
@@ -214,14 +237,15 @@ int Show(const JournalOptions& options) {
   Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   if (!options.json) std::cout << Header();
-  const Result<std::int64_t> last = Print(journal.value(), options.Filter(), options.json);
+  const Result<std::int64_t> last =
+      Print(journal.value(), options.Filter(JournalFilter::Rows::kAll), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Tail(const JournalOptions& options) {
   Result<Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  JournalFilter filter = options.Filter();
+  JournalFilter filter = options.Filter(JournalFilter::Rows::kAll);
   if (!filter.last) filter.last = 10;
   if (!options.json) std::cout << Header();
   for (;;) {
@@ -232,6 +256,47 @@ int Tail(const JournalOptions& options) {
     filter.last.reset();
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
   }
+}
+
+int ListQuarantine(const JournalOptions& options) {
+  Result<Journal> journal = ExistingJournal(options);
+  if (!journal) return Fail(journal.error(), kExitFault);
+  const Result<std::int64_t> waiting = journal.value().Waiting();
+  if (!waiting) return Fail(waiting.error(), kExitFault);
+  if (*waiting == 0 && !options.json) {
+    std::cout << "no probe waits for a decision\n";
+    return kExitOk;
+  }
+  if (!options.json) std::cout << Header();
+  const Result<std::int64_t> last =
+      Print(journal.value(), options.Filter(JournalFilter::Rows::kWaiting), options.json);
+  return last ? kExitOk : Fail(last.error(), kExitFault);
+}
+
+int Decide(const JournalOptions& options, bool accept) {
+  const Result<Journal> existing = ExistingJournal(options);
+  if (!existing) return Fail(existing.error(), kExitFault);
+  Result<Journal> journal = Journal::Open(options.JournalFile());
+  if (!journal) return Fail(journal.error(), kExitUsage);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const Result<bool> decided = journal.value().Decide(
+      options.ids, accept, std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
+  if (!decided) return Fail(decided.error(), kExitFault);
+  const Result<std::int64_t> waiting = journal.value().Waiting();
+  if (!waiting) return Fail(waiting.error(), kExitFault);
+  std::cout << fmt::format(
+      "{} row{} {}, {} wait for a decision; a running daemon follows within some seconds\n",
+      options.ids.size(), options.ids.size() == 1 ? "" : "s", accept ? "accepted" : "rejected",
+      *waiting);
+  return kExitOk;
+}
+
+int Accept(const JournalOptions& options) {
+  return Decide(options, true);
+}
+
+int Reject(const JournalOptions& options) {
+  return Decide(options, false);
 }
 
 void AddState(CLI::App& command, JournalOptions& options) {
@@ -254,14 +319,16 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   CLI::App* journal = app.add_subcommand("journal", "Measured points: import, export, show");
   journal->require_subcommand(1);
   journal->footer("The journal is the file journal.sqlite in the daemon's state_directory.");
-  const auto add = [&](const char* name, const char* what, int (*run)(const JournalOptions&),
-                       const char* footer) {
-    CLI::App* command = journal->add_subcommand(name, what);
+  const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
+                          int (*run)(const JournalOptions&), const char* footer) {
+    CLI::App* command = parent.add_subcommand(name, what);
     AddState(*command, *options);
     command->footer(footer);
     command->callback([options, run, &exit_code] { exit_code = run(*options); });
     return command;
   };
+  const auto add = [&](const char* name, const char* what, int (*run)(const JournalOptions&),
+                       const char* footer) { return add_to(*journal, name, what, run, footer); };
 
   CLI::App* import = add(
       "import", "Takes a measured.csv into the journal, all rows or none", Import,
@@ -276,13 +343,14 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   import->add_flag("--again", options->again, "Also if these rows were imported before");
   import->add_flag("--json", options->json, "For programs");
 
-  CLI::App* out =
-      add("export", "Writes rows of the journal as measured.csv", Export,
-          "A column that only some of the rows have is left out, and that is told.\n\n"
-          "Example:\n  plumbline journal export --cell cell.toml --last 200 --out measured.csv\n\n"
-          "Exit codes: 0 written, 1 faults in the cell, no journal or no such rows, 2 wrong "
-          "arguments or\n"
-          "unwritable output.");
+  CLI::App* out = add(
+      "export", "Writes rows of the journal as measured.csv", Export,
+      "A column that only some of the rows have is left out, and that is told. So are probes in\n"
+      "quarantine, until they are accepted.\n\n"
+      "Example:\n  plumbline journal export --cell cell.toml --last 200 --out measured.csv\n\n"
+      "Exit codes: 0 written, 1 faults in the cell, no journal or no such rows, 2 wrong "
+      "arguments or\n"
+      "unwritable output.");
   out->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")->required();
   out->add_option("--out", options->file, "The CSV file; - is standard output")->required();
   AddFilter(*out, *options);
@@ -301,6 +369,35 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   tail->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
   tail->add_flag("--once", options->once, "Without waiting for further rows");
   AddFilter(*tail, *options);
+
+  CLI::App* quarantine = journal->add_subcommand(
+      "quarantine", "Probes that contradict the model: list them, accept or reject them");
+  quarantine->require_subcommand(1);
+  quarantine->footer(
+      "A probe farther from where the model has the tip than any plausible effect explains is "
+      "kept,\n"
+      "but neither forms a reference, nor is watched for drift, nor diagnosed, before it is\n"
+      "accepted.");
+  CLI::App* list =
+      add_to(*quarantine, "list", "Prints the probes that wait for a decision", ListQuarantine,
+             "Example:\n  plumbline journal quarantine list\n\nExit codes as `show`.");
+  list->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
+  AddFilter(*list, *options);
+  const auto add_decision = [&](const char* name, const char* what,
+                                int (*run)(const JournalOptions&), const char* footer) {
+    CLI::App* command = add_to(*quarantine, name, what, run, footer);
+    command->add_option("rows", options->ids, "Their numbers, as `list` prints them")
+        ->required()
+        ->check(WholeNumberWithin(1, kMostRows));
+  };
+  add_decision("accept", "Makes them measurements, each in its place in time", Accept,
+               "A running daemon has its drift monitor read the journal again.\n\n"
+               "Example:\n  plumbline journal quarantine accept 812 813\n\n"
+               "Exit codes: 0 accepted, 1 no journal, or a row that is not in quarantine (nothing\n"
+               "decided), 2 wrong arguments or a journal that cannot be written.");
+  add_decision("reject", "Leaves them out for good; they stay in the journal, marked", Reject,
+               "Example:\n  plumbline journal quarantine reject 812 813\n\n"
+               "Exit codes as `accept`.");
 }
 
 }  // namespace plumbline

@@ -46,6 +46,12 @@ writing anything but the command window.
 4. The result stays as it is until you acknowledge it (command 5, or a rising edge of coil 1000) or
    give the next command; so a controller that reads register by register gets one result. Repeating
    a sequence changes nothing. When robot input becomes stale the valid bit clears and values stay.
+   A refused command has no pose: 104-129 and 204-217 are 0.
+
+There is one command window, for one master. Clients of two addresses that write it within 5 s of
+each other, or two connections of one address that both go on writing, are reported by warning bit
+15, in the log and by 425-427, which hold the ends of their addresses; nobody is locked out. A
+master that reconnects is one, and the heartbeat (1030) is no command.
 
 A configured point needs no command: its block is refreshed every cycle. Its pose is the one to
 *command* for the tool point (the controller's TCP set to the unloaded tool), in the robot's base
@@ -59,6 +65,11 @@ predicted (116-121, base frame; its length in 216). Code 0 means: taken. It is o
 `probes` (404) has counted it. Command 11 takes the tip as the camera sees it (514-519), while its
 lens is valid and the tool stands. Of two cameras that see it (1016 is 0) it takes the mean, weighed
 by their noise; code 16 where they contradict each other.
+
+Code 17: 0, 0, 0, given in metres, or beyond the arm's reach; code 18: the robot moved (424 is 1
+once it stands); code 11: the journal is being opened, give it again. None of these is recorded; 420
+counts 17 and 18, 423 says which. Code 20: recorded, but in quarantine, for it contradicts the model
+by more than any plausible effect; 104-121 hold prediction and difference without the valid bit.
 
 ## The camera
 

@@ -201,6 +201,22 @@ std::string ModelText(const DaemonRegisters& daemon) {
                      proposed > 0 ? fmt::format("; version {} proposed", proposed) : "");
 }
 
+/// What became of probes that were not taken as measurements; empty where all were.
+std::string ProbeIntakeText(const DaemonRegisters& daemon, int loop) {
+  std::vector<std::string> parts;
+  if (const double refused = daemon.Value("probes_refused"); refused > 0) {
+    parts.push_back(fmt::format("{:.0f} refused", refused));
+  }
+  if ((loop & loop_state::kQuarantined) != 0) {
+    parts.push_back(fmt::format("{:.0f} in quarantine: plumbline journal quarantine list",
+                                daemon.Value("probes_quarantined")));
+  }
+  if ((loop & loop_state::kReferenceRefused) != 0) {
+    parts.emplace_back("reference refused, its probes disagree: see the log, then command 8");
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
 void PrintCamera(const DaemonRegisters& daemon, int camera) {
   const auto line = [](const std::string& topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
@@ -296,11 +312,15 @@ void Print(const DaemonRegisters& daemon) {
   const int loop = daemon.Word("loop_state");
   line("model", ModelText(daemon));
   if ((loop & loop_state::kRecording) != 0) {
-    line("probes", fmt::format("{:.0f} since the start, drift {:.2f} of the threshold{}{}",
-                               daemon.Value("probes"), daemon.Value("drift_statistic"),
+    const std::string drift =
+        (loop & loop_state::kReferenceRefused) != 0
+            ? "drift not watched"
+            : fmt::format("drift {:.2f} of the threshold", daemon.Value("drift_statistic"));
+    line("probes", fmt::format("{:.0f} since the start, {}{}{}", daemon.Value("probes"), drift,
                                (loop & loop_state::kAlarm) != 0 ? ", ALARM" : "",
                                (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
   }
+  if (const std::string taken = ProbeIntakeText(daemon, loop); !taken.empty()) line("", taken);
   for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k);
   PrintScene(daemon);
   line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));

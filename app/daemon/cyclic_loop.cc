@@ -50,6 +50,11 @@ std::uint16_t LoopWarnings(std::uint16_t state) {
   return static_cast<std::uint16_t>(warnings);
 }
 
+/// The end of an IPv4 address: third byte high, fourth byte low; likewise of an IPv6 one.
+std::uint16_t AddressEnd(const modbus::Client& client) {
+  return static_cast<std::uint16_t>(client.address[14] << 8 | client.address[15]);
+}
+
 /// Of any of them.
 std::uint16_t CameraWarnings(const std::array<PlcCamera, kMostCameras>& cameras) {
   int bits = 0, warnings = 0;
@@ -89,6 +94,7 @@ CameraInput CameraInputFrom(const PlcCamera& camera) {
 CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
     : machine(config.machine),
       model_version(version),
+      records_probes(config.loop.enabled),
       convention(config.plc.convention),
       encoder(convention, PointIds(config)),
       readable(ReadableRanges(config.machine.points.size())),
@@ -200,10 +206,15 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   input.unix_ms = UnixMilliseconds();
   input.robot = parts.link->Latest();
   input.cycle_overrun = begin_s - last_overrun_s_ < 1.0;
+  modbus::Client writer;
+  bool two_masters = false;
   {
     const auto commands = handler_.Commands();
     input.command = PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
                                             parts.convention);
+    writer = commands->writer;
+    two_masters = begin_s < commands->two_masters_until_s;
+    environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
   }
   environment_.loop = *link_.told.Read();
   environment_.loop.applied = parts.model_version;
@@ -218,13 +229,20 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
+  input.probes_pending = parts.records_probes && !environment_.loop.settled;
   input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
                                                    CameraWarnings(environment_.cameras) |
-                                                   SceneWarnings(environment_.scene, begin_s));
+                                                   SceneWarnings(environment_.scene, begin_s) |
+                                                   (two_masters ? warning::kTwoMasters : 0));
   const bool scene_fresh = IsFresh(environment_.scene, begin_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
+  const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);
+  if (snapshot.result.sequence != executed) {
+    environment_.masters.executed = AddressEnd(writer);
+    environment_.masters.executed_port = writer.port;
+  }
   HandOver(parts, snapshot);
   Publish(parts, snapshot);
 

@@ -23,7 +23,8 @@ struct CycleParts {
   CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version);
 
   Machine machine;
-  int model_version;  ///< of the machine's cell; 0: not known to the model store
+  int model_version;    ///< of the machine's cell; 0: not known to the model store
+  bool records_probes;  ///< [loop] enabled
   PlcConvention convention;
   PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;

@@ -18,9 +18,21 @@ using namespace std::chrono_literals;
 constexpr auto kPeriod = 200ms;  ///< where the cycle hands nothing over
 constexpr auto kJournalRetry = 5s;
 constexpr auto kModelsRefresh = 1s;
+constexpr auto kDecisionsRefresh = 1s;
+constexpr std::size_t kMostRowsNamed = 12;
 
 std::string CameraText(const std::string& name) {
   return name.empty() ? "a camera without name" : "camera " + name;
+}
+
+/// "rows 4, 7, 9", the first of them where there are many.
+std::string RowsText(const std::vector<std::int64_t>& ids) {
+  const std::size_t named = std::min(ids.size(), kMostRowsNamed);
+  std::string text =
+      fmt::format("row{} {}", ids.size() == 1 ? "" : "s",
+                  fmt::join(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(named), ", "));
+  if (named < ids.size()) text += fmt::format(" and {} more", ids.size() - named);
+  return text;
 }
 
 /// @param step  called between its steps, which take a second together
@@ -96,6 +108,7 @@ void LoopWorker::Run() {
     WatchDiagnosis();
     pulse_.Beat();
     RefreshModels();
+    FollowDecisions();
     LeaveMovedJournal();
     Tell();
   }
@@ -145,6 +158,11 @@ void LoopWorker::OpenJournal() {
   if (!restart) return Fail(restart.error());
   if (!last_row) return Fail(last_row.error());
   if (!last_probe_s) return Fail(last_probe_s.error());
+  // Before the rows are read: a decision made meanwhile is followed at the next look.
+  const auto decision = journal.LastDecision();
+  const auto waiting = journal.Waiting();
+  if (!decision) return Fail(decision.error());
+  if (!waiting) return Fail(waiting.error());
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
     const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
@@ -169,7 +187,16 @@ void LoopWorker::OpenJournal() {
     }
   }
   journal_.emplace(std::move(journal));
-  if (monitor_->alarm()) {
+  decision_ = *decision;
+  waiting_ = *waiting;
+  if (monitor_->reference_refused()) TellReference();
+  if (monitor_->alarm() && alarm_new_) {
+    const Result<bool> marked = journal_->Mark(alarm_row_, false, true);
+    if (!marked) return Fail(marked.error());
+    alarm_new_ = false;
+    alarm_handled_ = models_.proposed != 0;
+    TellAlarm();
+  } else if (monitor_->alarm()) {
     sink_({Event::kDriftStands,
            fmt::format("drift alarm of row {} of the journal still stands", alarm_row_)});
     alarm_handled_ = alarm_handled_ || models_.proposed != 0;
@@ -222,6 +249,11 @@ bool LoopWorker::Record(const LoopEvent& event) {
   Recovered();
   row.id = *id;
   ++recorded_;
+  if (row.quarantine != JournalRow::Quarantine::kNone) {
+    TellQuarantined(row);
+    return true;
+  }
+  quarantining_ = false;
   last_residual_m_ = *row.measured_W - *row.predicted_W;
   if (event.model_version == models_.applied) Judge(row, false);
   return true;
@@ -249,29 +281,100 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   if (!MayBeJudged(row, config_.loop.probe_sigma_m) || !IsOfReference(row, replayed)) return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
+  if (verdict.unwatched) return;
   judged_.push_back(row.id);
-  if (verdict.raised) alarm_row_ = row.id;
+  if (verdict.raised) {
+    alarm_row_ = row.id;
+    alarm_new_ = replayed && !row.alarm;
+  }
   if (replayed) return;
   if (verdict.wild || verdict.raised) {
     const Result<bool> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
     if (!marked) Fail(marked.error());
   }
-  if (was_learning && !monitor_->learning()) {
+  if (was_learning && !monitor_->learning()) TellReference();
+  if (verdict.raised) TellAlarm();
+}
+
+/// That there is a reference, or why there is none.
+void LoopWorker::TellReference() {
+  if (!monitor_->reference_refused()) {
     const Vec3 reference_mm = 1e3 * monitor_->reference_m();
     sink_({Event::kMonitorLearnt,
            fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
                        "scatter {:.3f} mm",
                        reference_mm.x(), reference_mm.y(), reference_mm.z(),
                        1e3 * monitor_->sigma_m())});
+    return;
   }
-  if (!verdict.raised) return;
+  std::vector<std::int64_t> disagree;
+  for (std::size_t k = 0; k < judged_.size(); ++k) {
+    if (monitor_->Disagrees(static_cast<int>(k))) disagree.push_back(judged_[k]);
+  }
+  const double sigma_mm = 1e3 * monitor_->design().sigma_m;
+  const ReferenceFault fault = monitor_->reference_fault();
+  const std::string why =
+      fault == ReferenceFault::kOutliers
+          ? fmt::format(
+                "{} of them lie farther from the others than their scatter explains "
+                "(99.99 %): {}",
+                disagree.size(), RowsText(disagree))
+      : fault == ReferenceFault::kScatter
+          ? fmt::format("they scatter by {:.3f} mm, over {:.0f} times probe_sigma_mm ({:.3f}): {}",
+                        1e3 * monitor_->sigma_m(), DriftMonitor::kMostScatter, sigma_mm,
+                        RowsText(disagree))
+          : fmt::format(
+                "they scatter by {:.3f} mm, more than probe_sigma_mm ({:.3f}), and each "
+                "resembles the one before it: something moved while they were taken",
+                1e3 * monitor_->sigma_m(), sigma_mm);
+  sink_({Event::kReferenceRefused,
+         fmt::format("drift monitor's reference refused: its {} probes, rows {} to {}, disagree; "
+                     "{}. Nothing is watched for drift. Inspect them (`plumbline journal show`), "
+                     "then take a new reference by command 8; where poses differ by so much, raise "
+                     "probe_sigma_mm",
+                     judged_.size(), judged_.front(), judged_.back(), why)});
+}
+
+void LoopWorker::TellQuarantined(const JournalRow& row) {
+  ++waiting_;
+  if (quarantining_) return;
+  quarantining_ = true;
+  const Vec3 off_mm = 1e3 * (*row.measured_W - *row.predicted_W);
+  sink_(
+      {Event::kProbeQuarantined,
+       fmt::format("probe quarantined: row {0} of the journal is ({1:.1f}, {2:.1f}, {3:.1f}) mm "
+                   "from where the model has the tip, more than any plausible effect. It is kept, "
+                   "but neither watched for drift nor diagnosed. Check unit, measurement frame "
+                   "and tool, then `plumbline journal quarantine accept {0}`, or `reject {0}`",
+                   row.id, off_mm.x(), off_mm.y(), off_mm.z()),
+       {{"ROW", fmt::format("{}", row.id)}}});
+}
+
+/// What a person accepts takes its place among the rows in order of time: the monitor reads them
+/// again.
+void LoopWorker::FollowDecisions() {
+  if (!journal_ || Clock::now() - decisions_read_ < kDecisionsRefresh) return;
+  decisions_read_ = Clock::now();
+  const Result<std::int64_t> decision = journal_->LastDecision();
+  if (!decision || *decision == decision_) return;
+  journal_.reset();
+  monitor_.reset();
+  OpenJournal();
+  if (!journal_) return;
+  sink_({Event::kQuarantineDecided,
+         fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
+                     "drift monitor has read the journal again",
+                     waiting_)});
+}
+
+void LoopWorker::TellAlarm() {
   const DriftAlarm& alarm = *monitor_->alarm();
   const Vec3 shift_mm = 1e3 * ShiftOver(alarm);
   sink_({Event::kDriftAlarm,
          fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
                      "within the last {} probes; row {} of the journal",
                      shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1,
-                     row.id)});
+                     alarm_row_)});
 }
 
 /// The change for a person to read: the median over the probes that took part. The monitor's own
@@ -350,6 +453,10 @@ void LoopWorker::Tell() {
   set(loop_state::kLearning, monitor_ && monitor_->learning());
   set(loop_state::kDiagnosing, diagnosis_.has_value());
   set(loop_state::kFault, !fault_.empty() || diagnosis_failed_);
+  set(loop_state::kQuarantined, waiting_ > 0);
+  set(loop_state::kReferenceRefused, monitor_ && monitor_->reference_refused());
+  told.settled = true;
+  told.quarantined = static_cast<std::uint32_t>(waiting_);
   told.applied = models_.applied;
   told.proposed = models_.proposed;
   told.declared = models_.declared;

@@ -55,6 +55,10 @@ class LoopWorker {
   bool IsOfReference(const JournalRow& row, bool replayed);
   bool RestartMonitor(const char* reason);
   void Judge(const JournalRow& row, bool replayed);
+  void TellAlarm();
+  void TellReference();
+  void TellQuarantined(const JournalRow& row);
+  void FollowDecisions();
   Vec3 ShiftOver(const DriftAlarm& alarm);
   void ConsiderDiagnosis();
   void WatchDiagnosis();
@@ -81,7 +85,7 @@ class LoopWorker {
   std::optional<Journal> journal_;
   std::optional<DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
-  Clock::time_point journal_tried_, models_read_;
+  Clock::time_point journal_tried_, models_read_, decisions_read_;
   /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
   /// otherwise in another's. Nothing: none was judged yet.
   std::optional<std::string> reference_camera_;
@@ -91,6 +95,10 @@ class LoopWorker {
   std::optional<std::vector<CameraConfig>> cameras_;
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
+  bool alarm_new_ = false;  ///< found in rows that were accepted since, and not logged yet
+  /// Of the journal: probes that wait for a person's decision, and the newest decision followed.
+  std::int64_t waiting_ = 0, decision_ = 0;
+  bool quarantining_ = false;  ///< the newest probe was quarantined, and that was logged
   bool diagnosis_failed_ = false;
   std::string fault_;   ///< of the journal; empty: none
   bool waits_ = false;  ///< an event could not be written, and stands in the queue

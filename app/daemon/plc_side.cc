@@ -34,6 +34,15 @@ void TellClient(const modbus::TcpServerEvent& event) {
        {{"CLIENT", fmt::format("{}", event.peer)}}});
 }
 
+void TellTwoMasters(const modbus::Client& writer, const modbus::Client& other) {
+  Log({Event::kTwoMasters,
+       fmt::format("two masters: {} and {} write the command window (registers 1000-1039). Each "
+                   "may overwrite the other's command or read its answer. Let one of them command: "
+                   "name it in plc.allow, or set the other to read only",
+                   TextOf(writer), TextOf(other)),
+       {{"CLIENT", TextOf(writer)}, {"OTHER_CLIENT", TextOf(other)}}});
+}
+
 Result<std::unique_ptr<modbus::RtuSlave>> OpenLine(modbus::RtuSlaveOptions options,
                                                    modbus::ImageHandler& handler) {
   options.on_change = [device = options.device](const std::string& lost_because) {
@@ -89,6 +98,7 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
   tcp.connections = manager.TakeSockets(kConnection);
   tcp.offers_connections = manager.listens();
   tcp.on_event = TellClient;
+  handler.ReportTwoMasters(TellTwoMasters);
   auto server = modbus::TcpServer::Start(tcp, handler);
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();

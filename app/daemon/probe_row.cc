@@ -20,6 +20,7 @@ JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double
   row.predicted_W = probe.predicted_W;
   row.measured_W = probe.measured_W;
   row.covariance_W = probe.covariance_W;
+  if (probe.quarantined) row.quarantine = JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if ((probe.cameras >> k & 1U) == 0) continue;

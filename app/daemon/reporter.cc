@@ -34,11 +34,38 @@ constexpr WarningText kWarnings[] = {
      {},
      "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
      nullptr},
+    {warning::kTwoMasters, Event::kTwoMasters, Event::kOneMaster, nullptr,  // told with addresses
+     "one client alone writes the command window again"},
 };
 
 std::string WithinText(const Correction& correction) {
   return fmt::format("±{:.2f} mm (95 %, {})", 1e3 * correction.uncertainty_m,
                      Describe(correction.basis));
+}
+
+std::string FaultText(const ProbeIntake& probes) {
+  const Vec3 mm = 1e3 * probes.measured_W;
+  const std::string place = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x(), mm.y(), mm.z());
+  switch (probes.fault) {
+    case ProbeFault::kZero:
+      return "it is 0, 0, 0: its registers were not filled. Write position and sequence in one "
+             "request, once the instrument has measured";
+    case ProbeFault::kInMetres:
+      return place +
+             " contradicts the model, and a thousand times that would not: given in "
+             "metres? Command 6 takes mm, command 7 0.001 mm";
+    case ProbeFault::kBeyondReach:
+      return fmt::format(
+          "{} is farther from the base than the {:.2f} m that arm and tool reach. "
+          "Check the unit, the byte order and the measurement frame",
+          place, probes.reach_m);
+    case ProbeFault::kRobotMoving:
+      return "the robot moved while it was given. Let it stand for 0.2 s (register 424), measure, "
+             "then give the probe";
+    case ProbeFault::kNone:
+      break;
+  }
+  return "";
 }
 
 }  // namespace
@@ -52,6 +79,7 @@ void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
   ObserveInput(snapshot, raised);
   ObservePoints(snapshot);
   ObserveWarnings(snapshot);
+  ObserveProbes(snapshot.probes);
 }
 
 void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
@@ -159,12 +187,26 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
   }
 }
 
+void Reporter::ObserveProbes(const ProbeIntake& probes) {
+  const std::uint32_t since = probes.refused - probes_refused_;
+  if (probes.fault != ProbeFault::kNone && probes.fault != probe_fault_) {
+    sink_({Event::kProbeRefused,
+           "probe refused, and not in the journal: " + FaultText(probes),
+           {{"FAULT", fmt::format("{}", static_cast<int>(probes.fault))}}});
+  }
+  if (probe_fault_ != ProbeFault::kNone && probes.fault == ProbeFault::kNone) {
+    sink_({Event::kProbesTaken, fmt::format("probes are taken again; {} refused before", since)});
+    probes_refused_ = probes.refused;
+  }
+  probe_fault_ = probes.fault;
+}
+
 void Reporter::ObserveWarnings(const Snapshot& snapshot) {
   if (snapshot.input_fault != InputFault::kOk) return;
   for (const WarningText& text : kWarnings) {
     const bool now = (snapshot.warnings & text.bit) != 0;
     if (now == ((warnings_ & text.bit) != 0)) continue;
-    if (now) sink_({text.event, text.raised});
+    if (now && text.raised != nullptr) sink_({text.event, text.raised});
     if (!now && text.end) sink_({*text.end, text.cleared});
   }
   if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {

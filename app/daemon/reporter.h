@@ -31,6 +31,7 @@ class Reporter {
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
   void ObservePoints(const Snapshot& snapshot);
   void ObserveWarnings(const Snapshot& snapshot);
+  void ObserveProbes(const ProbeIntake& probes);
 
   std::vector<PointName> points_;
   LogSink sink_;
@@ -43,6 +44,8 @@ class Reporter {
   std::optional<InputFault> input_fault_;
   double input_since_s_ = 0;
   std::uint16_t warnings_ = 0;
+  ProbeFault probe_fault_ = ProbeFault::kNone;
+  std::uint32_t probes_refused_ = 0;  ///< when it was last told that they are taken again
   bool emergency_stop_ = false;
   std::vector<std::optional<CorrectionCode>> codes_;
   std::uint64_t push_changes_ = 0;

@@ -72,6 +72,7 @@ modbus::CommandArea EmptyCommandArea() {
   modbus::CommandArea area;
   area.registers = {plc_map::kCommands, std::vector<std::uint16_t>(plc_map::kCommandsSize)};
   area.coils = {plc_map::kCoils, std::vector<std::uint8_t>(plc_map::kCoilsSize)};
+  area.no_command = {plc_map::kPlcHeartbeat, plc_map::kPlcHeartbeat};
   return area;
 }
 

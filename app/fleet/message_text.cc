@@ -169,7 +169,8 @@ std::string ProbeBody(const ProbeRow& probe) {
                  {"payload_kg", OptionalNumber(probe.payload_kg, 1e-3)},
                  {"temp_C", OptionalNumber(probe.temp_C, 1e-2)},
                  {"wild", probe.wild},
-                 {"alarm", probe.alarm}});
+                 {"alarm", probe.alarm},
+                 {"quarantined", probe.quarantined}});
 }
 
 std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins) {

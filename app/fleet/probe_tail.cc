@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kProbesBehind =
     "SELECT id, unix_ms, source, session, model_version, x_mm, y_mm, z_mm, predicted_x_mm,"
-    " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm FROM measurement"
+    " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm,"
+    " quarantine IN (1, 3) FROM measurement"
     " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
 
 ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
@@ -33,6 +34,7 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   probe.temp_C = row.NumberIfThere(12);
   probe.wild = row.Integer(13) != 0;
   probe.alarm = row.Integer(14) != 0;
+  probe.quarantined = row.Integer(15) != 0;
   return probe;
 }
 

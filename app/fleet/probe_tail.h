@@ -21,6 +21,7 @@ struct ProbeRow {
   Vec3 measured_W = Vec3::Zero(), predicted_W = Vec3::Zero();
   std::optional<double> payload_kg, temp_C;
   bool wild = false, alarm = false;
+  bool quarantined = false;  ///< waits for a person's decision, or was rejected
 };
 
 /// Up to which row all was taken.

@@ -161,13 +161,52 @@ Result<bool> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
   return true;
 }
 
+Result<bool> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
+                             std::int64_t unix_ms) {
+  Transaction transaction(database_);
+  if (!transaction.begun()) return NotWritten("nothing decided");
+  Statement mark(database_.get(),
+                 "UPDATE measurement SET quarantine = ? WHERE id = ? AND quarantine > 0");
+  Statement record(database_.get(),
+                   "INSERT INTO quarantine_decision (row, accepted, unix_ms) VALUES (?,?,?)");
+  for (const std::int64_t id : ids) {
+    mark.Bind(1, static_cast<std::int64_t>(accept ? JournalRow::Quarantine::kAccepted
+                                                  : JournalRow::Quarantine::kRejected));
+    mark.Bind(2, id);
+    if (!mark.Run()) return NotWritten("nothing decided");
+    if (sqlite3_changes(database_.get()) == 0) {
+      return Error{
+          fmt::format("{}: row {} is not in quarantine; nothing decided. `plumbline journal "
+                      "quarantine list` names those that are",
+                      database_.path(), id)};
+    }
+    record.Bind(1, id);
+    record.Bind(2, std::int64_t{accept});
+    record.Bind(3, unix_ms);
+    if (!record.Run()) return NotWritten("nothing decided");
+  }
+  if (!transaction.Commit()) return NotWritten("nothing decided");
+  return true;
+}
+
+Result<std::int64_t> Journal::Waiting() {
+  return database_.IntegerOf("SELECT count(*) FROM measurement WHERE quarantine = 1");
+}
+
+Result<std::int64_t> Journal::LastDecision() {
+  return database_.IntegerOf("SELECT coalesce(max(id), 0) FROM quarantine_decision");
+}
+
 Result<bool> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
                               const std::function<void(const JournalRow&)>& show) {
   // Absent conditions are NULL, and hold. The newest rows are sought from the end.
   const std::string chosen = fmt::format(
       "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2)"
-      " AND (?3 IS NULL OR model_version = ?3)",
-      kSelectRows);
+      " AND (?3 IS NULL OR model_version = ?3){}",
+      kSelectRows,
+      filter.rows == JournalFilter::Rows::kAll       ? ""
+      : filter.rows == JournalFilter::Rows::kWaiting ? " AND quarantine = 1"
+                                                     : " AND quarantine IN (0, 2)");
   Statement statement(database_.get(),
                       filter.last ? fmt::format("SELECT * FROM ({} ORDER BY id DESC LIMIT ?4)"
                                                 " ORDER BY id",

@@ -16,6 +16,9 @@ struct JournalFilter {
   std::optional<std::int64_t> last = std::nullopt;  ///< only that many, the newest
   std::optional<std::string> session = std::nullopt;
   std::optional<int> model_version = std::nullopt;
+  /// kMeasurements leaves out what waits in quarantine or was rejected.
+  enum class Rows { kMeasurements, kAll, kWaiting };
+  Rows rows = Rows::kMeasurements;
 };
 
 /// The journal. Append() returns when the rows are on the disk (write-ahead log,
@@ -44,6 +47,14 @@ class Journal {
 
   /// Marks what the monitor found of a row. Called when the row is written and judged.
   Result<bool> Mark(std::int64_t id, bool wild, bool alarm);
+
+  /// A person's decision on quarantined rows, all of them or none. A row that was decided may be
+  /// decided anew. @return why not: a row that is not there, or never was in quarantine
+  Result<bool> Decide(const std::vector<std::int64_t>& ids, bool accept, std::int64_t unix_ms);
+  /// Rows that wait for a decision.
+  Result<std::int64_t> Waiting();
+  /// Counts decisions; changes with each, whoever made it.
+  Result<std::int64_t> LastDecision();
 
   /// Shows rows one by one in ascending id, without holding them all. Errors as Read().
   Result<bool> ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,

@@ -14,6 +14,9 @@ namespace plumbline {
 /// absent (joint vectors: empty), never zero.
 struct JournalRow {
   enum class Source { kPlc, kCamera, kImport };
+  /// Whether a row is a measurement. A probe that contradicts the model by more than any plausible
+  /// effect waits for a person's decision; the numbers stand in the file.
+  enum class Quarantine { kNone = 0, kWaiting = 1, kAccepted = 2, kRejected = 3 };
   std::int64_t id = 0;  ///< the journal's number, ascending; 0 before it is written
   Source source = Source::kPlc;
   std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
@@ -36,6 +39,12 @@ struct JournalRow {
   std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted
   bool wild = false;                 ///< far from the monitor's reference
   bool alarm = false;                ///< it raised the monitor's alarm
+  Quarantine quarantine = Quarantine::kNone;
+
+  /// Whether it counts: for the reference, the drift monitor, the diagnosis, the export.
+  bool counts() const {
+    return quarantine == Quarantine::kNone || quarantine == Quarantine::kAccepted;
+  }
 };
 
 const char* NameOf(JournalRow::Source source);

@@ -22,6 +22,7 @@ CREATE TABLE measurement (
   model_version INTEGER, wild INTEGER NOT NULL DEFAULT 0, alarm INTEGER NOT NULL DEFAULT 0,
   q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
   covariance_mm2 TEXT,  -- of x y z by camera: array of 9 row by row
+  quarantine INTEGER NOT NULL DEFAULT 0,  -- 0 none; 1 waits for a person; 2 accepted; 3 rejected
   camera TEXT  -- that saw it, where it has a name: side, side+rear
 );
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
@@ -33,6 +34,10 @@ CREATE TABLE import (
 CREATE TABLE monitor_restart (
   id INTEGER PRIMARY KEY, after_row INTEGER NOT NULL, model_version INTEGER NOT NULL,
   reason TEXT NOT NULL
+);
+CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
+CREATE TABLE quarantine_decision (
+  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL
 );
 )";
 
@@ -61,6 +66,16 @@ PRAGMA user_version = 3;
 constexpr const char* kFromSchema3 = R"(
 ALTER TABLE measurement ADD COLUMN camera TEXT;
 PRAGMA user_version = 4;
+)";
+
+/// Schema 4 took every probe for a measurement.
+constexpr const char* kFromSchema4 = R"(
+ALTER TABLE measurement ADD COLUMN quarantine INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
+CREATE TABLE quarantine_decision (
+  id INTEGER PRIMARY KEY, row INTEGER NOT NULL, accepted INTEGER NOT NULL, unix_ms INTEGER NOT NULL
+);
+PRAGMA user_version = 5;
 )";
 
 }  // namespace
@@ -106,6 +121,7 @@ Result<bool> BringToThisSchema(Database& database) {
   if (*version == 1 && !database.Run(kFromSchema1)) return problem();
   if ((*version == 1 || *version == 2) && !database.Run(kFromSchema2)) return problem();
   if (*version >= 1 && *version <= 3 && !database.Run(kFromSchema3)) return problem();
+  if (*version >= 1 && *version <= 4 && !database.Run(kFromSchema4)) return problem();
   if (!transaction.Commit()) return problem();
   return true;
 }

@@ -7,7 +7,7 @@
 
 namespace plumbline {
 
-inline constexpr int kJournalSchema = 4;
+inline constexpr int kJournalSchema = 5;
 
 /// What a file that opened is: nothing where it is a journal up to this version or an empty file,
 /// else why it is none.

@@ -82,13 +82,14 @@ std::optional<std::int64_t> Widened(const auto& value) {
 const char* const kInsertRow =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
-    " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2, camera)"
-    " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2, camera,"
+    " quarantine) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 const char* const kSelectRows =
     "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
     " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
-    " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera FROM measurement";
+    " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine FROM"
+    " measurement";
 
 const char* NameOf(JournalRow::Source source) {
   switch (source) {
@@ -130,6 +131,7 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
   statement.Bind(26, row.q_step_rad ? std::optional(*row.q_step_rad / kRadPerDeg) : std::nullopt);
   statement.Bind(27, CovarianceText(row.covariance_W));
   statement.Bind(28, row.camera.empty() ? std::nullopt : std::optional(row.camera));
+  statement.Bind(29, static_cast<std::int64_t>(row.quarantine));
   return statement.Run();
 }
 
@@ -163,6 +165,7 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
   if (const auto step_deg = s.NumberIfThere(26)) row.q_step_rad = *step_deg * kRadPerDeg;
   row.covariance_W = CovarianceFrom(s, 27);
   if (!s.IsNull(28)) row.camera = s.Text(28);
+  row.quarantine = static_cast<JournalRow::Quarantine>(s.Integer(29));
   return row;
 }
 

@@ -152,6 +152,13 @@ constexpr EventEntry kEntries[] = {
      "answers, not Modbus: a client that misbehaves. Out of file descriptors: the system's limit",
      "close idle clients, or raise `plc.max_clients`; mend the client; `LimitNOFILE` of the "
      "service"},
+    {Event::kTwoMasters, "two-masters", LogLevel::kWarning, "9aa3bce220344a5bb57b4843293e6ae8",
+     "plc", "two masters: ADDRESS and ADDRESS write the command window (registers 1000-1039)",
+     "each may overwrite the other's command, or read its answer; warning bit 15, registers "
+     "425-427",
+     "let one of them command: `plc.allow`, or set the other to read only"},
+    {Event::kOneMaster, "one-master", LogLevel::kNotice, "54673e7804d84bc383b604f85ee53104", "plc",
+     "one client alone writes the command window again", "for 5 s", ""},
     // loop
     {Event::kModelInForce, "model-in-force", LogLevel::kNotice, "83d6e24b4e004cd2b7efa266a9c4be5d",
      "loop", "model version N in force in place of the cell file",
@@ -202,6 +209,27 @@ constexpr EventEntry kEntries[] = {
      "probes by ... are kept, and not watched for drift",
      "the drift monitor's reference is of the other camera, or of both",
      "probe by those again, or take a new reference by command 8"},
+    {Event::kProbeRefused, "probe-refused", LogLevel::kWarning, "2656d6eaf947480d85934ccec6226307",
+     "loop", "probe refused, and not in the journal: ...",
+     "0, 0, 0; in metres instead of mm; beyond the arm's reach; or the robot moved (codes 17, 18, "
+     "registers 420-423). Told where the reason changes",
+     "what it says"},
+    {Event::kProbesTaken, "probes-taken", LogLevel::kNotice, "495f297deb724d96b35b47e5018e247c",
+     "loop", "probes are taken again; N refused before", "", ""},
+    {Event::kProbeQuarantined, "probe-quarantined", LogLevel::kWarning,
+     "8de8514dfab14e3691e88069ce981eef", "loop", "probe quarantined: row N ...",
+     "it contradicts the model by more than any plausible effect: kept, but neither watched for "
+     "drift nor diagnosed (code 20)",
+     "unit, frame and tool right? then `plumbline journal quarantine accept N`, else `reject N`"},
+    {Event::kQuarantineDecided, "quarantine-decided", LogLevel::kNotice,
+     "191c31b6b0944b31b17b4f69a68e5d09", "loop", "quarantine: N probes wait for a decision",
+     "somebody accepted or rejected probes; the drift monitor has read the journal again", ""},
+    {Event::kReferenceRefused, "reference-refused", LogLevel::kWarning,
+     "1ad70c02413e4b2ba08237a1052f8df1", "loop", "drift monitor's reference refused: ...",
+     "its probes disagree by more than chance: nothing is watched for drift (bit 7 of register "
+     "400)",
+     "inspect the rows that it names, then take a new reference by command 8; where poses differ "
+     "by so much, `probe_sigma_mm`"},
     {Event::kClockBehind, "clock-behind", LogLevel::kWarning, "a122c7bdeecf4dc7a3bc4c7792fa3818",
      "loop", "the computer's clock is ... s behind the journal's last probe",
      "it is wrong now, or was then", "set it; effects of time are wrong until then"},

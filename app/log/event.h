@@ -57,6 +57,8 @@ enum class Event : std::uint8_t {
   kSerialOpen,
   kClientRefused,
   kClientClosed,
+  kTwoMasters,
+  kOneMaster,
   // loop
   kModelInForce,
   kMonitorLearnt,
@@ -72,6 +74,11 @@ enum class Event : std::uint8_t {
   kJournalFault,
   kJournalWorks,
   kProbesUnwatched,
+  kProbeRefused,
+  kProbesTaken,
+  kProbeQuarantined,
+  kQuarantineDecided,
+  kReferenceRefused,
   kClockBehind,
   // camera
   kLensValid,

@@ -20,6 +20,7 @@ constexpr const char* kSelectTrend =
     " WHERE id > (SELECT coalesce(max(id), 0) FROM measurement) - ?3"
     " AND x_mm + y_mm + z_mm IS NOT NULL"
     " AND predicted_x_mm + predicted_y_mm + predicted_z_mm IS NOT NULL"
+    " AND quarantine IN (0, 2)"
     " AND json_array_length(q) = ?1 ORDER BY id DESC LIMIT ?2) ORDER BY id";
 
 }  // namespace

@@ -278,9 +278,17 @@ Panel ModelPanel(const ViewState& state) {
   }
   if ((loop.state & loop_state::kRecording) != 0) {
     const bool drift = (loop.state & loop_state::kAlarm) != 0;
+    const bool refused = (loop.state & loop_state::kReferenceRefused) != 0;
     panel.lines.push_back(
-        {fmt::format("{} probes, drift {:.2f} of the threshold", loop.probes, loop.statistic),
-         drift ? Tone::kBad : Tone::kPlain});
+        refused ? PanelLine{fmt::format("{} probes, not watched: their reference disagrees",
+                                        loop.probes),
+                            Tone::kAttention}
+                : PanelLine{fmt::format("{} probes, drift {:.2f} of the threshold", loop.probes,
+                                        loop.statistic),
+                            drift ? Tone::kBad : Tone::kPlain});
+  }
+  if ((loop.state & loop_state::kQuarantined) != 0) {
+    panel.lines.push_back({"probes wait: plumbline journal quarantine list", Tone::kAttention});
   }
   if ((loop.state & loop_state::kDiagnosing) != 0) {
     panel.lines.push_back({"the diagnosis is at work", Tone::kAttention});

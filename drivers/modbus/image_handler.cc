@@ -1,26 +1,52 @@
 #include "drivers/modbus/image_handler.h"
 
+#include <chrono>
 #include <utility>
 
 namespace plumbline::modbus {
+namespace {
+
+double Now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Whether anything but a heartbeat was written.
+bool IsCommand(const PduReply& reply, const AddressRanges::Range& no_command) {
+  if (reply.wrote == PduReply::Wrote::kCoils) return true;
+  return reply.first < no_command.first || reply.first + reply.count - 1 > no_command.last;
+}
+
+}  // namespace
 
 ImageHandler::ImageHandler(const Latest<RegisterImage>& images, const CommandArea& commands,
                            DeviceIdentification identification)
     : images_(images),
       identification_(std::move(identification)),
-      commands_(commands),
-      published_(1, commands) {}
+      commands_{commands, {}, {}},
+      published_(1, commands_) {}
 
-std::size_t ImageHandler::Handle(std::span<const std::uint8_t> request,
+std::size_t ImageHandler::Handle(const Client& client, std::span<const std::uint8_t> request,
                                  std::span<std::uint8_t, kMaxPduBytes> response) {
   const std::lock_guard lock(mutex_);
   const auto image = images_.Read();
   const PduReply reply = HandlePdu(request, *image, commands_, identification_, response);
   if (reply.wrote != PduReply::Wrote::kNothing) {
+    if (IsCommand(reply, commands_.no_command)) NoteWriter(client);
     published_.Begin() = commands_;
     published_.Publish();
   }
   return reply.size;
+}
+
+void ImageHandler::NoteWriter(const Client& client) {
+  const double now_s = Now_s();
+  commands_.writer = client;
+  const std::optional<Client> other = masters_.Note(client, now_s);
+  if (!other) return;
+  const bool reported = now_s < commands_.two_masters_until_s;
+  commands_.other = *other;
+  commands_.two_masters_until_s = now_s + MasterWatch::kTogether_s;
+  if (!reported && on_two_masters_) on_two_masters_(client, *other);
 }
 
 }  // namespace plumbline::modbus

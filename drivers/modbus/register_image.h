@@ -66,6 +66,8 @@ struct WritableWindow {
 struct CommandArea {
   WritableWindow<std::uint16_t> registers;
   WritableWindow<std::uint8_t> coils;  ///< 0 or 1
+  /// Registers that are no command, as a heartbeat: whoever writes only these is no master.
+  AddressRanges::Range no_command{1, 0};
 };
 
 }  // namespace plumbline::modbus

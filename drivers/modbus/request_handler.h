@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "drivers/modbus/client.h"
+
 namespace plumbline::modbus {
 
 /// Function code and data, without address, transaction or check sum. [Modbus V1.1b3, 4.1]
@@ -15,10 +17,11 @@ class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
 
+  /// @param client    who asks
   /// @param request   the request's PDU, at least one byte
   /// @param response  where the answer's PDU goes
   /// @return          bytes of the answer; 0: stay silent
-  virtual std::size_t Handle(std::span<const std::uint8_t> request,
+  virtual std::size_t Handle(const Client& client, std::span<const std::uint8_t> request,
                              std::span<std::uint8_t, kMaxPduBytes> response) = 0;
 };
 

@@ -196,7 +196,7 @@ void RtuSlave::HandleFrames() {
   std::array<std::uint8_t, kMaxPduBytes> response;
   while (const auto frame = receiver_.Next()) {
     ++counters_.requests;
-    const std::size_t size = handler_.Handle(frame->pdu, response);
+    const std::size_t size = handler_.Handle(Client(), frame->pdu, response);
     if (frame->address == kBroadcastAddress) {
       ++counters_.broadcasts;
     } else if (frame->newest && size > 0) {

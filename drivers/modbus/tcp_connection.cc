@@ -18,7 +18,7 @@ constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, fo
 
 void TcpConnection::Open(int fd, const IpAddress& address, std::int64_t now_ns) {
   fd_ = fd;
-  address_ = address;
+  client_ = {address, PeerPort(fd)};
   asked_ = sending_ = false;
   last_request_ns_ = now_ns;
   deadline_ns_ = 0;
@@ -76,7 +76,7 @@ void TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::
   const bool for_us =
       frame.unit == unit_id || frame.unit == 0 || frame.unit == 1 || frame.unit == 255;
   const std::size_t size =
-      for_us ? handler.Handle(frame.pdu, response)
+      for_us ? handler.Handle(client_, frame.pdu, response)
              : WriteException(frame.pdu[0], Exception::kGatewayTargetFailed, response);
   if (size == 0) return;
   WriteMbap(std::span<std::uint8_t, kMbapBytes>(out, kMbapBytes), frame.transaction, frame.unit,

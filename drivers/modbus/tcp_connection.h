@@ -34,7 +34,7 @@ class TcpConnection {
 
   bool open() const { return fd_ >= 0; }
   int fd() const { return fd_; }
-  const IpAddress& address() const { return address_; }
+  const IpAddress& address() const { return client_.address; }
   bool asked() const { return asked_; }      ///< has made a request
   bool sending() const { return sending_; }  ///< answers wait to be sent
   /// Between two requests: nothing of a frame was received, and no part of an answer waits.
@@ -61,7 +61,7 @@ class TcpConnection {
   void Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
 
   int fd_ = -1;
-  IpAddress address_{};
+  Client client_;
   bool asked_ = false, sending_ = false;
   std::int64_t last_request_ns_ = 0;
   std::int64_t deadline_ns_ = 0;

@@ -25,6 +25,11 @@ IpAddress MappedFromV4(const in_addr& v4) {
   return address;
 }
 
+std::uint16_t PortOf(const sockaddr_storage& end) {
+  return ntohs(end.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(end).sin6_port
+                                         : reinterpret_cast<const sockaddr_in&>(end).sin_port);
+}
+
 Error CannotListen(const std::string& place, int reason) {
   std::string message =
       "cannot listen on " + place + ": " + std::generic_category().message(reason);
@@ -67,6 +72,13 @@ std::array<char, 46> IpAddressText(const IpAddress& address) {
   return text;
 }
 
+std::string TextOf(const Client& client) {
+  if (client == Client()) return "the serial line";
+  const std::string address = IpAddressText(client.address).data();
+  const bool is_v6 = address.find(':') != std::string::npos;
+  return (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(client.port);
+}
+
 Result<int> ListenOn(const std::string& address, int port) {
   const std::string place = address + " port " + std::to_string(port);
   if (port < 0 || port > 65535) {
@@ -97,8 +109,14 @@ int BoundPort(int fd) {
   sockaddr_storage bound{};
   socklen_t size = sizeof bound;
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&bound), &size);
-  return ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(bound).sin6_port
-                                           : reinterpret_cast<const sockaddr_in&>(bound).sin_port);
+  return PortOf(bound);
+}
+
+std::uint16_t PeerPort(int fd) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  ::getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size);
+  return PortOf(peer);
 }
 
 void ConfigureClientSocket(int fd) {

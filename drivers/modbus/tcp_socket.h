@@ -7,12 +7,10 @@
 #include <cstdint>
 #include <string>
 
+#include "drivers/modbus/client.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
-
-/// IPv6, or IPv4 as ::ffff:a.b.c.d, so that a client has one address on every kind of socket.
-using IpAddress = std::array<std::uint8_t, 16>;
 
 Result<IpAddress> ParseIpAddress(const std::string& text);
 
@@ -29,6 +27,9 @@ Result<int> ListenOn(const std::string& address, int port);
 
 /// The port a socket is bound to.
 int BoundPort(int fd);
+
+/// The port of a connection's other end; 0 where it has ended already.
+std::uint16_t PeerPort(int fd);
 
 /// No delay, keep-alive (a vanished client is noticed in 25 s), bounded kernel buffers.
 void ConfigureClientSocket(int fd);

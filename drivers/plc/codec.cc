@@ -165,7 +165,7 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
                        angles.norm() < 100;
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
   if (command.code == PlcCommandCode::kProbe) {
-    if (position_m.allFinite() && position_m.norm() < 1e3) command.probe_W = position_m;
+    if (position_m.allFinite()) command.probe_W = position_m;
   } else if (command.code == PlcCommandCode::kProbeFine) {
     const auto fine = [&](std::uint16_t address) {
       return ValueOfField(FieldType::kI32, window, at(address), convention.little_word_first);

@@ -33,7 +33,9 @@ double ResultBits(Source s) {
   const CommandResult& result = s.snapshot.result;
   int bits = result.valid ? plc_map::kValid : 0;
   if (result.correction.extrapolated) bits |= plc_map::kExtrapolated;
-  if (FitsInt16(result.correction.X_BP_command)) bits |= plc_map::kFitsInt16;
+  const bool holds_pose = result.valid || result.code == CorrectionCode::kOk ||
+                          result.code == CorrectionCode::kProbeQuarantined;
+  if (holds_pose && FitsInt16(result.correction.X_BP_command)) bits |= plc_map::kFitsInt16;
   return bits | BasisBits(result.correction);
 }
 
@@ -278,10 +280,11 @@ const std::array kMapFields = {
     MapField{346, kFloat, "q10", "deg", "", Joint<9>},
     MapField{348, kFloat, "q11", "deg", "", Joint<10>},
     MapField{350, kFloat, "q12", "deg", "", Joint<11>},
-    // 400-419 probes, drift monitor, model
+    // 400-427 probes, drift monitor, model, masters
     MapField{400, kU16, "loop_state", "bits",
              "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
-             "taken, 4 diagnosis at work, 5 journal or diagnosis failed",
+             "taken, 4 diagnosis at work, 5 journal or diagnosis failed, 6 probes are quarantined, "
+             "7 reference refused: its probes disagree",
              [](Source s) -> double { return s.environment.loop.state; }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.loop.applied; }},
@@ -309,6 +312,28 @@ const std::array kMapFields = {
              [](Source s) -> double { return s.environment.loop.fitted ? 1 : 0; }},
     MapField{419, kU16, "model_effects", "", "effects that the model in force holds",
              [](Source s) -> double { return s.environment.loop.effects; }},
+    MapField{420, kU32, "probes_refused", "",
+             "implausible, or while the robot moved; since the start",
+             [](Source s) -> double { return s.snapshot.probes.refused; }},
+    MapField{422, kU16, "probes_quarantined", "",
+             "kept in the journal, and not used before a person accepts them",
+             [](Source s) -> double { return s.environment.loop.quarantined; }},
+    MapField{423, kU16, "probe_fault", "",
+             "of the newest probe: 0 none, 1 zero, 2 given in metres, 3 beyond the arm's reach, "
+             "4 the robot moved",
+             [](Source s) { return static_cast<double>(s.snapshot.probes.fault); }},
+    MapField{424, kU16, "robot_standstill", "",
+             "1: the robot is trusted and stands, as a probe needs",
+             [](Source s) -> double { return s.snapshot.probes.standstill ? 1 : 0; }},
+    MapField{425, kU16, "master_address", "",
+             "end of the IPv4 address of the client whose command was executed last: third byte "
+             "high, fourth byte low; 0: none, or the serial line",
+             [](Source s) -> double { return s.environment.masters.executed; }},
+    MapField{426, kU16, "master_port", "", "its TCP port",
+             [](Source s) -> double { return s.environment.masters.executed_port; }},
+    MapField{427, kU16, "other_master", "",
+             "likewise, the other client that writes commands while warning bit 15 stands, else 0",
+             [](Source s) -> double { return s.environment.masters.other; }},
 };
 
 const std::array kPointFields = {

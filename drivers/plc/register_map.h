@@ -23,9 +23,11 @@ namespace loop_state {
 inline constexpr std::uint16_t kRecording = 1 << 0;  ///< probes are taken
 inline constexpr std::uint16_t kAlarm = 1 << 1;
 inline constexpr std::uint16_t kProposalWaiting = 1 << 2;
-inline constexpr std::uint16_t kLearning = 1 << 3;    ///< the monitor's reference is being taken
-inline constexpr std::uint16_t kDiagnosing = 1 << 4;  ///< the diagnosis is at work
-inline constexpr std::uint16_t kFault = 1 << 5;       ///< journal or diagnosis failed; see the log
+inline constexpr std::uint16_t kLearning = 1 << 3;     ///< the monitor's reference is being taken
+inline constexpr std::uint16_t kDiagnosing = 1 << 4;   ///< the diagnosis is at work
+inline constexpr std::uint16_t kFault = 1 << 5;        ///< journal or diagnosis failed; see the log
+inline constexpr std::uint16_t kQuarantined = 1 << 6;  ///< probes wait for a person's decision
+inline constexpr std::uint16_t kReferenceRefused = 1 << 7;  ///< its probes disagree; no drift watch
 }  // namespace loop_state
 
 /// What the loop of probes, monitor and model tells the PLC.
@@ -35,8 +37,18 @@ struct PlcLoop {
   std::uint32_t probes = 0;                     ///< in the journal, on disk, since the start
   double statistic = 0;                         ///< of the monitor; it alarms above 1
   Vec3 residual_m = Vec3::Zero();               ///< of the last probe, measured minus predicted, W
-  bool fitted = false;  ///< the model in force was fitted to measured points, not only declared
-  int effects = 0;      ///< that the model in force holds
+  bool fitted = false;   ///< the model in force was fitted to measured points, not only declared
+  int effects = 0;       ///< that the model in force holds
+  bool settled = false;  ///< whether probes are recorded is known: the journal was opened, or not
+  std::uint32_t quarantined = 0;  ///< probes in the journal that wait for a person's decision
+};
+
+/// Who commands: the ends of the clients' IPv4 addresses (third byte high, fourth byte low), by
+/// which a PLC's program recognises its own. 0: none, or the serial line.
+struct PlcMasters {
+  std::uint16_t executed = 0;       ///< wrote the command that was executed last
+  std::uint16_t executed_port = 0;  ///< its TCP port
+  std::uint16_t other = 0;          ///< commands besides; while warning::kTwoMasters stands
 };
 
 /// What the registers tell beside the snapshot.
@@ -51,6 +63,7 @@ struct PlcEnvironment {
   std::uint32_t overruns = 0;
   double now_s = 0;  ///< monotonic
   PlcLoop loop;
+  PlcMasters masters;
   std::array<PlcCamera, kMostCameras> cameras;
   PlcScene scene;
 };
@@ -106,12 +119,13 @@ inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
-inline constexpr std::uint16_t kLoop = 400, kLoopSize = 20;
+inline constexpr std::uint16_t kLoop = 400, kLoopSize = 28;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
 inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and its bodies
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
+inline constexpr std::uint16_t kPlcHeartbeat = 1030;  ///< among them, and no command
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
 

@@ -13,8 +13,25 @@ namespace {
 constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
 constexpr double kUpperEnd = 0.5;  // deviations: false alarms stay at those asked for, on average
 constexpr int kFewestForScatter = 5;  // of fewer probes an estimate says nothing
-constexpr int kScatterProbes = 20;    // that it takes where the reference is the model
+// Of the tests of a reference: 99.99 % of chi^2 of 3 degrees, and of the standard normal.
+constexpr double kQuantileOfChiSquare3 = 21.107513;
+constexpr double kQuantileOfNormal = 3.719016;
+constexpr double kCountChance = 0.01;
+constexpr double kTrendFrom = 2;    // declared deviations: less is what was expected
+constexpr int kScatterProbes = 20;  // that it takes where the reference is the model
 static_assert(kScatterProbes <= kMostReferenceProbes);
+
+/// The largest number of wild ones among `count` that chance leaves likelier than kCountChance.
+int MostWild(int count, double share) {
+  double probability = std::pow(1 - share, count), below = probability;
+  int wild = 0;
+  while (1 - below > kCountChance && wild < count) {
+    probability *= (count - wild) * share / ((wild + 1) * (1 - share));
+    below += probability;
+    ++wild;
+  }
+  return wild;
+}
 
 }  // namespace
 
@@ -38,6 +55,7 @@ DriftMonitor::DriftMonitor(const MonitorDesign& design) : design_(design) {
 
 void DriftMonitor::Restart() {
   reference_known_ = design_.reference_probes == 0;
+  fault_ = ReferenceFault::kNone;
   reference_m_.setZero();
   sigma_m_ = design_.sigma_m;
   probes_ = 0;
@@ -50,6 +68,10 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
   assert(residual_m.allFinite());
   ++probes_;
   ProbeVerdict verdict;
+  if (reference_refused()) {
+    verdict.unwatched = true;
+    return verdict;
+  }
   if (!reference_known_) {
     Learn(residual_m);
     verdict.learning = true;
@@ -99,7 +121,7 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   if (count < design_.reference_probes) return;
 
   std::array<double, kMostReferenceProbes> values;
-  Vec3 median;
+  Vec3& median = median_m_;
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
     median[k] = MedianOf(std::span(values).first(static_cast<std::size_t>(count)));
@@ -111,6 +133,8 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
     UseScatter(MedianOf(std::span(values).first(static_cast<std::size_t>(count))), count);
   }
 
+  fault_ = FaultOfReference();
+  if (reference_refused()) return;
   const double limit_m = design_.clip * sigma_m_;
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -118,6 +142,38 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   }
   reference_m_ = median + sum / count;
   reference_known_ = true;
+}
+
+ReferenceFault DriftMonitor::FaultOfReference() const {
+  const int count = design_.reference_probes;
+  if (sigma_m_ > kMostScatter * design_.sigma_m) return ReferenceFault::kScatter;
+  int wild = 0;
+  for (int i = 0; i < count; ++i) wild += Disagrees(i) ? 1 : 0;
+  if (wild > MostWild(count, kWildShare)) return ReferenceFault::kOutliers;
+  if (count < kFewestForScatter || sigma_m_ <= kTrendFrom * design_.sigma_m) {
+    return ReferenceFault::kNone;
+  }
+  const double limit_m = design_.clip * sigma_m_;
+  const auto clipped = [&](int i) -> Vec3 {
+    return (learned_[static_cast<std::size_t>(i)] - median_m_).cwiseMax(-limit_m).cwiseMin(limit_m);
+  };
+  Vec3 mean = Vec3::Zero();
+  for (int i = 0; i < count; ++i) mean += clipped(i) / count;
+  double steps = 0, squares = 0;
+  for (int i = 0; i < count; ++i) {
+    squares += (clipped(i) - mean).squaredNorm();
+    if (i > 0) steps += (clipped(i) - clipped(i - 1)).squaredNorm();
+  }
+  const double n = count;
+  const double deviation = std::sqrt(4 * (n - 2) / (3 * (n * n - 1)));
+  return steps < (2 - kQuantileOfNormal * deviation) * squares ? ReferenceFault::kTrend
+                                                               : ReferenceFault::kNone;
+}
+
+bool DriftMonitor::Disagrees(int k) const {
+  const double scatter_m = fault_ == ReferenceFault::kScatter ? design_.sigma_m : sigma_m_;
+  return (learned_[static_cast<std::size_t>(k)] - median_m_).squaredNorm() >
+         kQuantileOfChiSquare3 * scatter_m * scatter_m;
 }
 
 void DriftMonitor::LearnScatter(const Vec3& residual_m) {

@@ -28,12 +28,21 @@ struct DriftAlarm {
   Vec3 shift_m = Vec3::Zero();  ///< estimated change, clipped probes included, frame of the probes
 };
 
+/// Why the probes of a reference are not one place with scatter.
+enum class ReferenceFault : std::uint8_t {
+  kNone,
+  kOutliers,  ///< more of them are wild than outlier_share explains
+  kScatter,   ///< they scatter by more than kMostScatter times what was declared
+  kTrend,     ///< they scatter by more than was declared, and each resembles the one before it
+};
+
 /// What one probe was to the monitor.
 struct ProbeVerdict {
-  bool learning = false;  ///< it went into the reference; nothing was judged
-  bool wild = false;      ///< farther than clip sqrt(3) sigma from the reference
-  double statistic = 0;   ///< the largest sum divided by the threshold
-  bool raised = false;    ///< this probe raised the alarm
+  bool learning = false;   ///< it went into the reference; nothing was judged
+  bool unwatched = false;  ///< the reference was refused; nothing was judged
+  bool wild = false;       ///< farther than clip sqrt(3) sigma from the reference
+  double statistic = 0;    ///< the largest sum divided by the threshold
+  bool raised = false;     ///< this probe raised the alarm
 };
 
 /// Two-sided cumulative sums of the whitened residual along 13 axes: the three coordinate axes,
@@ -44,7 +53,18 @@ struct ProbeVerdict {
 /// most clip - allowance, which is far below any threshold that MonitorDesignFor() gives.
 ///
 /// The reference stands once it is there: a slow drift cannot be followed away. It is the mean of
-/// the first probes, each clipped about their median.
+/// the first probes, each clipped about their median (one step of Huber's M-estimate). It is
+/// refused where its N members r_i disagree, with m their median, s the scatter in use (below) and
+/// sigma the declared one:
+///   outliers  more members with |r_i - m|^2 / s^2 > 21.1, the 99.99 % quantile of chi^2 of 3
+///             degrees, than there are in 99 % of references where each probe is wild with
+///             probability kWildShare: 2 of 5, 3 of 10, 4 of 20 are let pass;
+///   scatter   s > kMostScatter sigma: two populations of similar size, or a wrong sigma;
+///   trend     s > 2 sigma and von Neumann's ratio of the clipped members,
+///             eta = sum |r_i+1 - r_i|^2 / sum |r_i - mean|^2, below its 0.01 % quantile
+///             2 - 3.72 sqrt(4 (N - 2) / (3 (N^2 - 1)))   [J. von Neumann, Ann. Math. Stat. 12
+///             (1941) 367]: a step or a drift while the reference was taken.
+/// Then nothing is judged until Restart().
 ///
 /// The scatter in use is the larger one of what was declared and what the first probes show, for
 /// false alarms grow by the hundred where it is too small:
@@ -66,12 +86,19 @@ class DriftMonitor {
 
   const MonitorDesign& design() const { return design_; }
   std::uint64_t probes() const { return probes_; }
-  bool learning() const { return !reference_known_; }
+  bool learning() const { return !reference_known_ && !reference_refused(); }
+  bool reference_refused() const { return fault_ != ReferenceFault::kNone; }
+  ReferenceFault reference_fault() const { return fault_; }
+  /// Whether the k-th probe of a refused reference, counted from 0, is one of those that disagree.
+  bool Disagrees(int k) const;
   Vec3 reference_m() const { return reference_m_; }
   double sigma_m() const { return sigma_m_; }  ///< in use: declared, or shown by the first probes
   double statistic() const { return statistic_; }
   /// Stands from the probe that raised it until Restart().
   const std::optional<DriftAlarm>& alarm() const { return alarm_; }
+
+  static constexpr double kMostScatter = 10;
+  static constexpr double kWildShare = 0.05;
 
   static constexpr int kAxes = 13;
   /// Unit vectors of the axes; each is watched in both senses.
@@ -85,6 +112,7 @@ class DriftMonitor {
   };
 
   void Learn(const Vec3& residual_m);
+  ReferenceFault FaultOfReference() const;
   void LearnScatter(const Vec3& residual_m);
   void UseScatter(double median_square_m2, int count);
   bool Advance(Chart& chart, const Vec3& direction, const Vec3& z);
@@ -92,6 +120,8 @@ class DriftMonitor {
   MonitorDesign design_;
   std::array<Vec3, kMostReferenceProbes> learned_;
   bool reference_known_ = false;
+  ReferenceFault fault_ = ReferenceFault::kNone;
+  Vec3 median_m_ = Vec3::Zero();  ///< of the reference's probes
   Vec3 reference_m_ = Vec3::Zero();
   double sigma_m_ = 0;
   std::uint64_t probes_ = 0;

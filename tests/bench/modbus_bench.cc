@@ -156,7 +156,7 @@ Row CountTornReadsInProcess(bool quick) {
   const int reads = quick ? 50'000 : 1'000'000;
   int torn = 0;
   for (int i = 0; i < reads; ++i) {
-    handler.Handle(request, response);
+    handler.Handle({}, request, response);
     const auto word = [&](std::size_t k) {
       return (response[2 + 2 * k] << 8) | response[3 + 2 * k];
     };

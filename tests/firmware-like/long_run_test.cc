@@ -60,10 +60,15 @@ TEST_CASE("the counters of 16 and 32 bit turn over, and no cycle is lost by it")
   ++last;
   std::uint16_t command = 65500;
   int executed = 0, probes = 0;
+  LoadedState state;
+  const LoadedArm arm(run.machine.config().cell);
+  REQUIRE(arm.AtCommanded(run.input.robot.q, {60, *run.machine.config().cell.payload_cog_F}, {},
+                          state));
+  const Vec3 tip_W = state.p_read_W;
   for (int k = 0; k < 70000; ++k) {
     if (k % 500 == 0) {  // 140 commands, through 65535 and 0
       run.input.command.code = PlcCommandCode::kProbe;
-      run.input.command.probe_W = Vec3(1.2, -0.4, 0.9);
+      run.input.command.probe_W = tip_W;
       run.input.command.sequence = ++command;
     }
     const Snapshot& snapshot = run.Cycle(0.01);

@@ -34,6 +34,13 @@ struct Cell {
     input.now_s = 50;
   }
 
+  /// Where the model has the loaded tip while the robot is where it was taught.
+  Vec3 PredictedTip() const {
+    LoadedState state;
+    REQUIRE(
+        LoadedArm(config.cell).AtCommanded(taught, {60, *config.cell.payload_cog_F}, {}, state));
+    return state.p_read_W;
+  }
   const Snapshot& Next() {
     if (!machine) {
       machine.emplace(config);
@@ -372,7 +379,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
 
   CameraInput& camera = cell.input.cameras[0];
   camera.configured = camera.lens_valid = camera.tip_valid = true;
-  camera.tip.p_W = Vec3(1, 2, 3);
+  camera.tip.p_W = cell.PredictedTip() + Vec3(1e-3, 2e-3, 3e-3);
   camera.tip.covariance_W = 1e-8 * Mat3::Identity();
   camera.tip_time_s = cell.input.now_s;
   command.sequence = 2;
@@ -387,7 +394,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
 
   SECTION("a probe of the PLC's own has none") {
     command.code = PlcCommandCode::kProbe;
-    command.probe_W = Vec3(1, 2, 3);
+    command.probe_W = cell.PredictedTip();
     command.sequence = 3;
     REQUIRE(cell.Next().probe_taken);
     CHECK_FALSE(cell.Next().probe.covariance_W);
@@ -444,13 +451,14 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   }
   CameraInput& side = cell.input.cameras[0];
   CameraInput& rear = cell.input.cameras[1];
-  side.tip = {Vec3(1, 2, 3), 1e-8 * Mat3::Identity(), Mat3::Zero()};
-  rear.tip = {Vec3(1.0003, 2, 3), 3e-8 * Mat3::Identity(), Mat3::Zero()};
+  const Vec3 tip_W = cell.PredictedTip();
+  side.tip = {tip_W, 1e-8 * Mat3::Identity(), Mat3::Zero()};
+  rear.tip = {tip_W + Vec3(3e-4, 0, 0), 3e-8 * Mat3::Identity(), Mat3::Zero()};
   command.sequence = 1;
   Snapshot taken = cell.Next();
   REQUIRE(taken.probe_taken);
   CHECK(taken.probe.cameras == 3);
-  CHECK((taken.probe.measured_W - Vec3(1.000075, 2, 3)).norm() < 1e-12);
+  CHECK((taken.probe.measured_W - tip_W - Vec3(7.5e-5, 0, 0)).norm() < 1e-12);
   CHECK((*taken.probe.covariance_W - 0.75e-8 * Mat3::Identity()).norm() < 1e-20);
   CHECK((taken.status & status::kLensCalibrated) != 0);
 
@@ -560,7 +568,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
     cell.input.probes_recorded = true;
     cell.Running();
     cell.input.command.code = code;
-    cell.input.command.probe_W = Vec3(1, 2, 3);
+    cell.input.command.probe_W = cell.PredictedTip();
     cell.input.command.sequence = 77;
     const Snapshot before = cell.Next();
     REQUIRE(before.result.code == CorrectionCode::kOk);
@@ -586,6 +594,219 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
     const Snapshot& again = cell.Next();
     CHECK((again.probe_taken || again.monitor_restart));
   }
+}
+
+namespace {
+
+/// A cell that gives probes of command 6, and what became of each.
+struct ProbingCell : Cell {
+  ProbingCell() {
+    input.probes_recorded = true;
+    input.command.code = PlcCommandCode::kProbe;
+    Running();
+  }
+  const Snapshot& Probe(const Vec3& measured_W) {
+    input.command.probe_W = measured_W;
+    ++input.command.sequence;
+    return Next();
+  }
+};
+
+void CheckNoPose(const CommandResult& result) {
+  CHECK_FALSE(result.valid);
+  CHECK(result.correction.X_BP_command.p.isZero());
+  CHECK(result.correction.X_BP_command.R.isIdentity());
+  CHECK(result.correction.translation_B.isZero());
+  CHECK(result.correction.rotation_B.isZero());
+  CHECK(result.correction.uncertainty_m == 0);
+  CHECK_FALSE(result.correction.extrapolated);
+}
+
+}  // namespace
+
+TEST_CASE("a probe that no tip can have been measured at is refused, counted, and not handed on") {
+  ProbingCell cell;
+  const Vec3 tip_W = cell.PredictedTip();
+  struct Nonsense {
+    const char* name;
+    Vec3 measured_W;
+    ProbeFault fault;
+  };
+  const Nonsense nonsense[] = {
+      {"zero", Vec3::Zero(), ProbeFault::kZero},
+      {"in metres", 1e-3 * tip_W, ProbeFault::kInMetres},
+      {"in metres, and off by what the model lacks", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
+       ProbeFault::kInMetres},
+      {"the largest integer, in mm", Vec3::Constant(2147483647e-3), ProbeFault::kBeyondReach},
+      {"the largest integer, in um", Vec3::Constant(2147483647e-6), ProbeFault::kBeyondReach},
+      {"beyond the arm's reach", tip_W + Vec3(0, 0, 6), ProbeFault::kBeyondReach},
+  };
+  std::uint32_t refused = 0;
+  for (const Nonsense& one : nonsense) {
+    CAPTURE(one.name);
+    const Snapshot& snapshot = cell.Probe(one.measured_W);
+    CHECK(snapshot.result.code == CorrectionCode::kProbeImplausible);
+    CHECK_FALSE(snapshot.probe_taken);
+    CHECK(snapshot.probes.fault == one.fault);
+    CHECK(snapshot.probes.measured_W == one.measured_W);
+    CHECK(snapshot.probes.refused == ++refused);
+    CheckNoPose(snapshot.result);
+  }
+  const Snapshot& taken = cell.Probe(tip_W + Vec3(0, 0, -0.02));
+  CHECK(taken.probe_taken);
+  CHECK(taken.result.code == CorrectionCode::kOk);
+  CHECK_FALSE(taken.probe.quarantined);
+  CHECK(taken.probes.fault == ProbeFault::kNone);
+  CHECK(taken.probes.refused == refused);
+}
+
+TEST_CASE("probes of fine integers and by camera are judged by the same bounds") {
+  ProbingCell cell;
+  cell.input.command.code = PlcCommandCode::kProbeFine;
+  CHECK(cell.Probe(Vec3::Zero()).result.code == CorrectionCode::kProbeImplausible);
+  cell.input.command.code = PlcCommandCode::kProbeByCamera;
+  CameraInput& camera = cell.input.cameras[0];
+  camera.configured = camera.lens_valid = camera.tip_valid = true;
+  camera.tip.covariance_W = 1e-8 * Mat3::Identity();
+  camera.tip_time_s = cell.input.now_s;
+  camera.tip.p_W = Vec3(0, 0, 40);
+  CHECK(cell.Probe({}).result.code == CorrectionCode::kProbeImplausible);
+  camera.tip.p_W = cell.PredictedTip() + Vec3(0.4, 0, 0);
+  const Snapshot& kept = cell.Probe({});
+  CHECK(kept.result.code == CorrectionCode::kProbeQuarantined);
+  CHECK(kept.probe.quarantined);
+  REQUIRE(kept.probe.covariance_W);
+  CHECK(kept.probe.cameras == 1);
+}
+
+TEST_CASE("a probe that contradicts the model is handed on marked, with what was measured") {
+  ProbingCell cell;
+  const Vec3 tip_W = cell.PredictedTip();
+  const double bound_m = cell.Next().probes.contradiction_m;
+  // The largest correction that is allowed, and half a degree over some four metres.
+  CHECK(bound_m > cell.config.limits.max_translation_m + 0.03);
+  CHECK(bound_m < cell.config.limits.max_translation_m + 0.06);
+  CHECK_FALSE(cell.Probe(tip_W + Vec3(0.99 * bound_m, 0, 0)).probe.quarantined);
+  const Vec3 miss_W(0, 1.01 * bound_m, 0);
+  const Snapshot& kept = cell.Probe(tip_W + miss_W);
+  REQUIRE(kept.probe_taken);
+  CHECK(kept.probe.quarantined);
+  CHECK(kept.result.code == CorrectionCode::kProbeQuarantined);
+  CHECK_FALSE(kept.result.valid);
+  const Mat3 R_WB = cell.config.cell.robot.X_WB.R;
+  CHECK((R_WB * kept.result.correction.translation_B - miss_W).norm() < 1e-12);
+  CHECK(kept.result.correction.X_BP_command.p.norm() > 0.1);
+}
+
+TEST_CASE("a probe is refused while a joint moves, and taken once the robot stands") {
+  ProbingCell cell;
+  const Vec3 tip_W = cell.PredictedTip();
+  const auto code = [&] { return cell.Probe(tip_W).result.code; };
+  REQUIRE(code() == CorrectionCode::kOk);
+  const auto stand = [&](double seconds) {
+    for (double t = 0; t < seconds; t += kPeriod_s) cell.Next();
+  };
+  SECTION("a motion, and its end") {
+    for (int k = 0; k < 10; ++k) {
+      cell.input.robot.q[1] += 1e-3;
+      CHECK(code() == CorrectionCode::kRobotMoving);
+    }
+    CHECK_FALSE(cell.Next().probes.standstill);
+    CHECK(cell.Next().probes.fault == ProbeFault::kRobotMoving);
+    CHECK(cell.Next().probes.refused == 10);
+    CheckNoPose(cell.Next().result);
+    cell.input.robot.q[1] -= 10e-3;
+    stand(0.25);
+    CHECK(cell.Next().probes.standstill);
+    CHECK(code() == CorrectionCode::kOk);
+  }
+  SECTION("a creeping one adds up") {
+    int moving = 0;
+    for (int k = 0; k < 100; ++k) {
+      cell.input.robot.q[0] += 1e-5;  // 1 mrad/s, a tenth of what counts in each reading
+      moving += code() == CorrectionCode::kRobotMoving ? 1 : 0;
+    }
+    CHECK(moving > 85);
+  }
+  SECTION("a servo that holds its place jitters") {
+    for (int k = 0; k < 50; ++k) {
+      cell.input.robot.q[2] += k % 2 == 0 ? 4e-5 : -4e-5;
+      CHECK(code() == CorrectionCode::kOk);
+    }
+  }
+  SECTION("coarse registers: one step is none, two are a motion") {
+    cell.input.robot.q_resolution = 1e-3;
+    cell.input.robot.q[3] += 1e-3;
+    CHECK(code() == CorrectionCode::kOk);
+    cell.input.robot.q[3] += 1e-3;
+    CHECK(code() == CorrectionCode::kRobotMoving);
+  }
+  SECTION("a controller that refreshes every 0.1 s is seen to move between two refreshes") {
+    int refused = 0;
+    for (int k = 0; k < 100; ++k) {
+      if (k % 10 == 0) cell.input.robot.q[0] += 5e-3;
+      refused += code() == CorrectionCode::kRobotMoving ? 1 : 0;
+    }
+    CHECK(refused == 100);
+  }
+}
+
+TEST_CASE("before the journal is open a probe is answered pending, and without one not recorded") {
+  ProbingCell cell;
+  cell.input.probes_recorded = false;
+  cell.input.probes_pending = true;
+  CHECK(cell.Probe(cell.PredictedTip()).result.code == CorrectionCode::kPending);
+  cell.input.command.code = PlcCommandCode::kRestartMonitor;
+  CHECK(cell.Probe({}).result.code == CorrectionCode::kPending);
+  CHECK_FALSE(cell.Next().monitor_restart);
+  cell.input.probes_pending = false;
+  CHECK(cell.Probe({}).result.code == CorrectionCode::kNotRecorded);
+}
+
+TEST_CASE("a refused command does not answer with the pose of the one before") {
+  Cell cell;
+  cell.Running();
+  PlcCommand& command = cell.input.command;
+  const auto good = [&] {
+    command = {};
+    command.code = PlcCommandCode::kCorrectPoint;
+    command.point_id = 9;
+    command.sequence = static_cast<std::uint16_t>(cell.Next().result.sequence + 1);
+    const CommandResult result = cell.Next().result;
+    REQUIRE(result.valid);
+    REQUIRE(result.correction.uncertainty_m > 0);
+    ++command.sequence;
+  };
+  const auto refused = [&](CorrectionCode code) {
+    const CommandResult result = cell.Next().result;
+    CHECK(result.sequence == command.sequence);
+    CHECK(result.command == command.code);
+    CHECK(result.code == code);
+    CheckNoPose(result);
+  };
+  good();
+  command.point_id = 8;
+  refused(CorrectionCode::kUnknownPoint);
+  good();
+  command.code = static_cast<PlcCommandCode>(77);
+  refused(CorrectionCode::kBadCommand);
+  good();
+  command.payload_kg = 1e9;
+  refused(CorrectionCode::kBadCommand);
+  good();
+  command.code = PlcCommandCode::kCorrectPose;
+  command.pose_valid = true;
+  command.X_BP.p = Vec3(50, 0, 0);
+  refused(CorrectionCode::kUnreachable);
+  good();
+  command.code = PlcCommandCode::kProbe;
+  refused(CorrectionCode::kNotRecorded);
+  good();
+  command.code = PlcCommandCode::kStartCalibration;
+  refused(CorrectionCode::kNoCamera);
+  good();
+  cell.input.robot.q[0] = 99;
+  refused(CorrectionCode::kNoRobot);
 }
 
 TEST_CASE("the PLC's heartbeat is seen while it changes") {
@@ -666,7 +887,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared shar
 
   cell.input.probes_recorded = true;
   cell.input.command.code = PlcCommandCode::kProbe;
-  cell.input.command.probe_W = Vec3(1, 0, 1);
+  cell.input.command.probe_W = cell.PredictedTip();
   cell.input.command.sequence = 5;
   CHECK(cell.Next().result.correction.uncertainty_m ==
         Approx(expected_m(cell.taught)).epsilon(1e-6));
@@ -701,7 +922,7 @@ TEST_CASE("effects of time count from where their model says, and keep their las
   Cell cell;
   cell.input.probes_recorded = true;
   cell.input.command.code = PlcCommandCode::kProbe;
-  cell.input.command.probe_W = Vec3(1, 0, 1);
+  cell.input.command.probe_W = cell.PredictedTip();
   WrittenEffect effect;
   effect.id = "empirical";
   effect.parameters = {{"base_x", 1, std::nullopt, "1", ""}};

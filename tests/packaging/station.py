@@ -101,12 +101,12 @@ class Station:
         raise AssertionError(open(self.folder + "/log").read())
 
     def give_probe(self):
-        """The robot stands, the tip was measured at the first point."""
+        """The robot stands, the tip was measured where the model has it, within millimetres."""
         self.until(lambda v: self.bus and self.bus.read(400, 1)[0] & 1)  # the journal is open
         values = self.cell.values
         values["ProbeNow"] = False
         self.cycle()
-        values["MeasuredX"], values["MeasuredY"], values["MeasuredZ"] = 2683000, -424000, 973700
+        values["MeasuredX"], values["MeasuredY"], values["MeasuredZ"] = 2740000, 0, 1545000
         values["ProbeNow"] = True
         self.until(lambda v: v["Probe"].values["Done"] or v["Probe"].values["Failed"])
         assert values["ProbeTaken"], (values["Probe"].values["Code"], open(self.folder + "/log").read())

@@ -13,7 +13,7 @@ namespace {
 constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
 constexpr int kFreshRefreshes = 3;  ///< refreshes that must follow a move
 constexpr int kResult = 100, kLoop = 400, kLoopSize = 18, kCommands = 1000, kCommandsSize = 40;
-constexpr int kProbe = 6, kNoTrustedInput = 8;
+constexpr int kProbe = 6, kNoTrustedInput = 8, kPending = 11, kRobotMoving = 18;
 constexpr int kRecording = 1, kAlarm = 2, kFailed = 32;  ///< bits of kLoop
 
 using Clock = std::chrono::steady_clock;
@@ -179,7 +179,10 @@ ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
   const auto before = recorded();
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
   int code = GiveProbe(tip_W_mm);
-  while (code == kNoTrustedInput && Clock::now() < give_up) {
+  const auto later = [&code] {
+    return code == kNoTrustedInput || code == kPending || code == kRobotMoving;
+  };
+  while (later() && Clock::now() < give_up) {
     Sleep(options_.settle_s);
     code = GiveProbe(tip_W_mm);
   }

@@ -68,6 +68,10 @@ TEST_CASE("a daemon killed while it writes probes has kept each one that it told
   const TemporaryFolder state;
   const std::string journal_file = state.path() + "/journal.sqlite";
   const std::string config = Config(cell, state.path());
+  RegisterClient tracker("tracker", cell.tracker(), 1, 10);
+  REQUIRE(Eventually([&] { return tracker.Read(0, 16).Word(13) == 1; }));
+  const auto seen = tracker.Read(0, 16);
+  const std::vector<double> tip_mm = {seen.Float(0), seen.Float(2), seen.Float(4)};
   std::uint16_t sequence = 0;
   std::int64_t kept = 0;
   for (int round = 0; round < 6; ++round) {
@@ -79,8 +83,9 @@ TEST_CASE("a daemon killed while it writes probes has kept each one that it told
     const std::uint32_t before = static_cast<std::uint32_t>(plc.Read(404, 2).Long(0));
     std::uint32_t told = before;
     for (int probe = 0; probe < 5 + 7 * round; ++probe) {  // as fast as it answers
-      std::vector<std::uint16_t> words(40);
-      words[0] = 6;
+      std::vector<std::uint16_t> words = {6, 0};
+      for (const std::uint16_t word : virtual_cell::WordsFromFloats(tip_mm)) words.push_back(word);
+      words.resize(40);
       words[39] = ++sequence;
       plc.Write(1000, words);
       REQUIRE(Eventually([&] { return plc.Read(100, 40).Word(1) == sequence; }));

@@ -417,6 +417,9 @@ TEST_CASE("a killed daemon takes the alarm up again from its journal") {
   const std::string config = WithLine(LoopConfigText(cell.robot(), "diagnose = false\n"), "",
                                       "state_directory", "\"" + state.path() + "\"");
   REQUIRE(cell.Tell("payload 60") == "ok");
+  RegisterClient tracker("tracker", cell.tracker(), 1, 10);
+  REQUIRE(Eventually([&] { return tracker.Read(0, 16).Word(13) == 1; }));
+  const auto seen = tracker.Read(0, 16);
   for (const int round : {1, 2}) {
     DaemonProcess daemon(config);
     RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
@@ -425,10 +428,14 @@ TEST_CASE("a killed daemon takes the alarm up again from its journal") {
     REQUIRE(Eventually([&] { return plc.Read(330, 2).Float(0) == 60; }));
     if (round == 1) {
       for (std::uint16_t i = 1; i <= 10; ++i) {
-        std::vector<std::uint16_t> words(40);
-        words[0] = 6;
+        std::vector<std::uint16_t> words = {6, 0};
+        for (const std::uint16_t word :
+             virtual_cell::WordsFromFloats({seen.Float(0), seen.Float(2), seen.Float(4)})) {
+          words.push_back(word);
+        }
+        words.resize(40);
         words[39] = i;
-        plc.Write(1000, words);  // the tip at the origin: metres away
+        plc.Write(1000, words);
         REQUIRE(Eventually([&] { return plc.Read(404, 2).Long(0) == i; }));
       }
       REQUIRE(daemon.Awaits("drift alarm"));
@@ -498,6 +505,127 @@ TEST_CASE("a disk that keeps the journal waiting never keeps the cycle waiting")
       [&] { return station.plc.Read(404, 2).Long(0) == static_cast<std::uint32_t>(taken); }));
   CHECK(station.Journal().size() == static_cast<std::size_t>(taken));
   CHECK(station.Probe() == 0);
+}
+
+namespace {
+
+/// Standard output of a `plumbline` command.
+std::string OutputOf(const std::string& arguments) {
+  FILE* const pipe = popen((std::string(PLUMBLINE) + " " + arguments + " 2>&1").c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  for (int c = 0; (c = fgetc(pipe)) != EOF;) text += static_cast<char>(c);
+  pclose(pipe);
+  return text;
+}
+
+std::vector<std::uint16_t> ProbeWords(const std::vector<double>& position_mm) {
+  std::vector<std::uint16_t> words = {6, 0};
+  for (const std::uint16_t word : virtual_cell::WordsFromFloats(position_mm)) words.push_back(word);
+  return words;
+}
+
+}  // namespace
+
+TEST_CASE("nonsense is refused with its reason, and never reaches the journal") {
+  Station station({.loop = "diagnose = false\n"});
+  REQUIRE(station.Probe() == 0);
+  REQUIRE(station.plc.Read(104, 2).Float(0) != 0);
+  const auto seen = station.tracker.Read(0, 16);
+  const std::vector<double> metres = {1e-3 * seen.Float(0), 1e-3 * seen.Float(2),
+                                      1e-3 * seen.Float(4)};
+  CHECK(station.Command(ProbeWords({0, 0, 0})) == 17);
+  const auto answer = station.plc.Read(100, 40);
+  CHECK(answer.Word(3) == 0);
+  for (int word = 4; word < 30; ++word) CHECK(answer.Word(word) == 0);
+  REQUIRE(station.daemon.Awaits("not in the journal: it is 0, 0, 0"));
+  CHECK(station.Command(ProbeWords({0, 0, 0})) == 17);
+  CHECK(station.Command(ProbeWords(metres)) == 17);
+  REQUIRE(station.daemon.Awaits("given in metres?"));
+  CHECK(station.Command(ProbeWords({2147483647, 2147483647, 2147483647})) == 17);
+  REQUIRE(station.daemon.Awaits("farther from the base than"));
+  std::vector<std::uint16_t> fine(40);
+  fine[0] = 7;
+  for (const std::size_t high : {32, 34, 36}) {
+    fine[high] = 0x7FFF;
+    fine[high + 1] = 0xFFFF;
+  }
+  CHECK(station.Command(fine) == 17);
+  CHECK(station.plc.Read(420, 2).Long(0) == 5);
+  CHECK(station.daemon.Count("it is 0, 0, 0") == 1);
+  CHECK(OutputOf("status --port " + station.daemon.Plc().substr(station.daemon.Plc().find(':') + 1))
+            .find("5 refused") != std::string::npos);
+  REQUIRE(station.Probe() == 0);
+  CHECK(station.daemon.Awaits("probes are taken again; 5 refused before"));
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 2; }));
+  CHECK(station.Journal().size() == 2);
+}
+
+TEST_CASE("a probe that contradicts the model waits in quarantine until a person accepts it") {
+  Station station({.loop = "diagnose = false\n"});
+  CHECK(station.Probe(400) == 20);
+  const auto answer = station.plc.Read(100, 40);
+  CHECK((answer.Word(3) & 1) == 0);
+  CHECK(std::hypot(answer.Float(16), answer.Float(18), answer.Float(20)) ==
+        Approx(400).margin(20));  // measured minus predicted
+  CHECK(station.Probe(401) == 20);
+  REQUIRE(Eventually([&] { return station.plc.Read(422, 1).Word(0) == 2; }));
+  CHECK((station.State() & 0x40) != 0);
+  CHECK(station.daemon.Awaits("probe quarantined: row 1 of the journal is"));
+  CHECK(station.Journal().empty());
+  const std::string state = " --state " + station.state_directory();
+  const std::string listed = OutputOf("journal quarantine list" + state);
+  CHECK(listed.find("quarantine: waiting") != std::string::npos);
+  CHECK(OutputOf("journal show" + state).find("quarantine: waiting") != std::string::npos);
+  CHECK(OutputOf("journal quarantine accept 7" + state)
+            .find("row 7 is not in quarantine; nothing decided") != std::string::npos);
+  REQUIRE(Plumbline("journal quarantine accept 1" + state) == 0);
+  REQUIRE(Plumbline("journal quarantine reject 2" + state) == 0);
+  REQUIRE(Eventually([&] { return station.plc.Read(422, 1).Word(0) == 0; }));
+  CHECK((station.State() & 0x40) == 0);
+  CHECK(station.daemon.Awaits("quarantine: probes were accepted or rejected"));
+  CHECK(station.Journal().size() == 1);
+}
+
+TEST_CASE("two masters in the command window are reported, to both and in the log") {
+  Station station;
+  const auto warned = [&] { return (station.plc.Read(14, 1).Word(0) & 0x8000) != 0; };
+  station.Probes(1);
+  CHECK_FALSE(warned());
+  CHECK(station.plc.Read(425, 1).Word(0) == 0x0001);  // 127.0.0.1
+  CHECK(station.plc.Read(426, 1).Word(0) != 0);
+  {
+    RegisterClient panel("plumblined", station.daemon.Plc(), 1, 10);
+    panel.Write(1001, {1});
+    station.Probes(1);
+    REQUIRE(Eventually(warned));
+    CHECK(station.plc.Read(427, 1).Word(0) == 0x0001);
+    CHECK(station.daemon.Awaits("two masters: 127.0.0.1:"));
+  }
+  CHECK(Eventually([&] { return !warned(); }));
+  CHECK(station.plc.Read(427, 1).Word(0) == 0);
+  CHECK(station.daemon.Awaits("one client alone writes the command window again"));
+  CHECK(station.daemon.Count("two masters: ") == 1);
+}
+
+TEST_CASE("a probe that comes before the journal is open is answered pending") {
+  RunningCell cell(Idle());
+  const TemporaryFolder state;
+  const std::string file = state.path() + "/journal.sqlite";
+  REQUIRE(plumbline::Journal::Open(file).ok());
+  auto other = Database::Open(file, Database::Mode::kWrite);
+  REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // the daemon waits for it
+  DaemonProcess daemon(WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory",
+                                "\"" + state.path() + "\""));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  std::vector<std::uint16_t> words = ProbeWords({1000, 0, 1000});
+  words.resize(40);
+  words[39] = 7;
+  plc.Write(1000, words);
+  REQUIRE(Eventually([&] { return plc.Read(101, 1).Word(0) == 7; }));
+  CHECK(plc.Read(102, 1).Word(0) == 11);
+  REQUIRE(other.value().Run("COMMIT"));
+  CHECK(Eventually([&] { return (plc.Read(400, 1).Word(0) & 1) != 0; }));
 }
 
 TEST_CASE("an edited cell file is in force, whatever was applied before") {

@@ -28,8 +28,9 @@ struct Working {
                     },
                     [] {}};
 
-  Working() {
+  explicit Working(const LoopConfig& loop = {}) {
     DaemonConfig config;
+    config.loop = loop;
     config.machine.cell = test::HeavyArm();
     config.state_directory = folder.path();
     config.loop.enabled = true;
@@ -41,12 +42,17 @@ struct Working {
     REQUIRE(Comes([this] { return Recording(); }));
   }
 
-  void Probe() {
+  void Probe(const Vec3& residual_m = Vec3::Zero(), bool quarantined = false) {
     LoopEvent event;
+    event.probe.measured_W = residual_m;
+    event.probe.quarantined = quarantined;
     event.probe.q = JointVector::Zero(test::HeavyArm().robot.size());
     event.model_version = 1;
     link.queue.Push(event);
   }
+  std::string File() const { return folder.path() + "/journal.sqlite"; }
+  std::uint16_t State() const { return link.told.Read()->state; }
+  std::uint32_t Quarantined() const { return link.told.Read()->quarantined; }
   bool Recording() const { return (link.told.Read()->state & loop_state::kRecording) != 0; }
   std::uint32_t Recorded() const { return link.told.Read()->probes; }
   bool Told(const std::string& words) {
@@ -127,4 +133,65 @@ TEST_CASE("probes that could not be written until the end are told as lost") {
   REQUIRE(Working::Comes([&] { return !working.Recording(); }));
   working.worker.Stop();
   CHECK(working.Told("2 of the last probes that the PLC was told as taken could not be written"));
+}
+
+TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, until it is accepted") {
+  LoopConfig loop;
+  loop.reference_probes = 0;
+  loop.diagnose = false;
+  Working working(loop);
+  const Vec3 off_m(0, 0, 0.4);
+  for (int k = 0; k < 12; ++k) working.Probe(off_m, true);
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 12 && working.Quarantined() == 12; }));
+  CHECK((working.State() & loop_state::kQuarantined) != 0);
+  CHECK((working.State() & loop_state::kAlarm) == 0);
+  CHECK(working.link.told.Read()->residual_m.isZero());
+  CHECK(working.link.told.Read()->statistic == 0);
+  CHECK(working.Told("probe quarantined: row 1 of the journal is (0.0, 0.0, 400.0) mm"));
+  CHECK_FALSE(working.Told("row 2 of the journal"));  // once
+
+  auto person = Journal::Open(working.File());
+  REQUIRE(person);
+  REQUIRE(person.value().Decide({1, 2}, false, 0));
+  REQUIRE(Working::Comes([&] { return working.Quarantined() == 10; }));
+  CHECK((working.State() & loop_state::kAlarm) == 0);
+  REQUIRE(person.value().Decide({3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, true, 0));
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kAlarm) != 0; }));
+  CHECK(working.Quarantined() == 0);
+  CHECK((working.State() & loop_state::kQuarantined) == 0);
+  CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected"); }));
+  CHECK(working.Told("drift alarm: the residual of probes changed"));
+}
+
+TEST_CASE(
+    "a reference of probes that disagree is refused: no drift is watched, and rows are named") {
+  LoopConfig loop;
+  loop.reference_probes = 10;
+  loop.diagnose = false;
+  Working working(loop);
+  for (int k = 0; k < 10; ++k) working.Probe(k % 2 == 0 ? Vec3(0, 0, 0) : Vec3(0, 5e-3, 0));
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kReferenceRefused) != 0; }));
+  CHECK((working.State() & loop_state::kLearning) == 0);
+  CHECK(working.Told("reference refused: its 10 probes, rows 1 to 10, disagree; they scatter by"));
+  CHECK(working.Told("command 8"));
+  CHECK_FALSE(working.Told("drift monitor has its reference"));
+  for (int k = 0; k < 30; ++k) working.Probe(Vec3(0, 0, 0.02));
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 40; }));
+  CHECK((working.State() & loop_state::kAlarm) == 0);
+
+  LoopEvent restart;
+  restart.monitor_restart = true;
+  working.link.queue.Push(restart);
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kLearning) != 0; }));
+  CHECK((working.State() & loop_state::kReferenceRefused) == 0);
+  for (int k = 0; k < 10; ++k) working.Probe();
+  REQUIRE(Working::Comes([&] { return working.Told("drift monitor has its reference"); }));
+  CHECK((working.State() & loop_state::kReferenceRefused) == 0);
+}
+
+TEST_CASE("whether probes are recorded is known only once the journal was opened, or not") {
+  const LoopLink link;
+  CHECK_FALSE(link.told.Read()->settled);
+  const Working working;
+  CHECK(working.link.told.Read()->settled);
 }

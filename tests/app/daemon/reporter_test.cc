@@ -125,3 +125,41 @@ TEST_CASE("the boot counter counts, and survives nonsense in its file") {
   CHECK(NextBootCount(state) == 1);
   CHECK_FALSE(KeepBootCount("/proc/no/such/folder", 1).ok());
 }
+
+TEST_CASE("refused probes are told once a reason, with a remedy, and when they are taken again") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.Observe();
+  ProbeIntake& probes = desk.snapshot.probes;
+  probes.reach_m = 4.9;
+  const auto refuse = [&](ProbeFault fault, const Vec3& measured_W) {
+    ++probes.refused;
+    probes.fault = fault;
+    probes.measured_W = measured_W;
+    const auto lines = desk.Observe();
+    return lines.empty() ? std::string() : lines.front();
+  };
+  CHECK_THAT(refuse(ProbeFault::kZero, Vec3::Zero()),
+             Catch::StartsWith("probe refused, and not in the journal: it is 0, 0, 0"));
+  CHECK(refuse(ProbeFault::kZero, Vec3::Zero()).empty());
+  CHECK_THAT(refuse(ProbeFault::kInMetres, Vec3(1.2e-3, -4e-4, 9e-4)),
+             Catch::Contains("(1.2, -0.4, 0.9) mm") && Catch::Contains("given in metres?"));
+  CHECK_THAT(refuse(ProbeFault::kBeyondReach, Vec3::Constant(2147483.647)),
+             Catch::Contains("farther from the base than the 4.90 m that arm and tool reach"));
+  CHECK_THAT(refuse(ProbeFault::kRobotMoving, Vec3(1, 0, 1)), Catch::Contains("the robot moved"));
+  probes.fault = ProbeFault::kNone;
+  CHECK(desk.Observe() == std::vector<std::string>{"probes are taken again; 5 refused before"});
+  CHECK(desk.Observe().empty());
+}
+
+TEST_CASE(
+    "that there is one master again is told; that there are two is told with their addresses") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.Observe();
+  desk.snapshot.warnings = warning::kTwoMasters;
+  CHECK(desk.Observe().empty());
+  desk.snapshot.warnings = 0;
+  CHECK(desk.Observe() ==
+        std::vector<std::string>{"one client alone writes the command window again"});
+}

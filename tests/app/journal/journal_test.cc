@@ -135,7 +135,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   const Case cases[] = {
       {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
        "not a database"},
-      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 5"); }, "newer"},
+      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 6"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
        "no plumbline journal"},
   };
@@ -324,7 +324,9 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
     auto raw = Database::Open(file, Database::Mode::kWrite);
     REQUIRE(raw.ok());
     REQUIRE(
-        raw.value().Run("DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
+        raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
+                        "ALTER TABLE measurement DROP COLUMN quarantine;"
+                        "DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
                         "ALTER TABLE measurement DROP COLUMN camera;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 1"));
@@ -444,7 +446,9 @@ TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
   {
     auto raw = Database::Open(file, Database::Mode::kWrite);
     REQUIRE(
-        raw.value().Run("ALTER TABLE measurement DROP COLUMN camera;"
+        raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
+                        "ALTER TABLE measurement DROP COLUMN quarantine;"
+                        "ALTER TABLE measurement DROP COLUMN camera;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 2"));
   }
@@ -482,4 +486,44 @@ TEST_CASE("what only some rows have is left out and told, never zero") {
   const std::string notes = fmt::format("{}", fmt::join(exported.notes, "\n"));
   CHECK_THAT(notes, Catch::Contains("temp_C") && Catch::Contains("2 of 3") &&
                         Catch::Contains("no position"));
+}
+
+TEST_CASE("what waits in quarantine, or was rejected, is no measurement; what is accepted is one") {
+  const TemporaryFolder folder;
+  auto opened = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(opened);
+  Journal& journal = opened.value();
+  for (int k = 1; k <= 5; ++k) {
+    JournalRow row = FullRow(k);
+    if (k == 2 || k == 4) row.quarantine = JournalRow::Quarantine::kWaiting;
+    REQUIRE(*journal.Append({row}, Joints()) == k);
+  }
+  const auto ids = [&](JournalFilter::Rows which) {
+    JournalFilter filter;
+    filter.rows = which;
+    std::vector<std::int64_t> found;
+    for (const JournalRow& row : journal.Read(filter, Joints()).value()) found.push_back(row.id);
+    return found;
+  };
+  using Rows = JournalFilter::Rows;
+  using Ids = std::vector<std::int64_t>;
+  CHECK(ids(Rows::kMeasurements) == Ids{1, 3, 5});
+  CHECK(ids(Rows::kAll) == Ids{1, 2, 3, 4, 5});
+  CHECK(ids(Rows::kWaiting) == Ids{2, 4});
+  CHECK(*journal.Waiting() == 2);
+  const std::int64_t before = *journal.LastDecision();
+
+  const auto refused = journal.Decide({2, 3}, true, 0);  // 3 is a measurement: none is decided
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(refused.error(), Catch::Contains("row 3 is not in quarantine; nothing decided"));
+  CHECK(*journal.Waiting() == 2);
+  CHECK(*journal.LastDecision() == before);
+
+  REQUIRE(journal.Decide({2}, true, 1800000000000));
+  REQUIRE(journal.Decide({4}, false, 1800000000000));
+  CHECK(ids(Rows::kMeasurements) == Ids{1, 2, 3, 5});  // in its place in time
+  CHECK(ids(Rows::kWaiting).empty());
+  CHECK(*journal.LastDecision() > before);
+  REQUIRE(journal.Decide({2}, false, 1800000000001));  // the person has thought again
+  CHECK(ids(Rows::kMeasurements) == Ids{1, 3, 5});
 }

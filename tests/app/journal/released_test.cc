@@ -82,6 +82,17 @@ void CheckCameraProbe(const JournalRow& row, int schema) {
   CHECK(row.camera == (schema >= 4 ? "side+rear" : ""));
 }
 
+/// Before schema 5 every probe was a measurement.
+void CheckQuarantined(Journal& journal, int schema) {
+  JournalFilter filter;
+  filter.rows = JournalFilter::Rows::kWaiting;
+  const auto rows = journal.Read(filter, TwoJoints());
+  REQUIRE(rows);
+  REQUIRE(rows->size() == (schema >= 5 ? 1U : 0U));
+  CHECK(*journal.Waiting() == static_cast<std::int64_t>(rows->size()));
+  if (schema >= 5) CHECK(rows->front().id == 6);
+}
+
 }  // namespace
 
 TEST_CASE("a journal of every released schema opens, loses nothing, and goes on") {
@@ -90,7 +101,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and goes on"
     const TemporaryFolder folder;
     const std::string path = folder.path() + "/journal.sqlite";
     WriteReleased("journal", schema, path);
-    const std::int64_t count = schema >= 3 ? 5 : 4;
+    const std::int64_t count = schema >= 5 ? 6 : schema >= 3 ? 5 : 4;
     {
       const std::string before = FileText(path);
       const auto early = Journal::OpenForReading(path);
@@ -114,6 +125,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and goes on"
       CheckImported((*rows)[2]);
       CheckImported((*rows)[3]);
       if (schema >= 3) CheckCameraProbe((*rows)[4], schema);
+      CheckQuarantined(journal.value(), schema);
       const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
       REQUIRE(imported);
       CHECK(*imported == "measured.csv");

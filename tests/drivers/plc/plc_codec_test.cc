@@ -313,6 +313,61 @@ TEST_CASE("a probe is decoded from floats and from micrometres, in both word ord
   }
 }
 
+TEST_CASE("a probe given in any finite number is passed on, to be judged by the arm's reach") {
+  std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+  window[0] = 6;
+  for (std::size_t at = 2; at < 8; at += 2) {
+    const auto words = modbus::RegistersFromU32(std::bit_cast<std::uint32_t>(2147483647.0F),
+                                                modbus::WordOrder::kAbcd);
+    window[at] = words[0];
+    window[at + 1] = words[1];
+  }
+  const PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, {});
+  REQUIRE(command.probe_W);
+  CHECK(command.probe_W->x() > 2e6);
+  CHECK_FALSE(command.pose_valid);
+}
+
+TEST_CASE("a refused command leaves no pose in the registers, where one stood before") {
+  PlcEncoder encoder({}, {1, 2});
+  Snapshot snapshot = SomeSnapshot();
+  snapshot.result.correction.translation_B = Vec3(1e-3, 2e-3, 3e-3);
+  snapshot.result.correction.uncertainty_m = 1e-3;
+  encoder.Encode(snapshot, {});
+  ++snapshot.result.sequence;
+  snapshot.result.valid = false;
+  snapshot.result.code = CorrectionCode::kProbeImplausible;
+  snapshot.result.correction = {};
+  const auto& image = encoder.Encode(snapshot, {});
+  CHECK(image[101] == 4712);
+  CHECK(image[102] == 17);
+  CHECK(image[103] == 0);
+  for (std::size_t at = 104; at < 130; ++at) CHECK(image[at] == 0);
+  CHECK(image[202] == 0);
+  for (std::size_t at = 204; at < 218; ++at) CHECK(image[at] == 0);
+}
+
+TEST_CASE("what became of probes, and who commands, stands behind the loop's registers") {
+  Snapshot snapshot = SomeSnapshot();
+  snapshot.probes.refused = 70001;
+  snapshot.probes.fault = ProbeFault::kInMetres;
+  snapshot.probes.standstill = true;
+  PlcEnvironment environment;
+  environment.loop.state = loop_state::kQuarantined | loop_state::kReferenceRefused;
+  environment.loop.quarantined = 3;
+  environment.masters = {0x000A, 49152, 0x0114};
+  PlcEncoder encoder({}, {1, 2});
+  const auto& image = encoder.Encode(snapshot, environment);
+  CHECK(Read(image, "loop_state") == 0xC0);
+  CHECK(Read(image, "probes_refused") == 70001);
+  CHECK(Read(image, "probes_quarantined") == 3);
+  CHECK(Read(image, "probe_fault") == 2);
+  CHECK(Read(image, "robot_standstill") == 1);
+  CHECK(Read(image, "master_address") == 10);
+  CHECK(Read(image, "master_port") == 49152);
+  CHECK(Read(image, "other_master") == 0x0114);
+}
+
 TEST_CASE("what the loop tells stands in its window, as floats and as integers") {
   Snapshot snapshot = SomeSnapshot();
   PlcEnvironment environment;

@@ -176,3 +176,73 @@ TEST_CASE("after a restart nothing is left") {
     CHECK(monitor.Update(residual_m).statistic == fresh.Update(residual_m).statistic);
   }
 }
+
+namespace {
+
+/// A monitor whose reference was taken of 20 probes, the k-th off by `offset(k)`.
+template <typename Offset>
+DriftMonitor WithReference(unsigned seed, const Offset& offset, double scale = 1) {
+  static const MonitorDesign design = Design(20);
+  DriftMonitor monitor(design);
+  Noise noise(seed);
+  for (int k = 0; k < 20; ++k) monitor.Update(noise.Next(scale * kSigma) + offset(k));
+  return monitor;
+}
+
+}  // namespace
+
+TEST_CASE("a reference whose probes disagree is refused, and nothing is judged by it") {
+  struct Case {
+    const char* name;
+    Vec3 (*offset)(int);
+    ReferenceFault fault;
+  };
+  const Case cases[] = {
+      {"a third at another place",
+       [](int k) { return k % 3 == 0 ? Vec3(0, 1e-3, 0) : Vec3(0, 0, 0); },
+       ReferenceFault::kOutliers},
+      {"half at another place, metres away",
+       [](int k) { return k % 2 == 0 ? Vec3(2, 0, 0) : Vec3(0, 0, 0); }, ReferenceFault::kScatter},
+      {"a step of 0.6 mm in the middle",
+       [](int k) { return k < 10 ? Vec3(0, 0, 0) : Vec3(0, 0, 6e-4); }, ReferenceFault::kTrend},
+      {"a drift of 1.5 mm", [](int k) { return Vec3(8e-5 * k, 0, 0); }, ReferenceFault::kTrend},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    for (unsigned seed = 0; seed < 50; ++seed) {
+      DriftMonitor monitor = WithReference(seed, c.offset);
+      REQUIRE(monitor.reference_fault() == c.fault);
+      CHECK(monitor.reference_refused());
+      CHECK_FALSE(monitor.learning());
+      for (int k = 0; k < 50; ++k) {
+        const ProbeVerdict verdict = monitor.Update(Vec3(1, 0, 0));
+        REQUIRE(verdict.unwatched);
+        REQUIRE_FALSE(verdict.raised);
+      }
+      CHECK(monitor.statistic() == 0);
+      CHECK_FALSE(monitor.alarm());
+      monitor.Restart();
+      CHECK(monitor.learning());
+    }
+  }
+}
+
+TEST_CASE("the probes that disagree are named") {
+  const DriftMonitor monitor =
+      WithReference(1, [](int k) { return k % 3 == 0 ? Vec3(0, 1e-3, 0) : Vec3(0, 0, 0); });
+  for (int k = 0; k < 20; ++k) CHECK(monitor.Disagrees(k) == (k % 3 == 0));
+}
+
+TEST_CASE("a sound reference is hardly ever refused, nor one with the wild probes of a real cell") {
+  const auto none = [](int) { return Vec3(0, 0, 0); };
+  const auto poses = [](int k) { return Vec3(2e-4 * (k % 4), -2e-4 * (k % 3), 0); };
+  const auto wild = [](int k) { return k % 7 == 3 ? Vec3(0.01, 0, 0) : Vec3(0, 0, 0); };
+  int refused = 0;
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    refused += WithReference(seed, none).reference_refused() ? 1 : 0;
+    refused += WithReference(seed, none, 3).reference_refused() ? 1 : 0;
+    refused += WithReference(seed, poses).reference_refused() ? 1 : 0;
+    refused += WithReference(seed, wild).reference_refused() ? 1 : 0;
+  }
+  CHECK(refused <= 3);
+}

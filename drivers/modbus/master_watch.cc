@@ -1,0 +1,26 @@
+#include "drivers/modbus/master_watch.h"
+
+#include <algorithm>
+
+namespace plumbline::modbus {
+
+std::optional<Client> MasterWatch::Note(const Client& writer, double now_s) {
+  const auto end = writes_.begin() + static_cast<std::ptrdiff_t>(count_);
+  const auto own =
+      std::find_if(writes_.begin(), end, [&](const Write& w) { return w.client == writer; });
+  const bool was_here = own != end && now_s - own->time_s <= kTogether_s;
+  std::optional<Client> other;
+  for (auto write = writes_.begin(); write != end && !other; ++write) {
+    if (write->client == writer || now_s - write->time_s > kTogether_s) continue;
+    const bool since_own = was_here && write < own;  // the newest are first
+    if (write->client.address != writer.address || since_own) other = write->client;
+  }
+  const bool room = count_ < kMostClients;
+  if (own == end && room) ++count_;
+  const auto last = own == end && !room ? std::prev(end) : own;
+  std::move_backward(writes_.begin(), last, std::next(last));
+  writes_.front() = {writer, now_s};
+  return other;
+}
+
+}  // namespace plumbline::modbus
