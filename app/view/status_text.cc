@@ -152,8 +152,9 @@ Panel CorrectionPanel(const ViewFacts& facts) {
         point.uncertainty_m > 0 ? Mm(point.uncertainty_m) : std::string("not known");
     panel.lines.push_back({fmt::format("{}: {:.2f} → {}{}", name_of(point.id),
                                        kMmPerMetre * point.translation_B.norm(), after,
-                                       point.extrapolated ? ", extrapolated" : ""),
-                           point.extrapolated ? Tone::kAttention : Tone::kGood});
+                                       point.extrapolated ? ", extrapolated" : "") +
+                               (point.differs ? ", not the posture taught" : ""),
+                           point.extrapolated || point.differs ? Tone::kAttention : Tone::kGood});
   }
   if (facts.carriers.front().tool) {
     const ToolNow& tool = *facts.carriers.front().tool;
