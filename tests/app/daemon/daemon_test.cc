@@ -403,6 +403,25 @@ TEST_CASE("the posture of each point is in its block, in the status and in its J
                             Catch::Contains("\"posture_singular_value\": "));
 }
 
+TEST_CASE("a posture that is not the taught one: a warning at the start, bits at run time") {
+  RunningCell cell(Idle(Profile::kGeneric));
+  std::string config = DemoConfig(cell.robot(), "generic");
+  const std::string taught = "near_deg = [18.5, ";
+  REQUIRE(config.find(taught) != std::string::npos);
+  config.replace(config.find(taught), taught.size(), "near_deg = [-71.5, ");
+  DaemonProcess daemon(config);
+  CHECK(daemon.Awaits("q1: near_deg says -71.5, the nearest posture that reaches the point has "));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  REQUIRE(Eventually([&] { return Valid(plc); }));
+  CHECK((plc.Read(2000, 20).Word(1) & 1 << 6) != 0);
+  CHECK((plc.Read(2020, 20).Word(1) & 1 << 6) == 0);
+  CHECK((plc.Read(22024, 1).Word(0) & 4) != 0);
+  CHECK((plc.Read(22056, 1).Word(0) & 4) == 0);
+  const std::string port = daemon.Plc().substr(daemon.Plc().find(':') + 1);
+  CHECK_THAT(Shell("status --port " + port).told, Catch::Contains("NOT the one taught (near_deg)"));
+}
+
 TEST_CASE("without a robot the daemon serves, and says what is missing") {
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"));
   RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
