@@ -72,7 +72,10 @@ Machine::Machine(const MachineConfig& config)
   snapshot_.result.correction.q = zero;
   snapshot_.probes.reach_m = probe_bounds_.reach_m;
   snapshot_.probes.contradiction_m = probe_bounds_.contradiction_m;
-  for (PointResult& point : snapshot_.points) point.correction.q = zero;
+  for (std::size_t k = 0; k < config_.points.size(); ++k) {
+    snapshot_.points[k].correction.q = zero;
+    snapshot_.points[k].posture.taught = config_.points[k].near_q.has_value();
+  }
 }
 
 void Machine::Prepare() {
@@ -81,12 +84,18 @@ void Machine::Prepare() {
     if (!point.near_q) continue;
     const Payload payload{point.payload_kg.value_or(0.0),
                           config_.cell.payload_cog_F.value_or(Vec3::Zero())};
-    Correction correction;
-    corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q,
-                       BranchSearch::kThorough, correction);
+    const Correction correction = Preview(point, payload, *point.near_q, BranchSearch::kThorough);
     if (correction.code != CorrectionCode::kOk) continue;
     branches_[k].solution = correction.q;
   }
+}
+
+Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
+                            const JointVector& seed, BranchSearch search) {
+  Correction correction;
+  corrector_.Correct(point, payload, ConditionsOf(payload), seed, search, correction);
+  if (correction.code == CorrectionCode::kOk) StateUncertainty(payload, correction);
+  return correction;
 }
 
 void Machine::TakeOver(const Machine& former) {
@@ -95,6 +104,7 @@ void Machine::TakeOver(const Machine& former) {
       if (config_.points[k].id != former.config_.points[other].id) continue;
       snapshot_.points[k] = former.snapshot_.points[other];
       snapshot_.points[k].valid = false;
+      snapshot_.points[k].posture.taught = config_.points[k].near_q.has_value();
     }
   }
   snapshot_.cycle = former.snapshot_.cycle;
@@ -289,6 +299,8 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     branch.solution = correction.q;
     branch.circumstances = circumstances;
     branch.correction = correction;
+    result.posture = PointPostureAt(chain(), point, correction.q);
+    ++result.solutions;
   }
   result.correction = correction;
   result.valid = true;

@@ -71,6 +71,11 @@ class Machine {
   /// cycles are as short as the others. May take milliseconds a point; not for the cycle.
   void Prepare();
 
+  /// The answer to a point under a payload, solved from `seed` as Prepare() does, with its radius:
+  /// what the cycle will find there. May take milliseconds; not for the cycle.
+  Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
+                     BranchSearch search);
+
   /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
   /// result and its probe, the values of the points of equal id (not valid until computed), the
   /// PLC's levels.
@@ -81,6 +86,7 @@ class Machine {
 
   const MachineConfig& config() const { return config_; }
   const Snapshot& snapshot() const { return snapshot_; }  ///< of the last cycle
+  const Chain& chain() const { return corrector_.arm().chain(); }
 
  private:
   void JudgeInput(const MachineInput& input);

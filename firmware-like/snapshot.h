@@ -7,6 +7,7 @@
 
 #include "firmware-like/cell_health.h"
 #include "firmware-like/correction/correct.h"
+#include "firmware-like/correction/point_posture.h"
 #include "firmware-like/model/plc_command.h"
 #include "firmware-like/plausibility.h"
 #include "firmware-like/probe_check.h"
@@ -71,6 +72,8 @@ struct PointResult {
   CorrectionCode code = CorrectionCode::kPending;
   std::uint16_t sequence = 0;  ///< counts refreshes; stands still while not valid
   Correction correction;
+  PointPosture posture;         ///< of the correction's joints
+  std::uint32_t solutions = 0;  ///< counts the solutions; the joints change with it only
 };
 
 /// The answer to a command; frozen until acknowledged or until the next command.

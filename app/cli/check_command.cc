@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/point_table.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/file_kind.h"
@@ -35,6 +36,10 @@ struct Checked {
   FaultList faults;
   std::optional<CellModel> cell;
   std::optional<DaemonConfig> config;
+  /// Of a configuration: its machine with the model that is in force, and the points it computes.
+  MachineConfig in_force;
+  std::vector<PointSolution> points;
+  bool model_applied = false;  ///< that model is not the cell file's
 };
 
 std::string MmText(const Vec3& p) {
@@ -146,12 +151,19 @@ Checked Check(const std::string& text, const std::string& file) {
     }
     if (finding.config) {
       FaultList applied;
-      AddFaultsOfAppliedModel(finding.config->state_directory, applied);
+      finding.in_force = finding.config->machine;
+      if (auto model = AppliedModel(finding.config->state_directory, applied)) {
+        finding.in_force.cell = CellOfSession(*model, "");
+        finding.model_applied = true;
+      }
       finding.faults.Append(applied);
       if (applied.HasFaults()) finding.config.reset();
     }
     if (finding.config && !CheckObjects(*finding.config, finding.faults)) finding.config.reset();
-    if (finding.config) finding.cell = finding.config->machine.cell;
+    if (finding.config) {
+      finding.cell = finding.config->machine.cell;
+      finding.points = SolvePoints(finding.in_force);
+    }
   } else {
     finding.cell = CellFromText(text, file, finding.faults);
   }
@@ -202,6 +214,11 @@ std::vector<SummaryLine> Summary(const Checked& finding) {
     lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
                                            points, points == 1 ? "" : "s",
                                            1e3 * config.cycle_period_s, config.plc.tcp.port)});
+    if (finding.model_applied) {
+      lines.push_back({"model",
+                       "an applied model is in force in place of the cell file: the "
+                       "points below are computed with it"});
+    }
   }
   return lines;
 }
@@ -220,6 +237,7 @@ nlohmann::json JsonOf(const Checked& finding, const std::string& file) {
         {{"file", fault.file}, {"line", fault.line}, {"key", fault.key}, {"what", fault.what}});
   }
   for (const SummaryLine& line : Summary(finding)) json["summary"][line.topic] = line.text;
+  if (finding.config) json["points"] = PointsJson(finding.in_force, finding.points);
   return json;
 }
 
@@ -240,6 +258,7 @@ int Run(const CheckOptions& options) {
     for (const SummaryLine& line : Summary(finding)) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
+    std::cout << PointTable(finding.in_force, finding.points);
   }
   return finding.cell ? kExitOk : kExitFault;
 }
@@ -278,7 +297,11 @@ void AddCheckCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "A plumbline.toml is checked together with the cell, the profile and the objects that it "
       "names, "
-      "and with the model of its state directory that is in force.\n\n"
+      "and with the model of its state directory that is in force. Each point is solved with its "
+      "payload: correction, 95 % radius and what that rests on, posture, nearest joint limit, "
+      "smallest singular value. A point that the arm does not reach is a warning: the daemon "
+      "starts "
+      "without it.\n\n"
       "Example:\n  plumbline check config/cells/ur10.toml\n\n"
       "Exit codes: 0 no faults (warnings may remain), 1 faults or an unreadable file, 2 wrong "
       "arguments.");

@@ -110,6 +110,9 @@ std::string BitsAndCodes() {
          BitsParagraph("Warning word (register 14; discrete inputs 32-47)",
                        plc_map::WarningBits()) +
          BitsParagraph("Camera bits (registers 502 and 702)", plc_map::CameraBits()) +
+         BitsParagraph(fmt::format("Posture bits (registers {} + {} k)", plc_map::kPostures + 24,
+                                   plc_map::kPostureSize),
+                       plc_map::PostureBits()) +
          "Coils: 1000 acknowledge the result (rising edge), 1001 operated by hand.\n\n";
 }
 
@@ -141,6 +144,12 @@ std::string RegisterMapMarkdown() {
       plc_map::kPoints, plc_map::kPointSize);
   page += kHead;
   for (const MapField& field : plc_map::PointFields()) page += Row(field, plc_map::kPoints);
+  page += fmt::format(
+      "\n## Posture of the first configured point (read only)\n\nThe joints that the controller is "
+      "commanded to for the k-th point (k from 0) begin at {} + {} k.\n\n",
+      plc_map::kPostures, plc_map::kPostureSize);
+  page += kHead;
+  for (const MapField& field : plc_map::PostureFields()) page += Row(field, plc_map::kPostures);
   page += "\n## Command window (read and write)\n\n";
   page += kHead;
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
@@ -192,6 +201,9 @@ nlohmann::json AsJson() {
   }
   for (const MapField& field : plc_map::SceneFields()) add(field, 0, "fixed");
   for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
+  for (const MapField& field : plc_map::PostureFields()) {
+    add(field, plc_map::kPostures, "posture");
+  }
   for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");
   return map;
 }

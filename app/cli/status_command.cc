@@ -81,6 +81,13 @@ class DaemonRegisters {
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
     }
+    // A daemon of an earlier version has no postures, and says so at the first one.
+    daemon.postures_ = ok && daemon.points() > 0;
+    for (int k = 0; ok && daemon.postures_ && k < daemon.points(); ++k) {
+      daemon.postures_ =
+          read(plc_map::kPostures + plc_map::kPostureSize * k, plc_map::kPostureSize);
+      ok = daemon.postures_ || errno == EMBXILADD;
+    }
     const int error = errno;
     modbus_close(link.get());
     if (!ok) return Error{fmt::format("{}: {}", place, modbus_strerror(error))};
@@ -91,6 +98,10 @@ class DaemonRegisters {
   double Value(std::string_view name) const { return Find(plc_map::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
+  }
+  bool has_postures() const { return postures_; }
+  double Posture(std::string_view name, int point) const {
+    return Find(plc_map::PostureFields(), name, plc_map::kPostures + plc_map::kPostureSize * point);
   }
   int cameras() const { return cameras_; }
   double Camera(std::string_view name, int camera) const {
@@ -117,7 +128,8 @@ class DaemonRegisters {
   }
 
   std::vector<std::uint16_t> registers_;
-  int cameras_ = 0;  ///< that are configured
+  int cameras_ = 0;        ///< that are configured
+  bool postures_ = false;  ///< there are posture blocks
 };
 
 std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
@@ -162,6 +174,11 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
     nlohmann::json point;
     for (const MapField& field : plc_map::PointFields()) {
       point[field.name] = JsonOf(field.type, daemon.Value(field.name, k));
+    }
+    if (daemon.has_postures()) {
+      for (const MapField& field : plc_map::PostureFields()) {
+        point[field.name] = JsonOf(field.type, daemon.Posture(field.name, k));
+      }
     }
     json["points_detail"].push_back(point);
   }
@@ -275,6 +292,24 @@ void PrintScene(const DaemonRegisters& daemon) {
   std::cout << fmt::format("{:<12} {}\n", "objects", text);
 }
 
+/// The second line of a point: "posture 12.0 -90.0 90.0 ... deg, 85.0 from the limit of q2".
+std::string PostureText(const DaemonRegisters& daemon, int point) {
+  std::string text = "posture";
+  for (int k = 1; k <= daemon.Word("joints"); ++k) {
+    text += fmt::format(" {:.1f}",
+                        WithoutMinusZero(daemon.Posture(fmt::format("posture_q{}", k), point), 1));
+  }
+  text += " deg";
+  if (const int joint = static_cast<int>(daemon.Posture("posture_limit_joint", point)); joint > 0) {
+    text += fmt::format(", {:.1f} from the limit of q{}",
+                        daemon.Posture("posture_limit_distance", point), joint);
+  }
+  const int bits = static_cast<int>(daemon.Posture("posture_validity", point));
+  if ((bits & plc_map::kPostureDiffers) != 0) text += ", NOT the one taught (near_deg)";
+  if ((bits & plc_map::kPostureTaught) == 0) text += ", chosen without near_deg";
+  return text;
+}
+
 void Print(const DaemonRegisters& daemon) {
   const auto line = [](const char* topic, const std::string& text) {
     std::cout << fmt::format("{:<12} {}\n", topic, text);
@@ -340,6 +375,9 @@ void Print(const DaemonRegisters& daemon) {
                                  WithoutMinusZero(value("point_z"), 3), value("point_correction"),
                                  Within(value("point_uncertainty"), plc_map::BasisOf(validity)))
                    : std::string("no correction: ") + Describe(code)));
+    if (valid && daemon.has_postures()) {
+      line("", fmt::format("{:<5} {}", "", PostureText(daemon, k)));
+    }
   }
 }
 

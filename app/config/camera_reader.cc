@@ -6,6 +6,7 @@
 #include "app/config/camera_config.h"
 #include "app/config/limits.h"
 #include "app/config/named_files.h"
+#include "app/config/plausibility.h"
 #include "app/config/toml_reader.h"
 #include "drivers/plc/plc_camera.h"
 #include "firmware-like/geometry/rotation.h"
@@ -149,6 +150,7 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   tags.X_WK.p = table.Vector3("cell_xyz_mm", kPlaceRange).value_or(Vec3::Zero());
   tags.X_WK.R =
       RotationFromRollPitchYaw(table.Vector3("cell_rpy_deg", kTurnRange).value_or(Vec3::Zero()));
+  WarnOfRadians(table, "cell_rpy_deg");
   tags.place_sd_m = table.Number("place_sd_mm", kPlaceSd).value_or(tags.place_sd_m);
   for (Body& body : tags.database.bodies) {
     if (body.place_sd_m) continue;

@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <set>
 
+#include "app/config/arm_size.h"
 #include "app/config/cell_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
 #include "app/config/named_files.h"
 #include "app/config/point_reader.h"
+#include "app/config/posture_check.h"
 #include "app/config/program_beside.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
@@ -274,11 +276,13 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     const TomlTable root = document.Root();
     const NamedFiles named(file, files, data_directory);
     bool cell_known = false;
+    std::string cell_text;
     if (const auto cell_file = named.Read(root, "cell", "cells")) {
       config.cell_file = cell_file->first;
       if (auto cell = CellFromText(cell_file->second, cell_file->first, of_others)) {
         config.machine.cell = CellOfSession(*cell, "");
         cell_known = true;
+        cell_text = cell_file->second;
       }
     }
     const auto robot = root.RequiredTable("robot");
@@ -298,6 +302,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.state_directory =
         named.Beside(root.String("state_directory").value_or(config.state_directory));
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
+    if (cell_known) WarnOfHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = root.Table("loop")) config.loop = LoopFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);
@@ -319,6 +324,13 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     if (!config.robot.connection.profile.joints.empty())
       CheckAgainstProfile(root, config, cell_known);
     document.ReportUnknownKeys();
+    if (cell_known && !own.HasFaults() && !of_others.HasFaults()) {
+      // The cell's text once more, for the places of what the points say of its base.
+      TomlDocument cell(cell_text, config.cell_file, of_others);
+      const bool own_base = config.machine.cell.sessions.empty();
+      WarnOfUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
+                             config.machine);
+    }
   }
   own.SortByLine();
   faults.Append(own);

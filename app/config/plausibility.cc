@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/config/arm_size.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline {
@@ -17,6 +18,7 @@ constexpr double kSmallestOffset_m = 0.001;  // of a tip or a centre of gravity 
 constexpr double kFarthestCog_m = 10;
 constexpr double kLongTool_m = 0.1;
 constexpr double kAtFlange = 0.1;  // of the tool's length
+constexpr double kTurnInRadians = 2 * std::numbers::pi + 1e-3;
 constexpr double kGravity_m_s2 = 9.80665, kGravityVaries_m_s2 = 0.05;
 
 /// True for a value in degrees that is a quarter turn or a multiple of it in radians, as rounded as
@@ -32,6 +34,20 @@ void WarnOfAngle(const TomlTable& joint, std::string_view key, double angle_rad)
   if (!LooksLikeRadians(angle_deg)) return;
   const double meant_deg = 90 * std::round(angle_deg / (std::numbers::pi / 2));
   joint.AddWarning(key, fmt::format("looks like radians: in degrees {:g}", meant_deg));
+}
+
+/// Both limits of an axis that turns, when they leave it less than a robot's axis ever has.
+void WarnOfLimits(const TomlTable& table, const Joint& joint) {
+  constexpr double kSmallestRange_deg = 1.5;  // 1.5 rad = 86 deg; a blocked axis has less
+  if (joint.type == JointType::kPrismatic || !table.Has("min_deg") || !table.Has("max_deg")) return;
+  const double min_deg = joint.min / kRadPerDeg, max_deg = joint.max / kRadPerDeg;
+  const bool small = std::max(std::abs(min_deg), std::abs(max_deg)) <= kTurnInRadians;
+  if (!small || max_deg - min_deg < kSmallestRange_deg) return;
+  table.AddWarning(
+      "max_deg",
+      fmt::format("with min_deg {:g} leaves this axis {:.2g} degrees: they look like "
+                  "radians; write min_deg = {:.4g}, max_deg = {:.4g}",
+                  min_deg, max_deg - min_deg, min_deg / kRadPerDeg, max_deg / kRadPerDeg));
 }
 
 void WarnOfGravity(const TomlTable& table, const Robot& robot) {
@@ -52,7 +68,45 @@ bool LooksLikeMetres(const Vec3& p, double smallest_m) {
   return p.norm() > 0 && p.norm() < smallest_m;
 }
 
+/// Where the point and the robot's base are apart by this, and the arm with its tool is that long.
+struct Distances {
+  double away_m, arm_m, tool_m;
+};
+Distances DistancesOf(const CellModel& cell, const AssemblyPoint& point) {
+  return {(point.X_WP.p - cell.robot.X_WB.p).norm(), Chain(cell.robot).Reach(),
+          cell.tool.tcp_F.norm() + point.p_TP.norm()};
+}
+
 }  // namespace
+
+bool LookLikeRadians(const std::vector<double>& angles_deg) {
+  const bool small = std::all_of(angles_deg.begin(), angles_deg.end(), [](double angle_deg) {
+    return std::abs(angle_deg) <= kTurnInRadians;
+  });
+  return small && std::any_of(angles_deg.begin(), angles_deg.end(), LooksLikeRadians);
+}
+
+void WarnOfRadians(const TomlTable& table, std::string_view key) {
+  if (!table.Has(key)) return;
+  const auto angles = table.Numbers(key, {-100000, 100000});
+  if (!angles || !LookLikeRadians(*angles)) return;
+  std::string degrees;
+  for (const double angle : *angles) {
+    const double quarters = angle / (std::numbers::pi / 2);
+    degrees += fmt::format("{}{:.5g}", degrees.empty() ? "" : ", ",
+                           LooksLikeRadians(angle) ? 90 * std::round(quarters) : 90 * quarters);
+  }
+  table.AddWarning(key, fmt::format("looks like radians: in degrees [{}]", degrees));
+}
+
+bool IsPointInMetres(const Vec3& p_OP) {
+  return LooksLikeMetres(p_OP, kSmallestPoint_m);
+}
+
+bool IsFarAway(const CellModel& cell, const AssemblyPoint& point) {
+  const Distances d = DistancesOf(cell, point);
+  return d.away_m > d.arm_m + d.tool_m;
+}
 
 void WarnOfUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
                          const Robot& robot) {
@@ -63,8 +117,11 @@ void WarnOfUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& j
     longest_m = std::max({longest_m, std::abs(joint.a_m), std::abs(joint.d_m)});
     WarnOfAngle(joints[i], "alpha_deg", joint.alpha_rad);
     WarnOfAngle(joints[i], "theta_offset_deg", joint.theta_offset_rad);
+    WarnOfLimits(joints[i], joint);
   }
-  if (longest_m == 0 || longest_m >= kSmallestArm_m) return;
+  WarnOfRadians(table, "base_rpy_deg");
+  if (longest_m == 0) return;
+  if (longest_m >= kSmallestArm_m) return WarnOfUnlikelyParts(joints, robot);
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const Joint& joint = robot.joints[i];
     const bool a_is_longer = std::abs(joint.a_m) > std::abs(joint.d_m);
@@ -76,6 +133,7 @@ void WarnOfUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& j
 }
 
 void WarnOfUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
+  WarnOfLongTool(root, cell);
   const auto tool = root.Table("tool");
   const auto payload = root.Table("payload");
   if (tool && cell.tool.rigid && LooksLikeMetres(cell.tool.tcp_F, kSmallestOffset_m)) {
@@ -102,14 +160,12 @@ void WarnOfUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
 void WarnOfUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const AssemblyPoint& point,
                          const CellModel& cell) {
   if (!table.Has("xyz_mm")) return;  // a fault of its own
-  if (LooksLikeMetres(p_OP, kSmallestPoint_m)) {
+  if (IsPointInMetres(p_OP)) {
     table.AddWarning("xyz_mm", "looks like metres; write mm");
     return;
   }
-  const double tool_m = cell.tool.tcp_F.norm() + point.p_TP.norm();
-  const double arm_m = Chain(cell.robot).Reach();
-  const double away_m = (point.X_WP.p - cell.robot.X_WB.p).norm();
-  if (away_m <= arm_m + tool_m) return;
+  if (!IsFarAway(cell, point)) return;
+  const auto [away_m, arm_m, tool_m] = DistancesOf(cell, point);
   table.AddWarning("xyz_mm",
                    fmt::format("lies {:.4g} m from the robot's base, out of reach of an arm of "
                                "{:.4g} m with a tool of {:.4g} m: check the point, its frame and "

@@ -51,6 +51,7 @@ std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel*
     return std::nullopt;
   }
   JointVector q(n);
+  bool outside = false;
   for (int i = 0; i < n; ++i) {
     const Joint& joint = cell->robot.joints[static_cast<std::size_t>(i)];
     const double to_si = joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
@@ -58,8 +59,10 @@ std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel*
     if (q[i] < joint.min || q[i] > joint.max) {
       table.AddFault("near_deg", fmt::format("has joint {} outside its limits {:g}..{:g}", i + 1,
                                              joint.min / to_si, joint.max / to_si));
+      outside = true;
     }
   }
+  if (outside) WarnOfRadians(table, "near_deg");
   return q;
 }
 

@@ -276,7 +276,8 @@ void CyclicLoop::Publish(CycleParts& parts, const Snapshot& snapshot) {
 
   modbus::RegisterImage& image = images_.Begin();
   image.readable = parts.readable;
-  image.registers = parts.encoder.Encode(snapshot, environment_);
+  parts.encoder.Encode(snapshot, environment_);
+  parts.encoder.CopyTo(image.registers);
   image.bits.resize(plc_map::kBits);
   SetBits(snapshot.status, 0, image.bits);
   SetBits(snapshot.alarms, 16, image.bits);

@@ -64,7 +64,10 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
     add(plc_map::kBodies + plc_map::kCameraStride * k, plc_map::kBodySize * PlcCamera::kMostBodies);
   }
   add(plc_map::kScene, plc_map::kSceneSize);
-  if (points > 0) add(plc_map::kPoints, plc_map::kPointSize * points);
+  if (points > 0) {
+    add(plc_map::kPoints, plc_map::kPointSize * points);
+    add(plc_map::kPostures, plc_map::kPostureSize * points);
+  }
   return std::make_shared<modbus::AddressRanges>(std::move(ranges));
 }
 

@@ -48,7 +48,8 @@ void TakeSnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
     const PointResult& point = snapshot.points[i];
     state.points.push_back({point_ids[i], point.valid, point.correction.extrapolated, point.code,
                             point.correction.X_BP_command, point.correction.translation_B,
-                            point.correction.uncertainty_m, point.correction.basis});
+                            point.correction.uncertainty_m, point.correction.basis,
+                            point.correction.q, point.posture.taught, point.posture.differs});
   }
 }
 

@@ -18,8 +18,9 @@ constexpr EventEntry kEntries[] = {
      "what it says; `plumbline check` tells the same"},
     {Event::kFileWarning, "file-warning", LogLevel::kWarning, "d29dfd20f41747fb80608e2d57fbacfc",
      "service", "FILE:LINE KEY: warning: ...", "a file says something that is seldom meant",
-     "what it says; for `near_deg` see \"Corrected points\"; where nothing yields, give the tool "
-     "as a beam, or compliances"},
+     "what it says; for `near_deg` and points that are not reached see \"The posture of a point\"; "
+     "for lengths, masses, compliances and payloads the section after it; where nothing yields, "
+     "give the tool as a beam, or compliances"},
     {Event::kReloaded, "reloaded", LogLevel::kNotice, "99bc55caa6ab45acaee3fe0e6c46269a", "service",
      "configuration ... reloaded",
      "SIGHUP was obeyed; until the robot was read anew, some cycles, no point was valid", ""},

@@ -60,15 +60,20 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
 }
 
 void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults) {
+  AppliedModel(state_directory, faults);
+}
+
+std::optional<CellModel> AppliedModel(const std::string& state_directory, FaultList& faults) {
   std::error_code hidden;
-  if (!std::filesystem::exists(state_directory + "/models/state.json", hidden)) return;
+  if (!std::filesystem::exists(state_directory + "/models/state.json", hidden)) return std::nullopt;
   const Result<ModelStore> store = ModelStore::Open(state_directory);
   const Result<ModelState> state = store ? store->State() : Error{store.error()};
   if (!state) {
-    return faults.Add({Fault::Severity::kWarning, state_directory, 0, "",
-                       "models are not kept, the cell file is in force: " + state.error()});
+    faults.Add({Fault::Severity::kWarning, state_directory, 0, "",
+                "models are not kept, the cell file is in force: " + state.error()});
+    return std::nullopt;
   }
-  if (state->applied == state->declared) return;
+  if (state->applied == state->declared) return std::nullopt;
   const std::string file = store->ModelFile(state->applied);
   const Result<std::string> text = store->Text(state->applied);
   FaultList own;
@@ -83,13 +88,14 @@ void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faul
       own.Add({Fault::Severity::kFault, file, 0, "effect", *why_not});
     }
   }
-  if (!own.HasFaults()) return;
+  if (!own.HasFaults()) return cell;
   faults.Append(own);
   faults.Add(
       {Fault::Severity::kFault, file, 0, "",
        fmt::format("version {} is in force, but cannot be used; choose another by {} or {}",
                    state->applied, ModelCommand("rollback", state_directory),
                    ModelCommand(fmt::format("apply {}", state->declared), state_directory))});
+  return std::nullopt;
 }
 
 }  // namespace plumbline

@@ -20,4 +20,7 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell);
 /// cell file. Reads only; nothing is wrong with a store that is not there or may not be looked at.
 void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults);
 
+/// The same, and that model where nothing is wrong with it.
+std::optional<CellModel> AppliedModel(const std::string& state_directory, FaultList& faults);
+
 }  // namespace plumbline

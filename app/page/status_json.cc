@@ -7,6 +7,8 @@
 #include "app/page/metrics.h"
 #include "app/version.h"
 #include "drivers/plc/register_map.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
@@ -49,6 +51,19 @@ Json WordsJson(std::uint16_t word, std::span<const BitMeaning> bits) {
   return list;
 }
 
+/// The joints that a point is commanded with: in SI, and as the files have them (deg, mm).
+Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
+  Json json = {{"q", ListJson(point.q)}, {"taught", point.taught}, {"differs", point.differs}};
+  if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
+  json["joints"] = Json::array();
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    const bool slides = types[i] == JointType::kPrismatic;
+    const double shown = (slides ? kMmPerMetre : kDegPerRad) * point.q[static_cast<int>(i)];
+    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", slides ? "mm" : "deg"}});
+  }
+  return json;
+}
+
 Json PointsJson(const ShownNow& now) {
   Json list = Json::array();
   for (const ViewPoint& point : now.state->points) {
@@ -63,6 +78,7 @@ Json PointsJson(const ShownNow& now) {
       entry["translation_B_m"] = ListJson(point.translation_B);
       entry["uncertainty_m"] = point.uncertainty_m > 0 ? Json(point.uncertainty_m) : Json(nullptr);
       entry["basis"] = Describe(point.basis);
+      entry["posture"] = PostureJson(point, now.joints);
     }
     list.push_back(entry);
   }

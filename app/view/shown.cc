@@ -15,6 +15,9 @@ ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
     for (const AssemblyPoint& point : facts.model->config.machine.points) {
       if (!point.name.empty()) now.point_names[point.id] = point.name;
     }
+    for (const Joint& joint : facts.model->config.machine.cell.robot.joints) {
+      now.joints.push_back(joint.type);
+    }
   }
   if (facts.measured != nullptr && facts.now_s - facts.measured->time_s <= kMeasuredFresh_s) {
     now.pairs = facts.measured->pairs;

@@ -23,6 +23,7 @@ struct ShownNow {
   std::vector<Panel> panels;
   std::vector<ViewLine> own_lines;         ///< of the viewer's own log
   std::map<int, std::string> point_names;  ///< by id; of points that have one
+  std::vector<JointType> joints;           ///< of the model that is shown; empty: none
   std::vector<MeasuredPair> pairs;         ///< empty: nothing was measured of late
   std::vector<double> frames_per_s;        ///< of each camera, as they arrived
 };

@@ -151,9 +151,10 @@ Panel CorrectionPanel(const ViewFacts& facts) {
       continue;
     }
     panel.lines.push_back(
-        {fmt::format("{}: {:.2f} mm, ±{:.2f} mm ({}{})", name_of(point.id),
+        {fmt::format("{}: {:.2f} mm, ±{:.2f} mm ({}{}{})", name_of(point.id),
                      kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
-                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
+                     Describe(point.basis), point.extrapolated ? ", extrapolated" : "",
+                     point.differs ? ", not the posture taught" : ""),
          ToneOf(point, state)});
   }
   if (facts.carriers.front().tool) {

@@ -47,6 +47,13 @@ Vec3 Vec3Of(const Json& json) {
   return v;
 }
 
+JointVector JointsOf(const Json& json) {
+  if (json.size() > kMaxJoints) throw std::out_of_range("more joints than an arm may have");
+  JointVector q(static_cast<Eigen::Index>(json.size()));
+  ReadVector(json, q);
+  return q;
+}
+
 Json PoseJson(const Pose& X) {
   const Eigen::Quaterniond q(X.R);
   return {{"p_m", VectorJson(X.p)}, {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
@@ -236,7 +243,10 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
                     {"X_BP_command", PoseJson(point.X_BP_command)},
                     {"translation_B_m", VectorJson(point.translation_B)},
                     {"uncertainty_m", NumberJson(point.uncertainty_m)},
-                    {"basis", static_cast<int>(point.basis)}});
+                    {"basis", static_cast<int>(point.basis)},
+                    {"q", VectorJson(point.q)},
+                    {"taught", point.taught},
+                    {"differs", point.differs}});
   }
   return list;
 }
@@ -251,6 +261,9 @@ ViewPoint PointOf(const Json& json) {
   point.translation_B = Vec3Of(json.at("translation_B_m"));
   point.uncertainty_m = NumberOf(json.at("uncertainty_m"));
   point.basis = EnumOf(json.at("basis"), RadiusBasis::kMeasured);
+  point.q = JointsOf(ListAt(json, "q"));
+  point.taught = json.at("taught").get<bool>();
+  point.differs = json.at("differs").get<bool>();
   return point;
 }
 
@@ -331,10 +344,7 @@ ViewState StateOf(const Json& json) {
   state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
   state.cycle = CycleOf(json.at("cycle"));
-  const Json& q = ListAt(json, "q");
-  if (q.size() > kMaxJoints) throw std::out_of_range("more joints than an arm may have");
-  state.q.resize(static_cast<Eigen::Index>(q.size()));
-  ReadVector(q, state.q);
+  state.q = JointsOf(ListAt(json, "q"));
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
   state.temp_C = OptionalOf<double>(json.at("temp_C"));

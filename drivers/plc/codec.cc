@@ -28,8 +28,10 @@ Integer Saturate(double value) {
 }  // namespace
 
 PlcEncoder::PlcEncoder(const PlcConvention& convention, std::vector<std::uint16_t> point_ids)
-    : convention_(convention), point_ids_(std::move(point_ids)) {
-  registers_.resize(plc_map::kPoints + plc_map::kPointSize * point_ids_.size());
+    : convention_(convention), point_ids_(std::move(point_ids)), postures_(point_ids_.size()) {
+  const std::size_t points = point_ids_.size();
+  registers_.resize(points == 0 ? plc_map::kPoints
+                                : plc_map::kPostures + plc_map::kPostureSize * points);
 }
 
 void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
@@ -85,8 +87,28 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
     for (const MapField& field : plc_map::PointFields()) {
       Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
     }
+    EncodePosture(source, k);
   }
   return registers_;
+}
+
+void PlcEncoder::EncodePosture(const MapSource& source, std::size_t k) {
+  const Posture now = {source.point->valid, source.point->solutions};
+  if (postures_[k] == now) return;
+  postures_[k] = now;
+  const std::size_t base = plc_map::kPostures + plc_map::kPostureSize * k;
+  for (const MapField& field : plc_map::PostureFields()) {
+    Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
+  }
+}
+
+void PlcEncoder::CopyTo(std::vector<std::uint16_t>& image) const {
+  image.resize(registers_.size());
+  const std::size_t points_end = plc_map::kPoints + plc_map::kPointSize * point_ids_.size();
+  std::copy_n(registers_.begin(), points_end, image.begin());
+  if (point_ids_.empty()) return;
+  std::copy(registers_.begin() + plc_map::kPostures, registers_.end(),
+            image.begin() + plc_map::kPostures);
 }
 
 void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {

@@ -1,6 +1,7 @@
 // The PLC's codec: a snapshot becomes registers, registers become a command. Pure.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "drivers/plc/register_map.h"
@@ -18,15 +19,27 @@ class PlcEncoder {
   const std::vector<std::uint16_t>& Encode(const Snapshot& snapshot,
                                            const PlcEnvironment& environment);
 
+  /// Copies the image without the gap before the postures, which is most of it where there are few
+  /// points. `image` gets size() registers, zeros in the gap where it had fewer.
+  void CopyTo(std::vector<std::uint16_t>& image) const;
+
   std::size_t size() const { return registers_.size(); }
 
  private:
   void EncodeCamera(MapSource source, std::size_t camera);
+  /// Writes the posture of the k-th point where it has changed: it seldom does.
+  void EncodePosture(const MapSource& source, std::size_t k);
   void Put(std::uint16_t address, FieldType type, double value);
 
   PlcConvention convention_;
   std::vector<std::uint16_t> point_ids_;
   std::vector<std::uint16_t> registers_;
+  struct Posture {
+    bool valid = false;
+    std::uint32_t solutions = 0;
+    bool operator==(const Posture&) const = default;
+  };
+  std::vector<std::optional<Posture>> postures_;  ///< that the image holds, one a point
 };
 
 /// One entry read back from registers (by `plumbline status` and the tests); address 0 of `block`

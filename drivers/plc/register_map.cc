@@ -43,6 +43,7 @@ double PointBits(Source s) {
   int bits = s.point->valid ? plc_map::kValid : 0;
   if (s.point->correction.extrapolated) bits |= plc_map::kExtrapolated;
   if (s.point->ever_valid) bits |= plc_map::kEverValid;
+  if (s.point->posture.differs) bits |= plc_map::kOtherPosture;
   return bits | BasisBits(s.point->correction);
 }
 
@@ -340,7 +341,8 @@ const std::array kPointFields = {
     MapField{0, kU16, "point_id", "", "the point's number",
              [](Source s) -> double { return s.point_id; }},
     MapField{1, kU16, "point_validity", "bits",
-             "bit 0 valid, 1 extrapolated, 2 was valid once, 4-5 basis of the radius as in 103",
+             "bit 0 valid, 1 extrapolated, 2 was valid once, 4-5 basis of the radius as in 103, 6 "
+             "posture differs from the one taught",
              PointBits},
     MapField{2, kU16, "point_code", "code", "0 ok, else why there is no correction",
              [](Source s) { return Number(s.point->code); }},

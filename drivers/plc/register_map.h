@@ -128,6 +128,10 @@ inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPlcHeartbeat = 1030;  ///< among them, and no command
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
+/// The posture of each point, apart from its block, whose size PLC programs rely on.
+inline constexpr std::uint16_t kPostures = 22000, kPostureSize = 32;
+static_assert(kPoints + kPointSize * kMostPoints <= kPostures);
+static_assert(kPostures + kPostureSize * kMostPoints <= 65536);
 
 /// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
 inline constexpr std::uint16_t kBits = 48;
@@ -146,11 +150,22 @@ inline constexpr std::uint16_t kBasisMask = 3 << kBasisShift;
 constexpr RadiusBasis BasisOf(int validity) {
   return static_cast<RadiusBasis>((validity & kBasisMask) >> kBasisShift);
 }
+/// Of a point: the posture is another one than `near_deg`, where the point was taught.
+inline constexpr std::uint16_t kOtherPosture = 1 << 6;
+
+/// Bits of a posture's validity register.
+inline constexpr std::uint16_t kPostureValid = 1 << 0;    ///< as bit 0 of the point's block
+inline constexpr std::uint16_t kPostureTaught = 1 << 1;   ///< near_deg is given
+inline constexpr std::uint16_t kPostureDiffers = 1 << 2;  ///< from near_deg
 
 /// Entries at fixed addresses, ascending.
 std::span<const MapField> Fields();
 /// Entries of the block of one point, offsets ascending.
 std::span<const MapField> PointFields();
+/// Entries of the posture block of one point, offsets ascending.
+std::span<const MapField> PostureFields();
+/// Bits of a posture's validity register.
+std::span<const BitMeaning> PostureBits();
 /// Entries of the first camera, addresses ascending; the k-th has them kCameraStride k further.
 std::span<const MapField> CameraFields();
 /// Entries of the block of one tracked body, offsets ascending; likewise.

@@ -149,9 +149,10 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
 
   Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
+  correction.singular_value = SmallestSingularValue(jacobian, target.rows());
   if (!arm_.chain().WithinLimits(correction.q)) {
     correction.code = CorrectionCode::kJointLimit;
-  } else if (SmallestSingularValue(jacobian, target.rows()) < limits_.min_singular_value) {
+  } else if (correction.singular_value < limits_.min_singular_value) {
     correction.code = CorrectionCode::kSingular;
   } else if (correction.translation_B.norm() > limits_.max_translation_m ||
              correction.rotation_B.norm() > limits_.max_rotation_rad) {

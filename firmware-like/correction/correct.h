@@ -59,6 +59,7 @@ struct Correction {
   RadiusBasis basis = RadiusBasis::kUnknown;  ///< what that radius rests on
   double residual_m = 0;                      ///< of the model at the solution
   double residual_rad = 0;
+  double singular_value = 0;  ///< smallest of the tip's Jacobian at q, see SmallestSingularValue()
 };
 
 /// What may be spent on a correction: the local solution only, or a search for other branches.

@@ -1,6 +1,7 @@
 #include "firmware-like/machine.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "tests/firmware-like/test_cell.h"
 
@@ -85,6 +86,53 @@ TEST_CASE("a point without taught joints takes the branch nearest to the robot")
   CHECK(snapshot.points[0].valid);
   CHECK(snapshot.points[1].valid);
   CHECK((snapshot.points[0].correction.q - cell.taught).cwiseAbs().maxCoeff() < 0.75);
+}
+
+TEST_CASE("the posture of a point: against where it was taught, the nearest limit, the Jacobian") {
+  Cell cell;
+  cell.config.points[1].near_q = cell.taught;
+  (*cell.config.points[1].near_q)[3] += 1.0;  // 57 degrees off on joint 4
+  const Snapshot& snapshot = cell.Running();
+  REQUIRE(snapshot.points[0].valid);
+  REQUIRE(snapshot.points[1].valid);
+  const PointPosture& taught = snapshot.points[0].posture;
+  CHECK(taught.taught);
+  CHECK_FALSE(taught.differs);
+  CHECK(snapshot.points[1].posture.differs);
+  // Joint 3 is at 0.3 of -120..110 degrees, joint 2 at 0.4 of -70..80: the latter has less room.
+  CHECK(taught.limit.joint == 1);
+  CHECK(taught.limit.distance ==
+        Approx(80 * test::kDegree - snapshot.points[0].correction.q[1]).margin(1e-9));
+  CHECK(snapshot.points[0].correction.singular_value > cell.config.limits.min_singular_value);
+  // The joints change with the count of solutions only.
+  const std::uint32_t solutions = snapshot.points[0].solutions;
+  CHECK(cell.Next().points[0].solutions == solutions);
+  cell.input.robot.payload_kg = 30;
+  CHECK(cell.Next().points[0].solutions == solutions + 1);
+}
+
+TEST_CASE("a joint without limits is not the nearest to one; without any there is none") {
+  Cell cell;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  for (Joint& joint : cell.config.cell.robot.joints) {
+    joint.min = -kNone;
+    joint.max = kNone;
+  }
+  CHECK(cell.Running().points[0].posture.limit.joint == -1);
+}
+
+TEST_CASE("a preview answers what the cycle will find") {
+  Cell cell;
+  Machine preview(cell.config);
+  const Correction seen =
+      preview.Preview(cell.config.points[0], {60, *cell.config.cell.payload_cog_F},
+                      *cell.config.points[0].near_q, BranchSearch::kThorough);
+  const PointResult& found = cell.Running().points[0];
+  REQUIRE(found.valid);
+  CHECK(seen.code == CorrectionCode::kOk);
+  CHECK(seen.X_BP_command.p.isApprox(found.correction.X_BP_command.p, 1e-9));
+  CHECK(seen.uncertainty_m == Approx(found.correction.uncertainty_m));
+  CHECK(seen.basis == found.correction.basis);
 }
 
 TEST_CASE("points that nothing reaches do not keep the later ones from being searched") {

@@ -70,6 +70,26 @@ function showPanels(panels) {
   });
 }
 
+function postureText(posture) {
+  if (!posture.joints) return "";
+  const joints = posture.joints.map((joint) => joint.value.toFixed(1) + (joint.unit === "mm" ? " mm" : "°"));
+  return ", joints " + joints.join(" ") + (posture.differs ? ", NOT the posture that was taught" : "") +
+    (posture.taught ? "" : ", chosen without near_deg");
+}
+
+function showPoints(points) {
+  put(byId("points"), points, (target) => {
+    listInto(target, points.map((point) => {
+      const name = point.name || "point " + point.id;
+      if (!point.valid) return {tone: "bad", text: name + ": no corrected point: " + point.reason};
+      const size_mm = 1000 * Math.hypot(...point.translation_B_m);
+      return {tone: point.posture.differs ? "attention" : "good",
+        text: name + ": corrected by " + size_mm.toFixed(2) + " mm" + postureText(point.posture)};
+    }));
+    if (points.length === 0) target.replaceChildren(element("li", "none", "faded"));
+  });
+}
+
 function showLog(log) {
   put(byId("log"), log, (target) => {
     target.replaceChildren(...log.slice().reverse().map((entry) => {
@@ -144,6 +164,7 @@ function show() {
   byId("about").textContent = cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : "");
   showPicture(status.picture);
   showPanels(status.panels);
+  showPoints(status.points || []);
   showLog(status.log);
   byId("version").textContent = "Plumbline " + status.version;
   if (status.view.age_s > kOldView_s) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/app/cli/run_command.h"
 #include "tests/app/daemon/demo_config.h"
@@ -131,6 +132,78 @@ TEST_CASE("The payload is told with its mass and where it hangs, and a centre le
   CHECK(answer.out.find("point[2].xyz_mm: warning: [1.2, 0.1, 0.7] looks like metres") !=
         std::string::npos);
 }
+
+namespace points {
+
+/// The demo's points with a payload of the configuration.
+std::string WithPayload(const std::string& payload) {
+  std::string text = test::DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  const auto at = text.find("source = \"robot\"");
+  return text.replace(at, text.find('\n', at) - at, payload);
+}
+
+TEST_CASE("Each point is computed with its payload: correction, radius, posture, margins") {
+  const TemporaryFile file(WithPayload("source = \"fixed\"\nmass_kg = 60.0"));
+  const test::Answer answer = RunCheck(file.path());
+  CAPTURE(answer.out);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out,
+             Catch::Contains("\npoint name                 payload          correction      95 % "
+                             "basis\n") &&
+                 Catch::Contains("\n    1 assembly 1           60 kg ") &&
+                 Catch::Contains("\n    2 assembly 2           60 kg ") &&
+                 Catch::Contains("\n      posture ") && Catch::Contains(" to the limit of q") &&
+                 Catch::Contains("smallest singular value 0.") &&
+                 Catch::Contains(", at least 0.02"));
+  const auto table = answer.out.find("\npoint name");
+  REQUIRE(table != std::string::npos);
+  std::istringstream lines(answer.out.substr(table));
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);
+
+  const auto json = nlohmann::json::parse(RunCheck(file.path() + " --json").out);
+  REQUIRE(json.at("points").size() == 2);
+  const auto& point = json.at("points")[0];
+  CHECK(point.at("id") == 1);
+  CHECK(point.at("name") == "assembly 1");
+  CHECK(point.at("reachable") == true);
+  CHECK(point.at("payload_kg") == 60);
+  CHECK(point.at("correction_mm") > 5);
+  CHECK(point.at("radius_95_mm") > 0);
+  CHECK(point.at("radius_basis").is_string());
+  CHECK(point.at("posture").at("joints").size() == 6);
+  CHECK(point.at("posture").at("singular_value") > 0.02);
+  CHECK(point.at("posture").at("limit_joint") >= 1);
+}
+
+TEST_CASE("A payload that only the robot knows is said; the point is computed without it") {
+  const TemporaryFile none(WithPayload("source = \"robot\""));
+  const test::Answer answer = RunCheck(none.path());
+  CAPTURE(answer.out);
+  CHECK_THAT(answer.out, Catch::Contains("    1 assembly 1           no payload ") &&
+                             Catch::Contains("Only the robot knows the payload"));
+  const TemporaryFile declared(WithPayload("source = \"robot\"\nmass_kg = 60.0"));
+  const auto json = nlohmann::json::parse(RunCheck(declared.path() + " --json").out);
+  REQUIRE(json.at("points").size() == 4);
+  CHECK(json.at("points")[0].at("payload_kg") == 0);
+  CHECK(json.at("points")[0].at("payload_by_robot") == true);
+  CHECK(json.at("points")[1].at("payload_kg") == 60);
+  CHECK(json.at("points")[1].at("correction_mm") > json.at("points")[0].at("correction_mm"));
+}
+
+TEST_CASE("Each tool of the table is computed; one that is too heavy is a warning, no fault") {
+  const TemporaryFile file(
+      WithPayload("source = \"table\"\n[[payload.tool]]\nnumber = 1\nmass_kg = 5.0\n"
+                  "[[payload.tool]]\nnumber = 2\nmass_kg = 600.0"));
+  const test::Answer answer = RunCheck(file.path());
+  CAPTURE(answer.out);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.out, Catch::Contains(" tool 1, 5 kg ") &&
+                             Catch::Contains(" tool 2, 600 kg   NONE: correction too large") &&
+                             Catch::Contains("point[1].xyz_mm: warning: ") &&
+                             Catch::Contains("gets no corrected point with tool 2, 600 kg"));
+}
+
+}  // namespace points
 
 TEST_CASE("A profile and an empty file are told as what they are") {
   const test::Answer profile = RunCheck("config/profiles/xarm.toml");

@@ -429,9 +429,12 @@ TEST_CASE("A point without near_deg is warned of") {
   FaultList faults;
   REQUIRE(Reads(kGood, faults));
   const auto warnings = Texts(faults, Fault::Severity::kWarning);
-  REQUIRE(warnings.size() == 3);  // the first point has one; the cell yields nowhere
-  CHECK(warnings[0].rfind("cell/plumbline.toml:69 point[2].near_deg: warning: missing; ", 0) == 0);
-  CHECK_THAT(warnings[1], Catch::Contains("point[2].xyz_mm: warning: [1, 0, 0] looks like metres"));
+  CAPTURE(FaultsText(faults));
+  REQUIRE(warnings.size() == 4);  // the first point has one; the cell yields nowhere
+  CHECK_THAT(warnings[0], Catch::Contains("point[1].xyz_mm: warning: ") &&
+                              Catch::Contains("gets no corrected point with 12 kg (out of reach)"));
+  CHECK(warnings[1].rfind("cell/plumbline.toml:69 point[2].near_deg: warning: missing; ", 0) == 0);
+  CHECK_THAT(warnings[2], Catch::Contains("point[2].xyz_mm: warning: [1, 0, 0] looks like metres"));
 }
 
 TEST_CASE("A cell in place of the configuration is told as such") {

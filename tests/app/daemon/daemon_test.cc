@@ -1,4 +1,6 @@
 // The whole daemon from socket to socket, beside a virtual cell that shares no code with it.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -381,6 +383,43 @@ TEST_CASE("a start that fails does not count; a serial line that is not there is
   int starts = 0;
   CHECK(count >> starts);
   CHECK(starts == 1);
+}
+
+TEST_CASE("the posture of each point is in its block, in the status and in its JSON") {
+  Station station;
+  const auto posture = station.plc.Read(22000, 32);
+  CHECK((posture.Word(24) & 3) == 3);
+  CHECK(posture.Word(25) >= 1);
+  CHECK(posture.Float(26) > 0);
+  CHECK(posture.Float(28) > 0.02);
+  CHECK(station.plc.Read(22032, 32).Word(24) != 0);
+
+  const std::string plc = station.daemon.Plc(), port = plc.substr(plc.find(':') + 1);
+  const Answer status = Shell("status --port " + port);
+  const std::string q1 = fmt::format("posture {:.1f} ", posture.Float(0));
+  CHECK_THAT(status.told, Catch::Contains(q1) && Catch::Contains(" from the limit of q"));
+  const Answer json = Shell("status --json --port " + port);
+  CHECK_THAT(json.told, Catch::Contains("\"posture_q6\": ") &&
+                            Catch::Contains("\"posture_singular_value\": "));
+}
+
+TEST_CASE("a posture that is not the taught one: a warning at the start, bits at run time") {
+  RunningCell cell(Idle(Profile::kGeneric));
+  std::string config = DemoConfig(cell.robot(), "generic");
+  const std::string taught = "near_deg = [18.5, ";
+  REQUIRE(config.find(taught) != std::string::npos);
+  config.replace(config.find(taught), taught.size(), "near_deg = [-71.5, ");
+  DaemonProcess daemon(config);
+  CHECK(daemon.Awaits("q1: near_deg says -71.5, the nearest posture that reaches the point has "));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  REQUIRE(Eventually([&] { return Valid(plc); }));
+  CHECK((plc.Read(2000, 20).Word(1) & 1 << 6) != 0);
+  CHECK((plc.Read(2020, 20).Word(1) & 1 << 6) == 0);
+  CHECK((plc.Read(22024, 1).Word(0) & 4) != 0);
+  CHECK((plc.Read(22056, 1).Word(0) & 4) == 0);
+  const std::string port = daemon.Plc().substr(daemon.Plc().find(':') + 1);
+  CHECK_THAT(Shell("status --port " + port).told, Catch::Contains("NOT the one taught (near_deg)"));
 }
 
 TEST_CASE("without a robot the daemon serves, and says what is missing") {

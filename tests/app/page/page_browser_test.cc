@@ -110,6 +110,8 @@ TEST_CASE("everything is there, at a desk and on a phone, by day and by night") 
         true);
   CHECK(browser.Evaluate(
             "document.getElementById('panels').innerText.includes('payload 40.00 kg')") == true);
+  CHECK(browser.Evaluate("document.getElementById('points').innerText.includes("
+                         "'joints 0.0° -100.0° 110.0°')") == true);
   CHECK(browser.Evaluate("document.getElementById('log').innerText.includes('the zoom changed')") ==
         true);
   CHECK(browser.Evaluate("document.querySelectorAll('#trend .alarm').length") == 1);

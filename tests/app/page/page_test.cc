@@ -98,6 +98,10 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
   CHECK(json.at("panels")[0].at("title") == "Alarms and warnings");
   CHECK(json.at("robot").at("payload_kg") == 40);
   CHECK(json.at("points")[0].at("uncertainty_m") == Approx(0.0003));
+  CHECK(json.at("points")[0].at("posture").at("q")[1] == Approx(-100 * kRadPerDeg));
+  CHECK(json.at("points")[0].at("posture").at("joints")[1].at("value") == Approx(-100));
+  CHECK(json.at("points")[0].at("posture").at("joints")[1].at("unit") == "deg");
+  CHECK(json.at("points")[0].at("posture").at("differs") == false);
   CHECK(json.at("cameras")[0].at("serial") == "test camera");
   CHECK(json.at("cameras")[0].at("lens_valid") == true);
   CHECK(json.at("cameras")[0].at("tags") == nlohmann::json{0, 1, 20});

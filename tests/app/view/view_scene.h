@@ -65,6 +65,8 @@ struct ViewScene {
       told.code = CorrectionCode::kOk;
       told.translation_B = Vec3(0.001, -0.002, 0.0035);
       told.uncertainty_m = 0.0003;
+      told.q = state.q;
+      told.taught = true;
       state.points.push_back(told);
     }
     state.cameras.resize(1);

@@ -45,6 +45,8 @@ ViewState FullState() {
   point.X_BP_command.p = {1.2, -0.4, 0.9};
   point.translation_B = {0.001, 0, 0.004};
   point.uncertainty_m = 2e-4;
+  point.q = JointVector::LinSpaced(6, -1, 1);
+  point.taught = point.differs = true;
   state.points = {point};
   state.loop = {5, 3, 4, 1, 120, 0.6, Vec3(1e-4, 0, -2e-4)};
   state.cameras.resize(1);
@@ -114,6 +116,8 @@ TEST_CASE("A state survives the text whole") {
   CHECK(back->cameras[0].tags[1].id == 18);
   CHECK_FALSE(back->cameras[0].tags[1].X_CM);
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
+  CHECK(back->points[0].q == state.points[0].q);
+  CHECK(back->points[0].differs);
   CHECK(back->cycle.cycles == 1250);
   CHECK(back->cycle.late == 3);
   CHECK(back->cycle.starts.began == state.cycle.starts.began);

@@ -75,6 +75,7 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   check(plc_map::CameraFields(), plc_map::kCamera, plc_map::kCamera + plc_map::kCameraSize - 1);
   check(plc_map::BodyFields(), 0, plc_map::kBodySize - 1);
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
+  check(plc_map::PostureFields(), 0, plc_map::kPostureSize - 1);
   const auto bodies = plc_map::kBodySize * PlcCamera::kMostBodies;
   CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
   CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
@@ -112,6 +113,66 @@ TEST_CASE("a snapshot becomes the registers that the map promises, in both word 
     CHECK(ValueOfField(FieldType::kFloat, block, 9, little) == Approx(0.1 * 180 / M_PI));
     CHECK(ValueOfField(FieldType::kFloat, block, 13, little) == Approx(0.3 * 180 / M_PI));
   }
+}
+
+TEST_CASE("a posture stands in its block, in degrees and millimetres, apart from the point's") {
+  for (const bool little : {false, true}) {
+    Snapshot snapshot = SomeSnapshot();
+    snapshot.prismatic_joints = 1 << 1;
+    PointResult& point = snapshot.points[1];
+    point.correction.q = JointVector::LinSpaced(12, 0.1, 1.2);
+    point.correction.singular_value = 0.25;
+    point.posture = {true, true, {1, 0.75}};
+    PlcEncoder encoder({little, OrientationConvention::kRollPitchYaw}, {11, 12});
+    CHECK(encoder.size() == 22064);
+    const auto image = encoder.Encode(snapshot, {});
+    const auto block = std::span(image).subspan(22032, 32);
+    const auto number = [&](std::size_t offset) {
+      return ValueOfField(FieldType::kFloat, block, offset, little);
+    };
+    CHECK(number(0) == Approx(0.1 * 180 / M_PI));
+    CHECK(number(2) == Approx(200));  // mm
+    CHECK(number(22) == Approx(1.2 * 180 / M_PI));
+    CHECK(block[24] == 7);
+    CHECK(block[25] == 2);
+    CHECK(number(26) == Approx(750));
+    CHECK(number(28) == Approx(0.25));
+    CHECK((image[2021] & plc_map::kOtherPosture) != 0);
+    CHECK((image[2001] & plc_map::kOtherPosture) == 0);
+    CHECK(image[22024] == 0);
+  }
+}
+
+TEST_CASE("a posture is encoded again when it or its validity has changed, and only then") {
+  Snapshot snapshot = SomeSnapshot();
+  PointResult& point = snapshot.points[1];
+  point.correction.q = JointVector::Constant(6, 0.5);
+  PlcEncoder encoder({}, {11, 12});
+  const auto q1 = [&] {
+    const auto& image = encoder.Encode(snapshot, {});
+    return ValueOfField(FieldType::kFloat, std::span(image).subspan(22032, 32), 0, false);
+  };
+  CHECK(q1() == Approx(0.5 * 180 / M_PI));
+  point.correction.q[0] = 0.7;  // a machine counts such a change
+  CHECK(q1() == Approx(0.5 * 180 / M_PI));
+  ++point.solutions;
+  CHECK(q1() == Approx(0.7 * 180 / M_PI));
+  point.valid = false;
+  CHECK((encoder.Encode(snapshot, {})[22056] & plc_map::kPostureValid) == 0);
+}
+
+TEST_CASE("an image is copied whole, the gap before the postures with zeros") {
+  Snapshot snapshot = SomeSnapshot();
+  snapshot.points[1].correction.q = JointVector::Constant(6, 0.5);
+  PlcEncoder encoder({}, {11, 12});
+  const auto image = encoder.Encode(snapshot, {});
+  std::vector<std::uint16_t> copy;
+  encoder.CopyTo(copy);
+  CHECK(copy == image);
+  PlcEncoder none({}, {});
+  CHECK(none.size() == plc_map::kPoints);
+  none.CopyTo(copy);
+  CHECK(copy.size() == plc_map::kPoints);
 }
 
 TEST_CASE("a position beyond int16 saturates there and says so; the fine registers hold it") {

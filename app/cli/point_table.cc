@@ -1,0 +1,135 @@
+#include "app/cli/point_table.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/rounded.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kTableWidth = 80;
+constexpr const char* kIndent = "      ";
+
+/// A joint's value as the files have it: deg, mm where it is prismatic.
+double InFileUnit(const Robot& robot, int joint, double value) {
+  const bool slides = robot.joints[static_cast<std::size_t>(joint)].type == JointType::kPrismatic;
+  return value / (slides ? kMetrePerMm : kRadPerDeg);
+}
+
+const char* FileUnitOf(const Robot& robot, int joint) {
+  const bool slides = robot.joints[static_cast<std::size_t>(joint)].type == JointType::kPrismatic;
+  return slides ? "mm" : "deg";
+}
+
+/// The words in lines of at most kTableWidth columns, each indented.
+std::string InLines(const std::vector<std::string>& words) {
+  std::string text, line = kIndent;
+  bool empty = true;
+  for (const std::string& word : words) {
+    if (!empty && line.size() + 1 + word.size() > kTableWidth) {
+      text += line + "\n";
+      line = kIndent;
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+    empty = false;
+  }
+  return text + line + "\n";
+}
+
+std::string PostureLines(const MachineConfig& config, const PointSolution& solution) {
+  const Robot& robot = config.cell.robot;
+  const Correction& correction = solution.correction;
+  const bool taught = solution.posture.taught;
+  std::vector<std::string> words = {taught ? "posture" : "posture, one of several (no near_deg):"};
+  for (int i = 0; i < correction.q.size(); ++i) {
+    words.push_back(
+        fmt::format("{:.1f}", WithoutMinusZero(InFileUnit(robot, i, correction.q[i]), 1)));
+  }
+  if (solution.posture.differs) words.push_back("NOT that of near_deg");
+  const JointDistance& limit = solution.posture.limit;
+  const std::string margin = limit.joint < 0
+                                 ? "no joint limits"
+                                 : fmt::format("{:.1f} {} to the limit of q{}",
+                                               InFileUnit(robot, limit.joint, limit.distance),
+                                               FileUnitOf(robot, limit.joint), limit.joint + 1);
+  return InLines(words) +
+         InLines({fmt::format("{}; smallest singular value {:.3f}, at least {:g}", margin,
+                              correction.singular_value, config.limits.min_singular_value)});
+}
+
+}  // namespace
+
+std::string PointTable(const MachineConfig& config, const std::vector<PointSolution>& solutions) {
+  if (solutions.empty()) return "";
+  std::string text = fmt::format("\n{:>5} {:<20} {:<16} {:>10} {:>9} {}\n", "point", "name",
+                                 "payload", "correction", "95 %", "basis");
+  for (const PointSolution& solution : solutions) {
+    const AssemblyPoint& point = config.points[solution.point];
+    const Correction& correction = solution.correction;
+    text += fmt::format("{:>5} {:<20.20} {:<16.16} ", point.id, point.name, solution.load.name);
+    if (correction.code == CorrectionCode::kOk) {
+      text +=
+          fmt::format("{:>7.3f} mm {:>6.3f} mm {}\n", correction.translation_B.norm() / kMetrePerMm,
+                      correction.uncertainty_m / kMetrePerMm, Describe(correction.basis));
+    } else {
+      text += fmt::format("NONE: {}\n", Describe(correction.code));
+    }
+    if (correction.q.size() > 0) text += PostureLines(config, solution);
+  }
+  if (config.payload.source == PayloadPolicy::Source::kRobot) {
+    text +=
+        "Only the robot knows the payload (source = \"robot\"): `plumbline status` shows\n"
+        "the corrections with it.\n";
+  }
+  return text;
+}
+
+nlohmann::json PointsJson(const MachineConfig& config,
+                          const std::vector<PointSolution>& solutions) {
+  using Json = nlohmann::json;
+  const Robot& robot = config.cell.robot;
+  Json list = Json::array();
+  for (const PointSolution& solution : solutions) {
+    const AssemblyPoint& point = config.points[solution.point];
+    const Correction& correction = solution.correction;
+    const bool ok = correction.code == CorrectionCode::kOk;
+    Json entry = {{"id", point.id},
+                  {"name", point.name},
+                  {"payload", solution.load.name},
+                  {"payload_kg",
+                   solution.load.payload ? Json(solution.load.payload->mass_kg) : Json(nullptr)},
+                  {"payload_by_robot", config.payload.source == PayloadPolicy::Source::kRobot &&
+                                           !point.payload_kg.has_value()},
+                  {"reachable", ok},
+                  {"code", static_cast<int>(correction.code)},
+                  {"reason", Describe(correction.code)}};
+    if (ok) {
+      entry["correction_mm"] = correction.translation_B.norm() / kMetrePerMm;
+      entry["radius_95_mm"] = correction.uncertainty_m / kMetrePerMm;
+      entry["radius_basis"] = Describe(correction.basis);
+    }
+    if (correction.q.size() > 0) {
+      Json joints = Json::array();
+      for (int i = 0; i < correction.q.size(); ++i) {
+        joints.push_back(InFileUnit(robot, i, correction.q[i]));
+      }
+      entry["posture"] = {{"joints", joints},
+                          {"near_deg_given", solution.posture.taught},
+                          {"differs_from_near_deg", solution.posture.differs},
+                          {"singular_value", correction.singular_value},
+                          {"min_singular_value", config.limits.min_singular_value}};
+      if (const JointDistance& limit = solution.posture.limit; limit.joint >= 0) {
+        entry["posture"]["limit_joint"] = limit.joint + 1;
+        entry["posture"]["limit_distance"] = InFileUnit(robot, limit.joint, limit.distance);
+        entry["posture"]["limit_unit"] = FileUnitOf(robot, limit.joint);
+      }
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+}  // namespace plumbline

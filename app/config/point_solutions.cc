@@ -1,0 +1,88 @@
+#include "app/config/point_solutions.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace plumbline {
+namespace {
+
+/// As the machine chooses it: a mass needs a centre of gravity.
+PointLoad LoadOf(std::string name, double mass_kg, const std::optional<Vec3>& cog_F) {
+  if (mass_kg > 0 && !cog_F) return {std::move(name), std::nullopt};
+  return {std::move(name), Payload{mass_kg, cog_F.value_or(Vec3::Zero())}};
+}
+
+std::string LoadMassText(double mass_kg) {
+  return fmt::format("{:.6g} kg", mass_kg);
+}
+
+}  // namespace
+
+std::vector<PointLoad> LoadsOf(const MachineConfig& config, const AssemblyPoint& point) {
+  using Source = PayloadPolicy::Source;
+  const PayloadPolicy& policy = config.payload;
+  const std::optional<Vec3>& cell_cog_F = config.cell.payload_cog_F;
+  const auto cog_of = [&](const PayloadPolicy::ToolLoad& load) {
+    return load.cog_F ? load.cog_F : cell_cog_F;
+  };
+  if (point.payload_kg) {
+    const bool fixed = policy.source == Source::kFixed;
+    return {LoadOf(LoadMassText(*point.payload_kg), *point.payload_kg,
+                   cell_cog_F || !fixed ? cell_cog_F : policy.fixed.cog_F)};
+  }
+  std::vector<PointLoad> loads;
+  switch (policy.source) {
+    case Source::kFixed:
+      loads.push_back(
+          LoadOf(LoadMassText(policy.fixed.mass_kg), policy.fixed.mass_kg, cog_of(policy.fixed)));
+      break;
+    case Source::kTable:
+      for (const PayloadPolicy::ToolLoad& tool : policy.table) {
+        loads.push_back(LoadOf(fmt::format("tool {}, {}", tool.number, LoadMassText(tool.mass_kg)),
+                               tool.mass_kg, cog_of(tool)));
+      }
+      break;
+    case Source::kRobot:
+      loads.push_back(LoadOf("no payload", 0, cell_cog_F));
+      if (policy.fixed.mass_kg > 0) {
+        loads.push_back(
+            LoadOf(LoadMassText(policy.fixed.mass_kg), policy.fixed.mass_kg, cog_of(policy.fixed)));
+      }
+      break;
+  }
+  return loads;
+}
+
+JointVector SeedOf(const Chain& chain, const AssemblyPoint& point) {
+  if (point.near_q) return *point.near_q;
+  JointVector middle = 0.5 * (chain.lower() + chain.upper());
+  for (int i = 0; i < chain.size(); ++i) {
+    if (!std::isfinite(middle[i])) middle[i] = 0;
+  }
+  return middle;
+}
+
+std::vector<PointSolution> SolvePoints(const MachineConfig& config) {
+  Machine machine(config);
+  std::vector<PointSolution> solutions;
+  for (std::size_t k = 0; k < config.points.size(); ++k) {
+    const AssemblyPoint& point = config.points[k];
+    for (PointLoad& load : LoadsOf(config, point)) {
+      PointSolution& solution = solutions.emplace_back();
+      solution.point = k;
+      solution.correction.code = CorrectionCode::kPayloadUnknown;
+      if (load.payload) {
+        solution.correction = machine.Preview(point, *load.payload, SeedOf(machine.chain(), point),
+                                              BranchSearch::kThorough);
+      }
+      if (solution.correction.q.size() > 0) {
+        solution.posture = PointPostureAt(machine.chain(), point, solution.correction.q);
+      }
+      solution.load = std::move(load);
+    }
+  }
+  return solutions;
+}
+
+}  // namespace plumbline

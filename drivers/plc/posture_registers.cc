@@ -1,0 +1,79 @@
+// The posture block of a point: the joints that its corrected pose is commanded with.
+#include <array>
+
+#include "drivers/plc/register_map.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline {
+namespace {
+
+using Source = const MapSource&;
+using enum FieldType;
+
+/// [deg], [mm] where the joint is prismatic.
+double Shown(Source s, int joint, double value) {
+  const bool slides = (s.snapshot.prismatic_joints >> joint) & 1;
+  return (slides ? kMmPerMetre : kDegPerRad) * value;
+}
+
+template <int K>
+double PostureJoint(Source s) {
+  const JointVector& q = s.point->correction.q;
+  return K < q.size() ? Shown(s, K, q[K]) : 0;
+}
+
+double PostureBits(Source s) {
+  const PointPosture& posture = s.point->posture;
+  int bits = s.point->valid ? plc_map::kPostureValid : 0;
+  if (posture.taught) bits |= plc_map::kPostureTaught;
+  if (posture.differs) bits |= plc_map::kPostureDiffers;
+  return bits;
+}
+
+const std::array kPostureFields = {
+    MapField{0, kFloat, "posture_q1", "deg",
+             "joint 1 of the commanded posture (mm where prismatic)", PostureJoint<0>},
+    MapField{2, kFloat, "posture_q2", "deg", "", PostureJoint<1>},
+    MapField{4, kFloat, "posture_q3", "deg", "", PostureJoint<2>},
+    MapField{6, kFloat, "posture_q4", "deg", "", PostureJoint<3>},
+    MapField{8, kFloat, "posture_q5", "deg", "", PostureJoint<4>},
+    MapField{10, kFloat, "posture_q6", "deg", "", PostureJoint<5>},
+    MapField{12, kFloat, "posture_q7", "deg", "", PostureJoint<6>},
+    MapField{14, kFloat, "posture_q8", "deg", "", PostureJoint<7>},
+    MapField{16, kFloat, "posture_q9", "deg", "", PostureJoint<8>},
+    MapField{18, kFloat, "posture_q10", "deg", "", PostureJoint<9>},
+    MapField{20, kFloat, "posture_q11", "deg", "", PostureJoint<10>},
+    MapField{22, kFloat, "posture_q12", "deg", "", PostureJoint<11>},
+    MapField{24, kU16, "posture_validity", "bits",
+             "bit 0 valid, 1 near_deg is given, 2 the posture differs from near_deg", PostureBits},
+    MapField{25, kU16, "posture_limit_joint", "",
+             "joint nearest to one of its limits, counted from 1; 0: no joint has limits",
+             [](Source s) { return static_cast<double>(s.point->posture.limit.joint + 1); }},
+    MapField{26, kFloat, "posture_limit_distance", "deg",
+             "how far that joint is from its limit (mm where prismatic)",
+             [](Source s) {
+               const JointDistance& limit = s.point->posture.limit;
+               return limit.joint < 0 ? 0 : Shown(s, limit.joint, limit.distance);
+             }},
+    MapField{28, kFloat, "posture_singular_value", "",
+             "smallest singular value of the tip's Jacobian, metres and radians alike",
+             [](Source s) { return s.point->correction.singular_value; }},
+};
+
+constexpr std::array kPostureBits = {
+    BitMeaning{plc_map::kPostureValid, "valid"},
+    BitMeaning{plc_map::kPostureTaught, "near_deg is given"},
+    BitMeaning{plc_map::kPostureDiffers, "the posture differs from near_deg"},
+};
+
+}  // namespace
+
+std::span<const MapField> plc_map::PostureFields() {
+  return kPostureFields;
+}
+std::span<const BitMeaning> plc_map::PostureBits() {
+  return kPostureBits;
+}
+
+}  // namespace plumbline

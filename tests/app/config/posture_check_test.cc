@@ -1,0 +1,217 @@
+// Points that the arm does not reach as they were taught, and angles that were meant in radians.
+#include "app/config/posture_check.h"
+
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "app/config/cell_reader.h"
+#include "app/config/daemon_config_reader.h"
+#include "app/config/text_file.h"
+#include "firmware-like/geometry/rotation.h"
+#include "tests/app/config/wrong_line.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kDegree = kRadPerDeg;
+const std::vector<double> kTaught_deg = {20, -100, 110, -60, -80, 30};
+
+std::string ListText(const std::vector<double>& values, double factor = 1) {
+  std::string text;
+  for (const double value : values) {
+    text += fmt::format("{}{:.6f}", text.empty() ? "" : ", ", factor * value);
+  }
+  return "[" + text + "]";
+}
+
+std::string Ur10() {
+  const Result<std::string> text = ReadTextFile("config/cells/ur10.toml");
+  REQUIRE(text);
+  return text.value();
+}
+
+/// `text` with `key`'s line replaced, which is there.
+std::string With(std::string text, const std::string& key, const std::string& value) {
+  const auto at = text.find("\n" + key + " = ");
+  REQUIRE(at != std::string::npos);
+  return text.replace(at + 1, text.find('\n', at + 1) - at - 1, key + " = " + value);
+}
+
+/// Where the UR10's flange is at the taught joints, seen from a frame.
+struct Taught {
+  std::vector<double> xyz_mm, rpy_deg;
+
+  explicit Taught(const Pose& X_WO = Pose(), const Pose& X_WB = Pose()) {
+    FaultList faults;
+    const auto cell = CellFromText(Ur10(), "ur10.toml", faults);
+    REQUIRE(cell);
+    JointVector q(6);
+    for (int i = 0; i < 6; ++i) q[i] = kDegree * kTaught_deg[static_cast<std::size_t>(i)];
+    Posture posture;
+    Chain(cell->robot).Evaluate(q, posture);
+    const Pose X_OP = X_WO.Inverse() * X_WB * posture.X_BF();
+    const Vec3 rpy = AnglesFromRotation(X_OP.R, OrientationConvention::kRollPitchYaw);
+    for (int k = 0; k < 3; ++k) {
+      xyz_mm.push_back(1e3 * X_OP.p[k]);
+      rpy_deg.push_back(rpy[k] / kDegree);
+    }
+  }
+};
+
+std::string Config(const Taught& point, const std::string& rpy, const std::string& near) {
+  return "cell = \"ur10.toml\"\n[robot]\nprofile = \"generic.toml\"\nhost = \"10.0.0.2\"\n"
+         "[payload]\nsource = \"fixed\"\nmass_kg = 2.0\n[[frame]]\nname = \"table\"\n"
+         "xyz_mm = [100.0, 50.0, -20.0]\nrpy_deg = [0.0, 0.0, 0.0]\n"
+         "[[point]]\nid = 3\nframe = \"measurement\"\nxyz_mm = " +
+         ListText(point.xyz_mm) + "\nrpy_deg = " + rpy +
+         (near.empty() ? "" : "\nnear_deg = " + near) + "\n";
+}
+
+/// The warnings of a configuration that has no faults, without the bare cell's own.
+std::vector<std::string> Warnings(const std::string& config, const std::string& cell = Ur10()) {
+  const FileSource files = [&](const std::string& path) -> Result<std::string> {
+    if (path == "ur10.toml") return cell;
+    if (path == "generic.toml") return ReadTextFile("config/profiles/generic.toml");
+    return Error{"No such file or directory"};
+  };
+  FaultList faults;
+  const auto read = DaemonConfigFromText(config, "plumbline.toml", files, "/nonexistent", faults);
+  CAPTURE(FaultsText(faults));
+  CHECK(read);
+  std::vector<std::string> warnings = Texts(faults, Fault::Severity::kWarning);
+  std::erase_if(warnings, [](const std::string& text) {
+    return text.find("nothing in this cell yields") != std::string::npos;
+  });
+  return warnings;
+}
+
+TEST_CASE("A point that is reached in the posture of near_deg has no warning") {
+  const Taught point;
+  CHECK(Warnings(Config(point, ListText(point.rpy_deg), ListText(kTaught_deg))).empty());
+  std::vector<double> nearby = kTaught_deg;
+  for (double& joint : nearby) joint += 12;  // a worn reading, a point that was moved
+  CHECK(Warnings(Config(point, ListText(point.rpy_deg), ListText(nearby))).empty());
+}
+
+TEST_CASE("An axis of near_deg that is 90 degrees off is named with both its values") {
+  const Taught point;
+  std::vector<double> wrong = kTaught_deg;
+  wrong[3] += 90;
+  const auto warnings = Warnings(Config(point, ListText(point.rpy_deg), ListText(wrong)));
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Catch::Contains("plumbline.toml:17 point[1].near_deg: warning: ") &&
+                 Catch::Contains("q4: near_deg says 30.0, the nearest posture that reaches the "
+                                 "point has -60.0 deg") &&
+                 Catch::Contains("[20.0, -100.0, 110.0, -60.0, -80.0, 30.0]") &&
+                 Catch::Contains("Read the joints at the pendant"));
+}
+
+TEST_CASE("Angles in radians are proved by the point that they lead to") {
+  const Taught point;
+  const std::string in_rad = ListText(kTaught_deg, kDegree), in_deg = ListText(kTaught_deg);
+  const std::string rpy_rad = ListText(point.rpy_deg, kDegree), rpy_deg = ListText(point.rpy_deg);
+  SECTION("near_deg") {
+    const auto warnings = Warnings(Config(point, rpy_deg, in_rad));
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(
+        warnings[0],
+        Catch::Contains("point[1].near_deg: warning: ") &&
+            Catch::Contains("is in radians: read so, the arm reaches point 3 in the posture "
+                            "of near_deg; read as degrees, the posture that reaches it is") &&
+            Catch::Contains("Write [20.0, -100.0, 110.0, -60.0, -80.0, 30.0]"));
+  }
+  SECTION("rpy_deg of a point") {
+    const auto warnings = Warnings(Config(point, rpy_rad, in_deg));
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::Contains("point[1].rpy_deg: warning: ") &&
+                                Catch::Contains("is in radians: read so, the arm reaches point 3"));
+  }
+  SECTION("both") {
+    const auto warnings = Warnings(Config(point, rpy_rad, in_rad));
+    REQUIRE(warnings.size() == 2);
+    CHECK_THAT(warnings[0],
+               Catch::Contains("point[1].rpy_deg: warning: ") && Catch::Contains("is in radians"));
+    CHECK_THAT(warnings[1],
+               Catch::Contains("point[1].near_deg: warning: ") && Catch::Contains("is in radians"));
+  }
+  SECTION("rpy_deg of a frame") {
+    const std::vector<double> turn_deg = {10, -20, 75};
+    const Pose X_WO = {RotationFromRollPitchYaw(kDegree * Vec3(10, -20, 75)),
+                       Vec3(0.1, 0.05, -0.02)};
+    const Taught in_frame(X_WO);
+    std::string config = Config(in_frame, ListText(in_frame.rpy_deg), in_deg);
+    config = With(config, "frame", "\"table\"");
+    CHECK(Warnings(With(config, "rpy_deg", ListText(turn_deg))).empty());
+    const auto warnings = Warnings(With(config, "rpy_deg", ListText(turn_deg, kDegree)));
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::Contains("plumbline.toml:11 frame[1].rpy_deg: warning: ") &&
+                                Catch::Contains("is in radians") &&
+                                Catch::Contains("Write [10, -20, 75]"));
+  }
+  SECTION("base_rpy_deg of the cell") {
+    const Pose X_WB = {RotationFromRollPitchYaw(kDegree * Vec3(0, 0, 40)), Vec3::Zero()};
+    const Taught at_base(Pose(), X_WB);
+    const std::string config = Config(at_base, ListText(at_base.rpy_deg), in_deg);
+    CHECK(Warnings(config, With(Ur10(), "base_rpy_deg", "[0, 0, 40]")).empty());
+    const auto warnings = Warnings(config, With(Ur10(), "base_rpy_deg", "[0, 0, 0.698132]"));
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0], Catch::Contains("ur10.toml:20 robot.base_rpy_deg: warning: ") &&
+                                Catch::Contains("is in radians") &&
+                                Catch::Contains("Write [0, 0, 40]"));
+  }
+}
+
+TEST_CASE("Small angles that the point confirms are degrees") {
+  // Near the stretched arm every angle is small, and could be radians by its size.
+  const Taught point;
+  std::string config = Config(point, ListText(point.rpy_deg), ListText(kTaught_deg));
+  const Pose X_WO = {RotationFromRollPitchYaw(kDegree * Vec3(0, 0, 3.14)), Vec3(0.1, 0.05, -0.02)};
+  const Taught in_frame(X_WO);
+  config = Config(in_frame, ListText(in_frame.rpy_deg), ListText(kTaught_deg));
+  config = With(config, "frame", "\"table\"");
+  CHECK(Warnings(With(config, "rpy_deg", "[0, 0, 3.14]")).empty());
+}
+
+TEST_CASE("A point without near_deg: its angles are doubted only where nothing decides") {
+  const Taught point;
+  const auto missing = [](const std::vector<std::string>& warnings) {
+    return warnings.size() == 1 && warnings[0].find("near_deg: warning: missing") < 200;
+  };
+  CHECK(missing(Warnings(Config(point, ListText(point.rpy_deg), ""))));
+  const auto doubted = Warnings(Config(point, "[3.1416, 0, 0]", ""));
+  REQUIRE(doubted.size() == 2);
+  CHECK_THAT(doubted[1], Catch::Contains("rpy_deg: warning: [3.1416, 0, 0] looks like radians: in "
+                                         "degrees [180, 0, 0]"));
+}
+
+TEST_CASE("A point that is not reached is a warning with the payload and what to do") {
+  Taught point;
+  point.xyz_mm = {1000.0, 900.0, 600.0};
+  const auto warnings = Warnings(Config(point, ListText(point.rpy_deg), ListText(kTaught_deg)));
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Catch::Contains("point[1].xyz_mm: warning: ") &&
+                 Catch::Contains("gets no corrected point with 2 kg (out of reach): no posture "
+                                 "brings the tool there. Check the pose, its frame"));
+}
+
+TEST_CASE("near_deg in radians that breaks a limit as degrees is a fault that says so") {
+  const FileSource files = [](const std::string& path) -> Result<std::string> {
+    if (path == "kr210.toml") return ReadTextFile("config/cells/kr210.toml");
+    return ReadTextFile("config/profiles/generic.toml");
+  };
+  FaultList faults;
+  DaemonConfigFromText(
+      "cell = \"kr210.toml\"\n[robot]\nprofile = \"generic.toml\"\nhost = \"10.0.0.2\"\n"
+      "[[point]]\nid = 1\nxyz_mm = [2000, 0, 1500]\nnear_deg = [0, -1.5708, 1.5708, 0, 0.3, 0]\n",
+      "plumbline.toml", files, "/nonexistent", faults);
+  CHECK(faults.HasFaults());
+  CHECK_THAT(FaultsText(faults), Catch::Contains("has joint 2 outside its limits -140..-5") &&
+                                     Catch::Contains("looks like radians: in degrees [0, -90, 90"));
+}
+
+}  // namespace
+}  // namespace plumbline
