@@ -146,7 +146,7 @@ Checked Check(const std::string& text, const std::string& file) {
     }
     if (finding.config) {
       FaultList applied;
-      AddFaultsOfAppliedModel(finding.config->state_directory, applied);
+      AddFaultsOfModelStore(finding.config->state_directory, finding.config->cell_file, applied);
       finding.faults.Append(applied);
       if (applied.HasFaults()) finding.config.reset();
     }

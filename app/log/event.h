@@ -59,6 +59,7 @@ enum class Event : std::uint8_t {
   kClientClosed,
   // loop
   kModelInForce,
+  kModelSetAside,
   kMonitorLearnt,
   kDriftAlarm,
   kDriftStands,
