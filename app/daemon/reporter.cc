@@ -47,6 +47,12 @@ std::string WithinText(double radius_m, bool fitted) {
 Reporter::Reporter(std::vector<PointName> points, bool fitted, LogSink sink)
     : points_(std::move(points)), fitted_(fitted), sink_(std::move(sink)), codes_(points_.size()) {}
 
+void Reporter::Configure(std::vector<PointName> points, bool fitted) {
+  points_ = std::move(points);
+  fitted_ = fitted;
+  codes_.assign(points_.size(), std::nullopt);
+}
+
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
                        const RobotLinkStatus& link) {
   ObserveLink(link, snapshot.now_s);
