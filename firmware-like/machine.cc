@@ -98,7 +98,31 @@ Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
   return correction;
 }
 
-void Machine::TakeOver(const Machine& former) {
+void Machine::Prepare(const MachineConfig& former, const Snapshot& last, double utc_s) {
+  if (former.cell.robot.size() != config_.cell.robot.size()) return;
+  snapshot_.robot = last.robot;
+  snapshot_.input_fault = last.input_fault;
+  utc_s_ = utc_s;
+  ChoosePayload();
+  for (std::size_t k = 0; k < config_.points.size(); ++k) {
+    const AssemblyPoint& point = config_.points[k];
+    const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+    if (!payload) continue;
+    for (std::size_t other = 0; other < former.points.size(); ++other) {
+      const AssemblyPoint& same = former.points[other];
+      if (same.id != point.id || same.near_q != point.near_q || !last.points[other].valid) continue;
+      const Correction correction =
+          Preview(point, *payload, last.points[other].correction.q, BranchSearch::kNone);
+      if (correction.code != CorrectionCode::kOk) continue;
+      branches_[k].solution = correction.q;
+      radii_[k] = {{correction.uncertainty_m, correction.basis},
+                   CircumstancesOf(*payload),
+                   correction.extrapolated};
+    }
+  }
+}
+
+void Machine::TakeOver(const Machine& former, RobotLinkIs link) {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
     for (std::size_t other = 0; other < former.config_.points.size(); ++other) {
       if (config_.points[k].id != former.config_.points[other].id) continue;
@@ -117,6 +141,15 @@ void Machine::TakeOver(const Machine& former) {
   last_heartbeat_ = former.last_heartbeat_;
   heartbeat_seen_s_ = former.heartbeat_seen_s_;
   acknowledged_ = former.acknowledged_;
+  if (link == RobotLinkIs::kNew || former.config_.cell.robot.size() != config_.cell.robot.size()) {
+    return;
+  }
+  filter_.TakeOver(former.filter_);
+  snapshot_.robot = former.snapshot_.robot;
+  snapshot_.payload = former.snapshot_.payload;
+  snapshot_.payload_valid = former.snapshot_.payload_valid;
+  snapshot_.reading_radius_m = former.snapshot_.reading_radius_m;
+  reading_radius_due_ = true;
 }
 
 const Snapshot& Machine::Cycle(const MachineInput& input) {
@@ -148,8 +181,9 @@ void Machine::JudgeInput(const MachineInput& input) {
   if (snapshot_.input_fault != InputFault::kOk) return;
   standstill_.Observe(input.robot);
   snapshot_.probes.standstill = !standstill_.Moving(input.now_s);
-  const bool moved = snapshot_.robot.q != input.robot.q ||
+  const bool moved = reading_radius_due_ || snapshot_.robot.q != input.robot.q ||
                      snapshot_.robot.q_resolution != input.robot.q_resolution;
+  reading_radius_due_ = false;
   snapshot_.robot = input.robot;
   if (!std::isfinite(snapshot_.robot.temp_C.value_or(0))) snapshot_.robot.temp_C.reset();
   if (!filter_.decoding_checked()) snapshot_.warnings |= warning::kDecodingUnchecked;

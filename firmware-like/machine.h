@@ -75,11 +75,18 @@ class Machine {
   /// what the cycle will find there. May take milliseconds; not for the cycle.
   Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
                      BranchSearch search);
+  /// The same for a machine that follows another one which still runs: each point that is valid
+  /// there is solved from its present joints, with the payload and the conditions of that moment,
+  /// so that it can be valid in the first cycle here.
+  /// @param former  that machine's configuration, `last` its newest snapshot
+  /// @param utc_s   now, as in MachineInput
+  void Prepare(const MachineConfig& former, const Snapshot& last, double utc_s);
 
   /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
   /// result and its probe, the values of the points of equal id (not valid until computed), the
-  /// PLC's levels.
-  void TakeOver(const Machine& former);
+  /// PLC's levels; where the robot's readings come over the same link, the trust in them as well.
+  enum class RobotLinkIs { kKept, kNew };
+  void TakeOver(const Machine& former, RobotLinkIs link);
 
   /// One cycle. The reference stays valid until the next one.
   const Snapshot& Cycle(const MachineInput& input);
@@ -135,6 +142,7 @@ class Machine {
   PlausibilityFilter filter_;
   StandstillWatch standstill_;
   const ProbeBounds probe_bounds_;
+  bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m is another model's
   /// What is known of a point's branch.
   struct Branch {
     std::optional<JointVector> solution;  ///< the last one: the next one's starting value

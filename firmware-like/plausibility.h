@@ -50,6 +50,14 @@ class PlausibilityFilter {
   /// fault that caused it is told.
   InputFault Judge(const LoadedArm& arm, const RobotState& state, double now_s);
 
+  /// Goes on with another filter's readings and trust, under its own limits. For arms of as many
+  /// joints, and readings of the same link.
+  void TakeOver(const PlausibilityFilter& former) {
+    const PlausibilityLimits limits = limits_;
+    *this = former;
+    limits_ = limits;
+  }
+
   /// False until a reported tool pose was compared with forward kinematics.
   bool decoding_checked() const { return decoding_checked_; }
 

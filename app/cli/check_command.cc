@@ -152,7 +152,8 @@ Checked Check(const std::string& text, const std::string& file) {
     if (finding.config) {
       FaultList applied;
       finding.in_force = finding.config->machine;
-      if (auto model = AppliedModel(finding.config->state_directory, applied)) {
+      if (auto model = AddFaultsOfModelStore(finding.config->state_directory,
+                                             finding.config->cell_file, applied)) {
         finding.in_force.cell = CellOfSession(*model, "");
         finding.model_applied = true;
       }

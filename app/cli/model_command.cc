@@ -11,6 +11,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
+#include "app/cli/model_moves.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
@@ -24,7 +25,7 @@ namespace {
 
 struct ModelOptions {
   std::string state = kUsualStateDirectory;
-  std::string file, diagnosis, report;
+  std::string file, diagnosis, report, config;
   std::optional<int> number;
   bool json = false, force = false;
 };
@@ -53,6 +54,7 @@ std::string MarkOf(int number, const ModelState& state) {
   if (number == state.applied) marks.emplace_back("APPLIED");
   if (number == state.proposed) marks.emplace_back("proposed");
   if (number == state.declared) marks.emplace_back("declared");
+  if (state.set_aside && number == state.set_aside->version) marks.emplace_back("SET ASIDE");
   return fmt::format("{}", fmt::join(marks, ", "));
 }
 
@@ -66,21 +68,39 @@ nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
   json["applied"] = version.number == state.applied;
   json["proposed"] = version.number == state.proposed;
   json["declared"] = version.number == state.declared;
+  const bool aside = state.set_aside && version.number == state.set_aside->version;
+  json["set_aside"] = aside;
+  if (aside) json["set_aside_because"] = state.set_aside->changes;
   return json;
+}
+
+/// Why an applied version is not in force: the paragraph, then every key that changed.
+void PrintSetAside(const ModelState& state, const std::string& state_directory) {
+  if (!state.set_aside) return;
+  std::cout << '\n' << SetAsideText(state, state_directory) << '\n';
+  for (const std::string& change : state.set_aside->changes) std::cout << "  " << change << '\n';
 }
 
 int List(const ModelOptions& options) {
   const Result<ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<ModelState> state = store->State();
-  if (!state) return Fail(state.error(), kExitFault);
+  const Result<ModelState> known = store->State();
   const auto versions = store->Versions();
   if (!versions) return Fail(versions.error(), kExitFault);
+  // Where the state cannot be read, a person chooses among the versions: they are listed all the
+  // same, unmarked.
+  const ModelState state = known ? *known : ModelState{};
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
-    for (const ModelVersion& version : *versions) list.push_back(AsJson(version, *state));
+    for (const ModelVersion& version : *versions) {
+      nlohmann::json one = AsJson(version, state);
+      for (const char* mark : {"applied", "proposed", "declared", "set_aside"}) {
+        if (!known) one[mark] = nullptr;
+      }
+      list.push_back(std::move(one));
+    }
     std::cout << list.dump(1) << '\n';
-    return kExitOk;
+    return known ? kExitOk : Fail(known.error(), kExitFault);
   }
   std::cout << fmt::format("{:>7}  {:<20}  {:<9}  {:<9}  {:>9}  {:>9}  {}\n", "version", "date",
                            "origin", "verdict", "before mm", "after mm", "");
@@ -88,9 +108,10 @@ int List(const ModelOptions& options) {
     std::cout << fmt::format("{:>7}  {:<20}  {:<9}  {:<9}  {:>9}  {:>9}  {}\n", number, facts.date,
                              NameOf(facts.origin), facts.verdict.empty() ? "-" : facts.verdict,
                              Millimetres(facts.rms_before_mm), Millimetres(facts.rms_after_mm),
-                             MarkOf(number, *state));
+                             MarkOf(number, state));
   }
-  return kExitOk;
+  PrintSetAside(state, options.state);
+  return known ? kExitOk : Fail(known.error(), kExitFault);
 }
 
 int Show(const ModelOptions& options) {
@@ -128,6 +149,10 @@ int Show(const ModelOptions& options) {
   if (facts->change_mm) {
     std::cout << fmt::format("# changes the predicted tip by up to {:.3f} mm\n", *facts->change_mm);
   }
+  if (facts->points_change_mm) {
+    std::cout << fmt::format("# moved the configured points by up to {:.3f} mm when it was found\n",
+                             *facts->points_change_mm);
+  }
   if (!facts->report.empty()) {
     std::cout << fmt::format("# report: {}\n", store->ReportFile(number));
   }
@@ -144,23 +169,23 @@ std::optional<CellModel> ModelInForce(const ModelStore& store) {
   return text ? CellFromText(*text, store.ModelFile(state->applied), ignored) : std::nullopt;
 }
 
-/// Tells how far a model is from the one in force. @return false where it is another arm's
+/// Prints how far a model is from the one in force. @return false where it may not follow it: it is
+/// another arm's, or the configuration that was given cannot be used
 bool MayFollow(const ModelOptions& options, const ModelStore& store, const CellModel& cell) {
   const std::optional<CellModel> in_force = ModelInForce(store);
-  if (!in_force) return true;
+  if (!in_force) {
+    std::cerr << "by how much points move is not known: no model is known to be in force\n";
+    return true;
+  }
   if (const auto why = WhyAnotherArm(*in_force, cell)) {
     std::cerr << fmt::format("{}this is another arm's cell: {}{}\n",
                              options.force ? "warning: " : "", *why,
                              options.force ? "" : "; --force takes it all the same");
     return options.force;
   }
-  if (const auto change_m = LargestChange(*in_force, cell, PosesWithinLimits(*in_force))) {
-    std::cerr << fmt::format(
-        "within the joint limits it moves the tip by up to {:.3f} mm from the model in force, "
-        "nothing carried\n",
-        1e3 * *change_m);
-  }
-  return true;
+  const Result<std::string> moves = MovesText(options.state, options.config, *in_force, cell);
+  std::cerr << (moves ? *moves : moves.error() + "\n");
+  return moves.ok();
 }
 
 int Propose(const ModelOptions& options) {
@@ -250,8 +275,19 @@ int RollBack(const ModelOptions& options) {
   if (!store) return Fail(store.error(), kExitFault);
   const Result<ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
+  const std::vector<int>& history = state->history;
+  const int before = history.size() < 2 ? 0 : history[history.size() - 2];
+  const Result<std::string> text = before == 0 ? Error{""} : store->Text(before);
+  FaultList ignored;  // a version that was in force, and may be left for another one
+  const auto cell = text ? CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
+  const auto in_force = ModelInForce(*store);
+  if (cell && in_force && !WhyAnotherArm(*in_force, *cell)) {
+    const Result<std::string> moves = MovesText(options.state, options.config, *in_force, *cell);
+    if (!moves) return Fail(moves.error(), kExitFault);
+    std::cerr << *moves;
+  }
   const Result<int> number = store.value().RollBack();
-  if (!number) return Fail(number.error(), state->history.size() < 2 ? kExitFault : kExitUsage);
+  if (!number) return Fail(number.error(), history.size() < 2 ? kExitFault : kExitUsage);
   return TellDaemon(options, *number);
 }
 
@@ -265,6 +301,11 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   model->footer(
       "Every version is kept in the folder `models` of the daemon's state_directory. A running\n"
       "daemon takes a change over between two cycles.");
+  const auto add_config = [&](CLI::App* command) {
+    command->add_option("--config", options->config,
+                        "The daemon's plumbline.toml, whose points are compared; default: the one "
+                        "that the\ndaemon noted in its state directory");
+  };
   const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
     CLI::App* command = model->add_subcommand(name, what);
@@ -274,11 +315,12 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
     command->callback([options, run, &exit_code] { exit_code = run(*options); });
     return command;
   };
-  CLI::App* list =
-      add("list", "All versions", List,
-          "Errors are root mean squares on rows that took no part in the fit.\n\n"
-          "Example:\n  plumbline model list\n\n"
-          "Exit codes: 0 listed, 1 no store there or a damaged one, 2 wrong arguments.");
+  CLI::App* list = add(
+      "list", "All versions", List,
+      "Errors are root mean squares on rows that took no part in the fit. Below the table: "
+      "why an\napplied version is not in force, where an edit of the cell file set it aside.\n\n"
+      "Example:\n  plumbline model list\n\n"
+      "Exit codes: 0 listed, 1 no store there or a damaged one, 2 wrong arguments.");
   list->add_flag("--json", options->json, "For programs");
 
   CLI::App* show =
@@ -298,13 +340,19 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   propose->add_option("--diagnosis", options->diagnosis, "The DIAGNOSIS.json it came with");
   propose->add_option("--report", options->report, "Its report, kept beside it");
   propose->add_flag("--force", options->force, "Even if it is another arm's");
+  add_config(propose);
 
   CLI::App* apply = add("apply", "Puts a version in force", Apply,
+                        "Tells on the error output where the corrected command of each configured "
+                        "point is now\nand will be, with its load. Writes a damaged state.json "
+                        "anew. The declared version,\napplied, confirms an edited cell file where "
+                        "a model was set aside for it.\n\n"
                         "Example:\n  plumbline model apply 4\n\n"
                         "Exit codes: 0 in force, 1 no such version or a faulty one, 2 not chosen, "
                         "or the daemon\ncould not be told.");
   apply->add_option("version", options->number, "Its number")->required();
   apply->add_flag("--force", options->force, "Even if it is another arm's");
+  add_config(apply);
 
   CLI::App* rollback = add(
       "rollback", "Puts the version in force that was so before", RollBack,
@@ -313,6 +361,7 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
       "told.");
   rollback->add_option("--to", options->number, "This version instead");
   rollback->add_flag("--force", options->force, "Even if that is another arm's");
+  add_config(rollback);
 }
 
 }  // namespace plumbline

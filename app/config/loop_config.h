@@ -23,7 +23,8 @@ struct LoopConfig {
   int probes_before_diagnosis = 10;  ///< since the change began
   double diagnosis_timeout_s = 3600;
   Apply apply = Apply::kAsk;
-  double max_change_m = 1e-3;                  ///< of a tip, for an automatic application
+  /// Of a measured tip and of a configured point's command, for an automatic application.
+  double max_change_m = 1e-3;
   std::int64_t journal_bytes = 1'000'000'000;  ///< then probes are refused
 };
 

@@ -92,13 +92,16 @@ CameraInput CameraInputFrom(const PlcCamera& camera) {
 }  // namespace
 
 CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
+    : CycleParts(config, std::make_shared<RobotLink>(std::move(device)), version) {}
+
+CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> kept, int version)
     : machine(config.machine),
       model_version(version),
       records_probes(config.loop.enabled),
       convention(config.plc.convention),
       encoder(convention, PointIds(config)),
       readable(ReadableRanges(config.machine.points.size())),
-      link(std::make_unique<RobotLink>(std::move(device))),
+      link(std::move(kept)),
       period_s(config.cycle_period_s) {
   if (config.robot.connection.push.enabled) {
     for (const int id : config.push_ids) {
@@ -151,18 +154,27 @@ void CyclicLoop::Stop() {
 }
 
 void CyclicLoop::Replace(std::unique_ptr<CycleParts> parts, const std::function<void()>& step) {
+  const bool link_kept = parts->link == parts_->link;
+  if (link_kept) {
+    const Snapshot last = *ReadSnapshot();
+    parts->machine.Prepare(parts_->machine.config(), last, clock_.UtcAt(MonotonicSeconds()));
+  }
   next_.store(parts.get());
   while (next_.load() != nullptr && !stop_) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  parts_->link->AskToStop();
-  while (!parts_->link->ended()) {
+  if (!link_kept) EndLink(*parts_->link, step);
+  parts_ = std::move(parts);
+  if (!link_kept) parts_->link->Start();
+}
+
+void CyclicLoop::EndLink(RobotLink& link, const std::function<void()>& step) {
+  link.AskToStop();
+  while (!link.ended()) {
     step();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  parts_->link->Stop();
-  parts_ = std::move(parts);
-  parts_->link->Start();
+  link.Stop();
 }
 
 LoopCounters CyclicLoop::counters() const {
@@ -175,7 +187,9 @@ void CyclicLoop::Run() {
   while (!stop_) {
     CycleParts* const next = next_.load();
     if (next != nullptr) {
-      next->machine.TakeOver(parts->machine);
+      next->machine.TakeOver(parts->machine, next->link == parts->link
+                                                 ? Machine::RobotLinkIs::kKept
+                                                 : Machine::RobotLinkIs::kNew);
       parts = next;
       environment_.cycle_period_s = parts->period_s;
     }
@@ -230,10 +244,10 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
   input.probes_pending = parts.records_probes && !environment_.loop.settled;
-  input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
-                                                   CameraWarnings(environment_.cameras) |
-                                                   SceneWarnings(environment_.scene, begin_s) |
-                                                   (two_masters ? warning::kTwoMasters : 0));
+  input.loop_warnings = static_cast<std::uint16_t>(
+      LoopWarnings(environment_.loop.state) | CameraWarnings(environment_.cameras) |
+      SceneWarnings(environment_.scene, begin_s) | (two_masters ? warning::kTwoMasters : 0) |
+      (parts.model_set_aside ? warning::kModelSetAside : 0));
   const bool scene_fresh = IsFresh(environment_.scene, begin_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;

@@ -21,14 +21,18 @@ namespace plumbline {
 /// Everything of one configuration that the cycle uses; replaced as a whole on reload.
 struct CycleParts {
   CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version);
+  /// @param kept  the link of the parts that these replace, which goes on
+  CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> kept, int version);
 
   Machine machine;
-  int model_version;    ///< of the machine's cell; 0: not known to the model store
-  bool records_probes;  ///< [loop] enabled
+  int model_version;             ///< of the machine's cell; 0: not known to the model store
+  bool records_probes;           ///< [loop] enabled
+  bool model_set_aside = false;  ///< an applied version is not in force
   PlcConvention convention;
   PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;
-  std::unique_ptr<RobotLink> link;
+  RobotSetUp robot;                 ///< that the link was made from
+  std::shared_ptr<RobotLink> link;  ///< shared only while one replaces the other
   double period_s;
   struct PushSlot {
     std::size_t point;  ///< index of the configured point
@@ -64,9 +68,10 @@ class CyclicLoop {
   /// Ends the cycle and the robot link, which withdraws what it pushed.
   void Stop();
 
-  /// Hands over a new configuration, which goes on from the former's values, and waits until its
-  /// first cycle was published. The new robot link starts when the old one has withdrawn what it
-  /// pushed: the slots may be others now.
+  /// Hands over a new configuration, which goes on from the values of the one before, and waits
+  /// until its first cycle was published. With the same robot link, no point is withdrawn that the
+  /// new model can correct: its points are solved before the cycle takes it over. A new robot link
+  /// starts when the old one has withdrawn what it pushed: the slots may be others now.
   /// @param step  called every few milliseconds while the old link ends, which may take its
   /// time-outs
   void Replace(
@@ -88,6 +93,7 @@ class CyclicLoop {
  private:
   void Run();
   void OneCycle(CycleParts& parts, double tick_s);
+  void EndLink(RobotLink& link, const std::function<void()>& step);
   void HandOver(const CycleParts& parts, const Snapshot& snapshot);
   void Publish(CycleParts& parts, const Snapshot& snapshot);
 

@@ -22,6 +22,7 @@
 #include "app/daemon/view_side.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
+#include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/service_manager.h"
@@ -48,32 +49,61 @@ double RobotPatience_s(const DaemonConfig& config) {
   return kPatience_s + kRequestsInARow * config.robot.connection.timeout_s;
 }
 
-std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force) {
+/// @param in_use  the parts in force, whose robot link goes on where nothing of it changed; nullptr
+///                at the start
+std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const CycleParts* in_use) {
   const DaemonConfig& config = in_force.config;
   if (const auto why_not = WhyNotUsable(config.machine.cell)) {
     Log({Event::kFileFault, fmt::format("{}: {}", config.cell_file, *why_not)});
     return nullptr;
   }
-  Result<std::unique_ptr<RobotDevice>> robot = RobotFrom(config);
-  if (!robot) {
-    Log({Event::kRobotSetUp, fmt::format("robot: {}", robot.error())});
+  const auto refuse = [](const std::string& why) {
+    Log({Event::kRobotSetUp, fmt::format("robot: {}", why)});
     return nullptr;
+  };
+  Result<RobotSetUp> robot = RobotSetUpOf(config);
+  if (!robot) return refuse(robot.error());
+  std::shared_ptr<RobotLink> link;
+  if (in_use != nullptr && in_use->robot == *robot) {
+    link = in_use->link;
+  } else {
+    Result<std::unique_ptr<RobotDevice>> device = MakeRobot(robot->transport, robot->connection);
+    if (!device) return refuse(device.error());
+    link = std::make_shared<RobotLink>(std::move(device).value());
   }
-  return std::make_unique<CycleParts>(config, std::move(robot).value(), in_force.models.applied);
+  auto parts = std::make_unique<CycleParts>(config, std::move(link), in_force.models.applied);
+  parts->robot = std::move(robot).value();
+  parts->model_set_aside = !in_force.set_aside.empty();
+  return parts;
 }
 
 void TellModel(const ConfigInForce& in_force) {
   const ModelState& models = in_force.models;
   SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
+  if (!in_force.set_aside.empty()) Log({Event::kModelSetAside, in_force.set_aside});
   if (models.applied == models.declared) return;
   Log({Event::kModelInForce,
        fmt::format("model version {} in force in place of the cell file", models.applied)});
 }
 
-Reporter ReporterFor(const DaemonConfig& config) {
+std::vector<Reporter::PointName> PointNames(const DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
   for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
-  return {std::move(names), Log};
+  return names;
+}
+
+Reporter ReporterFor(const DaemonConfig& config) {
+  return {PointNames(config), Log};
+}
+
+/// For `plumbline model apply`, which says by how much these points move.
+void NoteConfigurationOf(const DaemonConfig& config) {
+  if (const auto noted = NoteConfiguration(config.state_directory, config.file); !noted) {
+    Log({Event::kStateDirectory,
+         fmt::format("state directory: {}; `plumbline model apply` does not know this daemon's "
+                     "points unless it is given --config",
+                     noted.error())});
+  }
 }
 
 /// What runs until a signal ends it.
@@ -96,7 +126,8 @@ void Reload(Running& running, Reporter& reporter) {
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, started.state_directory);
   LogFaults(faults);
-  std::unique_ptr<CycleParts> parts = in_force ? PartsFrom(*in_force) : nullptr;
+  std::unique_ptr<CycleParts> parts =
+      in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;
   if (!parts) {
     Log({Event::kNotReloaded, "configuration not reloaded; the former one stays in force"});
     return;
@@ -118,7 +149,8 @@ void Reload(Running& running, Reporter& reporter) {
   }
   running.worker.Configure(fresh,
                            in_force->models);  // first: it judges the new machine's first probe too
-  // The old link may have a reading under way, and withdraws what it pushed.
+  const bool link_kept = parts->link == running.loop.parts().link;
+  // An old link may have a reading under way, and withdraws what it pushed.
   const double begin_s = MonotonicSeconds();
   double fed_s = begin_s;
   running.loop.Replace(std::move(parts), [&] {
@@ -133,7 +165,11 @@ void Reload(Running& running, Reporter& reporter) {
   running.view.Configure(fresh);
   running.robot_patience_s = RobotPatience_s(fresh);
   running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
-  reporter = ReporterFor(fresh);
+  if (link_kept) {
+    reporter.Configure(PointNames(fresh), fresh.machine.cell.domain.has_value());
+  } else {
+    reporter = ReporterFor(fresh);
+  }
   Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
   TellModel(*in_force);
 }
@@ -260,7 +296,9 @@ int RunDaemon(const std::string& config_file) {
   LogFaults(faults);
   if (!in_force) {
     Log({Event::kNotStarted,
-         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file)});
+         fmt::format("not started: first mend what is told above of {} and of its state directory "
+                     "(`plumbline check` tells the same)",
+                     config_file)});
     return 1;
   }
   const DaemonConfig* const config = &in_force->config;
@@ -273,7 +311,8 @@ int RunDaemon(const std::string& config_file) {
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 
-  std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
+  if (announced) NoteConfigurationOf(*config);
+  std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
   if (!parts) return 1;
   LoopLink link;
   ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());
@@ -287,7 +326,9 @@ int RunDaemon(const std::string& config_file) {
   // what this start is: numbers of points, none of them valid.
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
-  first_image.registers = parts->encoder.Encode(parts->machine.Cycle({}),
+  MachineInput nothing;
+  nothing.loop_warnings = parts->model_set_aside ? warning::kModelSetAside : std::uint16_t{0};
+  first_image.registers = parts->encoder.Encode(parts->machine.Cycle(nothing),
                                                 EnvironmentAtStart(boot_count, parts->period_s));
   first_image.bits.resize(plc_map::kBits);
   Latest<modbus::RegisterImage> images(1, first_image);

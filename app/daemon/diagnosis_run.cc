@@ -14,7 +14,9 @@
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
+#include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
+#include "app/service/utc_clock.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/statistics/median.h"
 
@@ -50,6 +52,17 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
                     "counts as noise of the diagnosis, and effects below it cannot be seen; use "
                     "finer registers (universal-robots-fine)",
                     radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m)});
+}
+
+/// The least and the greatest mass that was carried.
+std::vector<double> Loads(const std::vector<JournalRow>& rows) {
+  std::vector<double> masses_kg;
+  for (const JournalRow& row : rows) {
+    if (row.payload_kg) masses_kg.push_back(*row.payload_kg);
+  }
+  if (masses_kg.empty()) return {};
+  const auto [least, most] = std::minmax_element(masses_kg.begin(), masses_kg.end());
+  return {*least, *most};
 }
 
 }  // namespace
@@ -162,6 +175,14 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
   }
   const Result<double> change_m = LargestChange(config.machine.cell, *cell, poses);
   if (change_m) facts.change_mm = 1e3 * *change_m;
+  const PointMoves moves =
+      MovesOfPoints(config.machine, config.machine.cell, CellOfSession(*cell, ""),
+                    ComputerUtcSeconds(), Loads(rows_));
+  const bool all_compared = std::all_of(moves.all.begin(), moves.all.end(),
+                                        [](const PointMove& move) { return move.Compared(); });
+  if (const PointMove* const largest = moves.Largest(); largest != nullptr && all_compared) {
+    facts.points_change_mm = 1e3 * largest->Distance_m();
+  }
   facts.from = fmt::format("drift alarm of row {} of the journal", alarm_row_);
   facts.based_on = applied_model_;
 
@@ -178,7 +199,9 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
                     ModelCommand(fmt::format("apply {}", *number), config.state_directory));
     return outcome;
   }
-  const std::string objection = WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts, config.loop));
+  const bool has_points = !config.machine.points.empty();
+  const std::string objection =
+      WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts, config.loop, has_points));
   if (!objection.empty()) {
     outcome.told =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
@@ -191,7 +214,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
   return outcome;
 }
 
-std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop) {
+std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop, bool has_points) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
   if (!facts.implausible.empty()) {
@@ -204,6 +227,15 @@ std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop) {
   if (*facts.change_mm > 1e3 * loop.max_change_m) {
     return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,
                        1e3 * loop.max_change_m);
+  }
+  if (!has_points) return {};
+  if (!facts.points_change_mm) {
+    return "by how much it moves the configured points is not known: one of them cannot be "
+           "corrected";
+  }
+  if (*facts.points_change_mm > 1e3 * loop.max_change_m) {
+    return fmt::format("it moves a configured point by {:.3f} mm, loop.max_change_mm is {:g}",
+                       *facts.points_change_mm, 1e3 * loop.max_change_m);
   }
   return {};
 }

@@ -57,6 +57,7 @@ class DiagnosisRun {
 };
 
 /// Why a model must wait for a person although loop.apply is "automatic"; empty: it need not.
-std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop);
+/// @param has_points  the configuration names points, so that their move counts, too
+std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop, bool has_points);
 
 }  // namespace plumbline

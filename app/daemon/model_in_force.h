@@ -14,14 +14,20 @@ struct ConfigInForce {
   DaemonConfig config;                ///< its cell is the applied version's
   std::string asked_state_directory;  ///< what the file says; another one needs a restart
   ModelState models;  ///< all 0 where the store cannot be used; that is among the faults
+  /// Why an applied model is not in force, or may not be; empty where none is set aside.
+  std::string set_aside;
 };
 
 /// Reads the configuration, notes its cell file in the model store of its state directory, and
-/// reads it once more with the applied version where that is another one. A store that cannot be
-/// used is a warning: the cell file is in force then.
+/// reads it once more with the applied version where that is another one.
+///
+/// What the store holds and cannot be read is never replaced by the cell file: that is a fault. A
+/// store that is not there, or that cannot be written, is a warning: the cell file is in force
+/// then, or the version that was applied to it.
 /// @param state_directory  of the daemon that runs already, in place of what the file says; empty:
 ///                         as the file says
-/// @return nothing where the configuration, its files or the applied version have a fault
+/// @return nothing where the configuration, its files, the store or the applied version have a
+/// fault
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
                                                const std::string& state_directory = "");
 

@@ -73,6 +73,12 @@ std::string FaultText(const ProbeIntake& probes) {
 Reporter::Reporter(std::vector<PointName> points, LogSink sink)
     : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
 
+void Reporter::Configure(std::vector<PointName> points, bool fitted) {
+  points_ = std::move(points);
+  fitted_ = fitted;
+  codes_.assign(points_.size(), std::nullopt);
+}
+
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
                        const RobotLinkStatus& link) {
   ObserveLink(link, snapshot.now_s);

@@ -37,14 +37,14 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
 
 }  // namespace
 
-Result<std::unique_ptr<RobotDevice>> RobotFrom(const DaemonConfig& config) {
-  RobotConnection connection = config.robot.connection;
-  if (config.robot.transport == "replay") {
+Result<RobotSetUp> RobotSetUpOf(const DaemonConfig& config) {
+  RobotSetUp robot{config.robot.transport, config.robot.connection, config.push_ids};
+  if (robot.transport == "replay") {
     Result<ReplayRows> replay = ReplayFrom(config);
     if (!replay) return Error{replay.error()};
-    connection.replay = std::move(replay).value();
+    robot.connection.replay = std::move(replay).value();
   }
-  return MakeRobot(config.robot.transport, connection);
+  return robot;
 }
 
 std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) {

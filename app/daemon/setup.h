@@ -6,8 +6,17 @@
 
 namespace plumbline {
 
-/// @return the device, or why it cannot be made (a replay file with faults, a bad setting)
-Result<std::unique_ptr<RobotDevice>> RobotFrom(const DaemonConfig& config);
+/// All that a robot link, and what is pushed over it, is made from. A configuration with an equal
+/// one goes on with the link that runs.
+struct RobotSetUp {
+  std::string transport;
+  RobotConnection connection;  ///< with the rows of a replay
+  std::vector<int> push_ids;
+
+  bool operator==(const RobotSetUp&) const = default;
+};
+/// @return why there is none: a replay file with faults
+Result<RobotSetUp> RobotSetUpOf(const DaemonConfig& config);
 
 /// The addresses of the register map that may be read with this many points.
 std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);

@@ -40,7 +40,7 @@ CheckUp Examine(const std::string& config_file, const std::string& user) {
   if (!config) return found;
   add({LookAtState(config->state_directory, account)});
   FaultList applied;
-  AddFaultsOfAppliedModel(config->state_directory, applied);
+  AddFaultsOfModelStore(config->state_directory, config->cell_file, applied);
   add(FaultsOf(applied, "model in force", "plumbline model list, then apply or rollback"));
   add(LookAtPrograms(*config, OwnFolder()));
   add(LookAtDaemon(*config));

@@ -23,7 +23,10 @@ constexpr EventEntry kEntries[] = {
      "give the tool as a beam, or compliances"},
     {Event::kReloaded, "reloaded", LogLevel::kNotice, "99bc55caa6ab45acaee3fe0e6c46269a", "service",
      "configuration ... reloaded",
-     "SIGHUP was obeyed; until the robot was read anew, some cycles, no point was valid", ""},
+     "SIGHUP was obeyed, between two cycles. Points stay valid; where [robot] or [push] changed, "
+     "not "
+     "until the robot was read anew, some cycles",
+     ""},
     {Event::kNotReloaded, "not-reloaded", LogLevel::kError, "3ce54784ff8245b393e99f9f9e3b03a6",
      "service", "configuration not reloaded",
      "the new file has faults, told above; the former stays in force", "mend them"},
@@ -164,6 +167,14 @@ constexpr EventEntry kEntries[] = {
     {Event::kModelInForce, "model-in-force", LogLevel::kNotice, "83d6e24b4e004cd2b7efa266a9c4be5d",
      "loop", "model version N in force in place of the cell file",
      "somebody applied it, or `apply = \"automatic\"`", ""},
+    {Event::kModelSetAside, "model-set-aside", LogLevel::kWarning,
+     "749e9eab0a0649cc993826bfd73025dd", "loop",
+     "model version N is set aside: ..., whether a model was applied is not known: ...",
+     "the cell file means another cell than the one that version was applied to, by the keys told; "
+     "points are corrected by the cell file alone. Warning bit 13, at every start too, until a "
+     "version is applied",
+     "`plumbline model apply N` takes it all the same, `plumbline model apply` of the declared one "
+     "confirms the cell file; or measure and diagnose anew"},
     {Event::kMonitorLearnt, "monitor-learnt", LogLevel::kNotice, "dd59c47f17a747bf81a5c271c5e0869b",
      "loop", "drift monitor has its reference: ...",
      "it has learnt the present state, and watches from now on", ""},

@@ -61,6 +61,7 @@ enum class Event : std::uint8_t {
   kOneMaster,
   // loop
   kModelInForce,
+  kModelSetAside,
   kMonitorLearnt,
   kDriftAlarm,
   kDriftStands,

@@ -61,19 +61,25 @@ std::string JsonFrom(const ModelFacts& facts) {
   Put(object, "rms_before_mm", facts.rms_before_mm);
   Put(object, "rms_after_mm", facts.rms_after_mm);
   Put(object, "change_mm", facts.change_mm);
+  Put(object, "points_change_mm", facts.points_change_mm);
   if (!facts.implausible.empty()) object["implausible"] = facts.implausible;
   Put(object, "remainder_share", facts.remainder_share);
   return object.dump(1) + "\n";
 }
 
 std::string JsonFrom(const ModelState& state) {
-  return json{{"schema", kModelSchema},
-              {"declared", state.declared},
-              {"applied", state.applied},
-              {"proposed", state.proposed},
-              {"history", state.history}}
-             .dump(1) +
-         "\n";
+  json object = {{"schema", kModelSchema},
+                 {"declared", state.declared},
+                 {"applied", state.applied},
+                 {"proposed", state.proposed},
+                 {"history", state.history}};
+  if (const auto& aside = state.set_aside) {
+    object["set_aside"] = {{"version", aside->version},
+                           {"declared", aside->declared},
+                           {"changes", aside->changes},
+                           {"withdrawn", aside->withdrawn}};
+  }
+  return object.dump(1) + "\n";
 }
 
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
@@ -99,6 +105,7 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.rms_before_mm = NumberIn(object, "rms_before_mm");
   facts.rms_after_mm = NumberIn(object, "rms_after_mm");
   facts.change_mm = NumberIn(object, "change_mm");
+  facts.points_change_mm = NumberIn(object, "points_change_mm");
   return facts;
 }
 
@@ -120,6 +127,15 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
     if (!version) return std::nullopt;
     state.history.push_back(*version);
   }
+  if (const auto aside = object.find("set_aside"); aside != object.end()) {
+    const auto version = WholeIn(*aside, "version"), declared = WholeIn(*aside, "declared");
+    if (!version || !declared) return std::nullopt;
+    state.set_aside = SetAside{*version, *declared, TextsIn(*aside, "changes"),
+                               WholeIn(*aside, "withdrawn").value_or(0)};
+  }
+  // What the store writes fits together; a file that does not was changed by something else.
+  const int in_force = state.history.empty() ? 0 : state.history.back();
+  if (state.applied != in_force || state.declared < 0 || state.proposed < 0) return std::nullopt;
   return state;
 }
 

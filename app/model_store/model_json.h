@@ -14,7 +14,7 @@ int SchemaInJson(const std::string& text);
 
 std::string JsonFrom(const ModelFacts& facts);
 std::string JsonFrom(const ModelState& state);
-/// Nothing where the text is not what JsonFrom() writes.
+/// Nothing where the text is not what JsonFrom() writes, or its numbers contradict each other.
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text);
 std::optional<ModelState> ModelStateFromJson(const std::string& text);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -11,11 +12,14 @@
 
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
+#include "app/model_store/cell_difference.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"
 
 namespace plumbline {
 namespace {
+
+constexpr std::size_t kMostChangesKept = 50, kMostChangesTold = 4;
 
 /// A file that only a newer version understands is left as it is.
 std::optional<Error> WrittenByNewer(const std::string& path, const std::string& text) {
@@ -27,6 +31,15 @@ std::optional<Error> WrittenByNewer(const std::string& path, const std::string& 
                   path, schema, kModelSchema)};
 }
 
+/// The first of them; the rest by its number.
+std::vector<std::string> FirstOf(std::vector<std::string> texts, std::size_t most) {
+  if (texts.size() <= most) return texts;
+  const std::size_t more = texts.size() - most;
+  texts.resize(most);
+  texts.push_back(fmt::format("and {} more", more));
+  return texts;
+}
+
 }  // namespace
 
 std::string ModelCommand(const std::string& words, const std::string& state_directory) {
@@ -34,11 +47,33 @@ std::string ModelCommand(const std::string& words, const std::string& state_dire
                      state_directory == kUsualStateDirectory ? "" : " --state " + state_directory);
 }
 
+std::string SetAsideText(const ModelState& state, const std::string& state_directory) {
+  const SetAside& aside = *state.set_aside;
+  const std::string why =
+      aside.changes.empty()
+          ? "the cell file was changed, and is by now what it was before"
+          : fmt::format("the cell file changed since: {}",
+                        fmt::join(FirstOf(aside.changes, kMostChangesTold), "; "));
+  const std::string withdrawn =
+      aside.withdrawn == 0
+          ? ""
+          : fmt::format(" Version {}, which was proposed, waits no longer.", aside.withdrawn);
+  return fmt::format(
+      "model version {} is set aside: {}. Points are corrected by the cell file (version {}), "
+      "without what version {} adds to it.{} {} takes version {} all the same, {} confirms the "
+      "cell file",
+      aside.version, why, state.applied, aside.version, withdrawn,
+      ModelCommand(fmt::format("apply {}", aside.version), state_directory), aside.version,
+      ModelCommand(fmt::format("apply {}", state.applied), state_directory));
+}
+
 Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   ModelStore store(state_directory + "/models");
   std::error_code error;
   std::filesystem::create_directories(store.folder_, error);
   if (error) return Error{fmt::format("{}: cannot be made: {}", store.folder_, error.message())};
+  static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
+  if (error) return Error{fmt::format("{}: cannot be read: {}", store.folder_, error.message())};
   return store;
 }
 
@@ -69,19 +104,42 @@ std::vector<int> ModelStore::Numbers() const {
 }
 
 Result<ModelState> ModelStore::State() const {
-  const std::string path = folder_ + "/state.json";
-  if (!std::filesystem::exists(path)) return ModelState{};
+  bool damaged = false;
+  return ReadState(damaged);
+}
+
+Result<ModelState> ModelStore::ReadState(bool& damaged) const {
+  const std::string path = StateFile();
+  const auto lost = [&](const std::string& what) {
+    damaged = true;
+    const std::string directory = std::filesystem::path(folder_).parent_path().string();
+    return Error{fmt::format(
+        "{}: {}, so that nobody knows which model was in force, and the cell file is not taken "
+        "in its place; {} names the versions, {} puts one in force and writes the file anew",
+        path, what, ModelCommand("list", directory), ModelCommand("apply N", directory))};
+  };
+  std::error_code hidden;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(path, hidden))) {
+    const std::vector<int> numbers = Numbers();
+    if (numbers.empty()) return ModelState{};
+    return lost(fmt::format("is missing, and {} version{} there", numbers.size(),
+                            numbers.size() == 1 ? " is" : "s are"));
+  }
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return Error{fmt::format("{}: {}", path, text.error())};
+  if (!text) return lost("cannot be read: " + text.error());
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
-  if (!state) {
-    return Error{
-        fmt::format("{}: is not a state of the model store; move it away, then choose by "
-                    "`plumbline model apply N`",
-                    path)};
-  }
+  if (!state) return lost(text->empty() ? "is empty" : "is damaged");
   return *state;
+}
+
+int ModelStore::NewestDeclared() const {
+  const std::vector<int> numbers = Numbers();
+  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+    const Result<ModelFacts> facts = Facts(*number);
+    if (facts && facts->origin == ModelFacts::Origin::kDeclared) return *number;
+  }
+  return 0;
 }
 
 Result<ModelFacts> ModelStore::Facts(int number) const {
@@ -132,29 +190,57 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
 }
 
 Result<bool> ModelStore::WriteState(const ModelState& state) {
-  return WriteDurably(folder_ + "/state.json", JsonFrom(state));
+  return WriteDurably(StateFile(), JsonFrom(state));
+}
+
+Result<bool> ModelStore::BeginState() {
+  std::error_code hidden;
+  if (std::filesystem::exists(StateFile(), hidden) || hidden) return true;
+  return WriteState({});
 }
 
 Result<int> ModelStore::Declare(const std::string& text, const std::string& file) {
+  const auto means_the_same = [&](int declared) {
+    const Result<std::string> known = declared == 0 ? Error{""} : Text(declared);
+    return known && CellTextDifferences(*known, text).empty();
+  };
+  {  // without the lock: nothing is to be written, which a full disk could not do
+    const Result<ModelState> present = State();
+    if (present && means_the_same(present->declared)) return present->declared;
+  }
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
   if (!lock) return Error{lock.error()};
-  Result<ModelState> state = State();
-  if (!state) return Error{state.error()};
-  if (state->declared != 0) {
-    const Result<std::string> former = Text(state->declared);
-    if (former && *former == text) return state->declared;
-  }
+  Result<ModelState> read = State();
+  if (!read) return Error{read.error()};
+  ModelState state = std::move(read).value();
+  if (means_the_same(state.declared)) return state.declared;
+  const Result<bool> begun = BeginState();
+  if (!begun) return Error{begun.error()};
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
   facts.date = UtcNow();
   facts.from = file;
-  Result<int> number = AddVersion(text, facts, "");
+  const Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
-  state.value().declared = *number;
-  state.value().applied = *number;
-  state.value().proposed = 0;  // it was made for another cell
-  state.value().history.push_back(*number);
-  const Result<bool> kept = WriteState(*state);
+
+  const bool was_aside = state.set_aside.has_value();
+  if (!was_aside && state.applied != state.declared) {
+    state.set_aside = SetAside{state.applied, state.declared, {}, 0};
+  }
+  if (state.set_aside) {
+    SetAside& aside = *state.set_aside;
+    const Result<std::string> then = Text(aside.declared);
+    aside.changes = then ? FirstOf(CellTextDifferences(*then, text), kMostChangesKept)
+                         : std::vector<std::string>{"not known: " + then.error()};
+    if (state.proposed != 0) aside.withdrawn = state.proposed;
+  }
+  // Nobody chose what was declared since: a rollback leads past it.
+  if (was_aside && !state.history.empty()) state.history.pop_back();
+  state.history.push_back(*number);
+  state.declared = *number;
+  state.applied = *number;
+  state.proposed = 0;  // it was made for another cell
+  const Result<bool> kept = WriteState(state);
   if (!kept) return Error{kept.error()};
   return *number;
 }
@@ -165,6 +251,8 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};
+  const Result<bool> begun = BeginState();
+  if (!begun) return Error{begun.error()};
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
@@ -178,16 +266,26 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
 Result<bool> ModelStore::Apply(int number) {
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
   if (!lock) return Error{lock.error()};
-  Result<ModelState> state = State();
-  if (!state) return Error{state.error()};
+  bool damaged = false;
+  const Result<ModelState> read = ReadState(damaged);
+  if (!read && !damaged) return Error{read.error()};
   const Result<std::string> text = Text(number);
   if (!text) return Error{text.error()};
-  state.value().proposed = 0;
-  if (state->applied != number) {
-    state.value().applied = number;
-    state.value().history.push_back(number);
+  ModelState state;
+  if (read) {
+    state = *read;
+  } else {
+    state.declared = NewestDeclared();
+    std::error_code gone;  // where it is missing there is nothing to keep
+    std::filesystem::rename(StateFile(), StateFile() + ".damaged", gone);
   }
-  return WriteState(*state);
+  state.proposed = 0;
+  state.set_aside.reset();
+  if (state.applied != number) {
+    state.applied = number;
+    state.history.push_back(number);
+  }
+  return WriteState(state);
 }
 
 Result<int> ModelStore::RollBack() {
@@ -199,6 +297,7 @@ Result<int> ModelStore::RollBack() {
   if (history.size() < 2) return Error{"no version was in force before the present one"};
   history.pop_back();
   state.value().applied = history.back();
+  state.value().set_aside.reset();
   const Result<std::string> text = Text(history.back());
   if (!text) return Error{text.error()};
   const Result<bool> kept = WriteState(*state);

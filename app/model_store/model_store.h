@@ -23,11 +23,23 @@ struct ModelFacts {
   std::vector<std::string> implausible;   ///< what a sound machine does not show, in words
   std::optional<double> remainder_share;  ///< of the correction that has no name; absent: none
   std::optional<double> change_mm;        ///< largest change of a predicted tip on the rows used
+  /// Largest move of a configured point's corrected command at its loads; absent: not known.
+  std::optional<double> points_change_mm = std::nullopt;
 };
 
 struct ModelVersion {
   int number = 0;
   ModelFacts facts;
+};
+
+/// An applied version that an edit of the cell file took out of force.
+struct SetAside {
+  int version = 0;                   ///< that a person, or the daemon, had applied
+  int declared = 0;                  ///< the declared version beside which it was in force
+  std::vector<std::string> changes;  ///< of the cell file since, as CellDifferences() has them
+  int withdrawn = 0;                 ///< a proposal that the edit withdrew; 0: none waited
+
+  bool operator==(const SetAside&) const = default;
 };
 
 /// Which versions are what. 0: none.
@@ -36,6 +48,8 @@ struct ModelState {
   int applied = 0;           ///< in force
   int proposed = 0;          ///< waiting for a person
   std::vector<int> history;  ///< applied before, oldest first; the last one is the present
+  /// Until a person applies a version, this one or another.
+  std::optional<SetAside> set_aside = std::nullopt;
 
   bool operator==(const ModelState&) const = default;
 };
@@ -44,18 +58,29 @@ struct ModelState {
 /// one.
 std::string ModelCommand(const std::string& words, const std::string& state_directory);
 
+/// Why the model that was applied is not in force, what that means and what to do, in a paragraph.
+/// @param state  with set_aside
+std::string SetAsideText(const ModelState& state, const std::string& state_directory);
+
 /// A folder `models` in the state directory:
 ///   0007.toml   the model, never written again
 ///   0007.json   its facts, likewise; the version exists once this file stands
 ///   0007.html   its report, if any
 ///   state.json  which version is declared, proposed, applied; replaced as a whole
-/// Writers hold the lock file `lock`; readers need none. A cut at any point leaves the former state
-/// or the new one; files of a version that was not completed are overwritten by the next.
+/// Writers hold the lock file `lock`; readers need none. A cut at any point leaves the previous
+/// state or the new one; files of a version that was not completed are overwritten by the next.
+///
+/// Two kinds of failure are kept apart. Open() fails where there is no store to be had: the folder
+/// cannot be made, or cannot be looked into. State() fails where there is a store and its state
+/// cannot be read: nobody may then take another model for the one in force, see State().
 class ModelStore {
  public:
   /// Makes the folder where there is none.
   static Result<ModelStore> Open(const std::string& state_directory);
 
+  /// All 0 where the store holds no version yet. An error where state.json is damaged, cannot be
+  /// read, is of a newer version, or is missing although there are versions: which one was in force
+  /// is then not known, and the error names the command that decides it.
   Result<ModelState> State() const;
   /// All complete versions, ascending.
   Result<std::vector<ModelVersion>> Versions() const;
@@ -64,15 +89,20 @@ class ModelStore {
   std::string ModelFile(int number) const;
   std::string ReportFile(int number) const;
 
-  /// Notes the content of the configured cell file. New content becomes a version of its own and
-  /// is in force from then on: somebody edited the cell. @return the version declared
+  /// Notes the content of the configured cell file. A text that means the same cell as the version
+  /// declared before changes nothing, and nothing is written. Another cell becomes a version of its
+  /// own and is in force from then on: somebody edited the cell. Where another version than the
+  /// declared one was applied, it is set aside. @return the version declared
   Result<int> Declare(const std::string& text, const std::string& file);
 
   /// Keeps a model as a new version and marks it as proposed.
   /// @param report  path of a report to keep beside it; empty: none
   Result<int> Propose(const std::string& text, ModelFacts facts, const std::string& report);
 
-  /// Puts a version in force. A proposal is withdrawn when it, or anything else, is applied.
+  /// Puts a version in force; one that was set aside no longer waits for a decision. A proposal is
+  /// withdrawn when it, or anything else, is applied. A state that cannot be read is written anew:
+  /// the newest version that was declared counts as the declared one, the history is lost, and the
+  /// damaged file is kept as state.json.damaged.
   Result<bool> Apply(int number);
 
   /// Puts the version in force that was so before the present one. @return its number
@@ -80,6 +110,13 @@ class ModelStore {
 
  private:
   explicit ModelStore(std::string folder) : folder_(std::move(folder)) {}
+  std::string StateFile() const { return folder_ + "/state.json"; }
+  /// @param damaged  set where a person may have the state written anew
+  Result<ModelState> ReadState(bool& damaged) const;
+  /// The version last declared, as far as the versions' facts can be read; 0: none.
+  int NewestDeclared() const;
+  /// Where there is no state yet, writes an empty one: from now on a missing file is a lost one.
+  Result<bool> BeginState();
   std::string Path(int number, const char* suffix) const;
   Result<int> AddVersion(const std::string& text, const ModelFacts& facts,
                          const std::string& report);

@@ -1,10 +1,14 @@
 #include "app/model_store/usable_model.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 
 #include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/model_store/cell_difference.h"
 #include "app/model_store/model_store.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"
@@ -59,23 +63,15 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
   return std::nullopt;
 }
 
-void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults) {
-  AppliedModel(state_directory, faults);
-}
+namespace {
 
-std::optional<CellModel> AppliedModel(const std::string& state_directory, FaultList& faults) {
-  std::error_code hidden;
-  if (!std::filesystem::exists(state_directory + "/models/state.json", hidden)) return std::nullopt;
-  const Result<ModelStore> store = ModelStore::Open(state_directory);
-  const Result<ModelState> state = store ? store->State() : Error{store.error()};
-  if (!state) {
-    faults.Add({Fault::Severity::kWarning, state_directory, 0, "",
-                "models are not kept, the cell file is in force: " + state.error()});
-    return std::nullopt;
-  }
-  if (state->applied == state->declared) return std::nullopt;
-  const std::string file = store->ModelFile(state->applied);
-  const Result<std::string> text = store->Text(state->applied);
+/// The version in force in place of the cell file: whether it can be read and used.
+/// @return  the model, where nothing is wrong with it
+std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const ModelState& state,
+                                            const std::string& state_directory,
+                                            FaultList& faults) {
+  const std::string file = store.ModelFile(state.applied);
+  const Result<std::string> text = store.Text(state.applied);
   FaultList own;
   std::optional<CellModel> cell;
   if (text) {
@@ -92,10 +88,54 @@ std::optional<CellModel> AppliedModel(const std::string& state_directory, FaultL
   faults.Append(own);
   faults.Add(
       {Fault::Severity::kFault, file, 0, "",
-       fmt::format("version {} is in force, but cannot be used; choose another by {} or {}",
-                   state->applied, ModelCommand("rollback", state_directory),
-                   ModelCommand(fmt::format("apply {}", state->declared), state_directory))});
+       fmt::format("version {} is in force, but cannot be used, and the cell file is not taken in "
+                   "its place; choose another by {} or {}",
+                   state.applied, ModelCommand("rollback", state_directory),
+                   ModelCommand(fmt::format("apply {}", state.declared), state_directory))});
   return std::nullopt;
+}
+
+/// An edit of the cell file that the daemon has not read yet.
+void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::string& cell_file,
+                FaultList& faults) {
+  const Result<std::string> declared = store.Text(state.declared), now = ReadTextFile(cell_file);
+  if (!declared || !now) return;
+  std::vector<std::string> changes = CellTextDifferences(*declared, *now);
+  if (changes.empty()) return;
+  faults.Add(
+      {Fault::Severity::kWarning, cell_file, 0, "",
+       fmt::format("differs from the cell that model version {} was applied to ({}{}): at its next "
+                   "start or reload the daemon sets version {} aside and corrects by this file",
+                   state.applied, changes.front(),
+                   changes.size() == 1 ? "" : fmt::format(", and {} more", changes.size() - 1),
+                   state.applied)});
+}
+
+}  // namespace
+
+std::optional<CellModel> AddFaultsOfModelStore(const std::string& state_directory,
+                                               const std::string& cell_file, FaultList& faults) {
+  const std::string folder = state_directory + "/models", file = folder + "/state.json";
+  std::error_code hidden;
+  static_cast<void>(std::filesystem::directory_iterator(folder, hidden));
+  if (hidden) return std::nullopt;
+  if (access(file.c_str(), F_OK) == 0 && access(file.c_str(), R_OK) != 0 && errno == EACCES) {
+    return std::nullopt;
+  }
+  const Result<ModelStore> store = ModelStore::Open(state_directory);
+  if (!store) return std::nullopt;
+  const Result<ModelState> state = store->State();
+  if (!state) {
+    faults.Add({Fault::Severity::kFault, folder, 0, "", state.error()});
+    return std::nullopt;
+  }
+  if (state->set_aside) {
+    faults.Add({Fault::Severity::kWarning, folder, 0, "", SetAsideText(*state, state_directory)});
+  }
+  if (state->applied == state->declared) return std::nullopt;
+  std::optional<CellModel> model = AddFaultsOfApplied(*store, *state, state_directory, faults);
+  if (!cell_file.empty()) WarnOfEdit(*store, *state, cell_file, faults);
+  return model;
 }
 
 }  // namespace plumbline

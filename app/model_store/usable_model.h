@@ -16,11 +16,14 @@ namespace plumbline {
 /// column of a file.
 std::optional<std::string> WhyNotUsable(const CellModel& cell);
 
-/// What is wrong with the model that the store of a state directory has in force in place of the
-/// cell file. Reads only; nothing is wrong with a store that is not there or may not be looked at.
-void AddFaultsOfAppliedModel(const std::string& state_directory, FaultList& faults);
-
-/// The same, and that model where nothing is wrong with it.
-std::optional<CellModel> AppliedModel(const std::string& state_directory, FaultList& faults);
+/// What is wrong with the store of a state directory: its state cannot be read, the model that is
+/// in force in place of the cell file cannot be used; and, as warnings, that an applied model is
+/// set aside, or would be at the next start or reload. Reads only; nothing is wrong with a store
+/// that is not there or that this user may not look into.
+/// @param cell_file  that the configuration names; empty: not compared
+/// @return           the model that is in force in place of the cell file, where nothing is wrong
+///                   with it
+std::optional<CellModel> AddFaultsOfModelStore(const std::string& state_directory,
+                                               const std::string& cell_file, FaultList& faults);
 
 }  // namespace plumbline

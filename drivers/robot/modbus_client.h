@@ -23,6 +23,8 @@ namespace plumbline {
 struct TcpAddress {
   std::string host;  ///< name or address; resolved at each connection, never while one stands
   int port = 502;
+
+  bool operator==(const TcpAddress&) const = default;
 };
 
 struct SerialLine {
@@ -30,6 +32,8 @@ struct SerialLine {
   int baud = 19200;
   char parity = 'E';  ///< 'N', 'E' or 'O'
   int stop_bits = 1;
+
+  bool operator==(const SerialLine&) const = default;
 };
 
 /// Used by one thread. A request is answered or given up within the time-out, however slowly the

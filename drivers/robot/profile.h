@@ -28,6 +28,8 @@ struct RegisterBlock {
   RegisterTable table = RegisterTable::kHolding;
   int first = 0;
   int count = 0;  ///< 1..kMaxRegistersOfRead
+
+  bool operator==(const RegisterBlock&) const = default;
 };
 
 enum class RegisterType : std::uint8_t { kInt16, kUint16, kInt32, kUint32, kFloat32 };
@@ -49,6 +51,8 @@ struct RegisterValue {
   modbus::WordOrder order = modbus::WordOrder::kAbcd;
   double scale = 1;
   double offset = 0;
+
+  bool operator==(const RegisterValue&) const = default;
 };
 
 /// How the number in a joint's register becomes the controller's count of that joint.
@@ -62,6 +66,8 @@ struct JointSignal {
   RegisterValue value;
   JointWrap wrap = JointWrap::kNone;
   RegisterValue revolutions;  ///< turns, of kRevolutions; scale -1 where they count backwards
+
+  bool operator==(const JointSignal&) const = default;
 };
 
 /// How the controller's three angles stand for an orientation.
@@ -76,6 +82,8 @@ struct PoseSignal {
   std::array<RegisterValue, 3> position;     ///< [m]
   std::array<RegisterValue, 3> orientation;  ///< [rad]
   ReportedOrientation convention = ReportedOrientation::kRotationVector;
+
+  bool operator==(const PoseSignal&) const = default;
 };
 
 /// The state of the controller: the first bit that holds decides, else the value.
@@ -83,6 +91,8 @@ struct ModeSignal {
   struct Meaning {
     int value = 0;
     RobotMode mode = RobotMode::kUnknown;
+
+    bool operator==(const Meaning&) const = default;
   };
   struct Bit {
     RegisterTable table = RegisterTable::kHolding;
@@ -90,10 +100,14 @@ struct ModeSignal {
     int bit = 0;       ///< 0 the least significant
     bool when = true;  ///< the state of the bit that means the mode
     RobotMode mode = RobotMode::kUnknown;
+
+    bool operator==(const Bit&) const = default;
   };
   std::vector<Bit> bits;
   std::optional<RegisterValue> value;
   std::vector<Meaning> meanings;  ///< a value that is not among them is kUnknown
+
+  bool operator==(const ModeSignal&) const = default;
 };
 
 /// Where corrected points are written: slot k begins at first + k * stride (holding registers).
@@ -110,6 +124,8 @@ struct PushProfile {
   double position_step_m = 1e-4;  ///< written number times step = position
   double angle_step_rad = 1e-3;
   OrientationConvention orientation = OrientationConvention::kRotationVector;
+
+  bool operator==(const PushProfile&) const = default;
 };
 
 struct RobotProfile {
@@ -131,6 +147,8 @@ struct RobotProfile {
   std::optional<RegisterValue> sequence;  ///< counted up by the controller at each refresh
   ModeSignal mode;
   std::optional<PushProfile> push;
+
+  bool operator==(const RobotProfile&) const = default;
 };
 
 }  // namespace plumbline

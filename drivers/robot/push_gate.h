@@ -14,6 +14,8 @@ struct PushLimits {
   double max_step_m =
       0.005;  ///< largest change of a slot's position from one write or request to the next
   double min_period_s = 0.1;  ///< between two writes of the same slot
+
+  bool operator==(const PushLimits&) const = default;
 };
 
 /// What to do with one slot.

@@ -25,6 +25,8 @@ struct RobotConnection {
   PushLimits push;
   ReplayRows replay;
   Clock clock = MonotonicSeconds;
+
+  bool operator==(const RobotConnection&) const = default;
 };
 
 /// "tcp", "rtu", "replay".

@@ -16,12 +16,19 @@ struct ReplayRow {
   std::optional<double> payload_kg;
   std::optional<Vec3> payload_cog_F;
   std::optional<double> temp_C;
+
+  bool operator==(const ReplayRow& other) const {
+    return q.size() == other.q.size() && q == other.q && payload_kg == other.payload_kg &&
+           payload_cog_F == other.payload_cog_F && temp_C == other.temp_C;
+  }
 };
 
 struct ReplayRows {
   std::vector<ReplayRow> rows;
   double rows_per_s = 1;  ///< recorded poses are stations, not a trajectory
   bool loop = true;       ///< false holds the last row
+
+  bool operator==(const ReplayRows&) const = default;
 };
 
 /// The first Read() shows the first row; each row is shown for 1 / rows_per_s. Holding the last

@@ -22,11 +22,11 @@ struct ClassFigures {
 ClassFigures FiguresOf(ArmClass arm_class) {
   switch (arm_class) {
     case ArmClass::kSmall:
-      return {{3.0e-3, 0.46}, {3.0e-3, 0.46}, {1.0, 0.42}, {0.45, 0.7}, {5e5, 1.0}};
+      return {{3.0e-3, 0.46}, {3.0e-3, 0.46}, {1.0, 0.42}, {0.45, 0.7}, {3e6, 1.2}};
     case ArmClass::kTorqueSensing:
-      return {{7.0e-3, 0.50}, {7.0e-3, 0.50}, {1.0, 0.3}, {0.7, 0.35}, {5e5, 1.0}};
+      return {{7.0e-3, 0.50}, {7.0e-3, 0.50}, {1.0, 0.3}, {0.7, 0.35}, {3e6, 1.2}};
     case ArmClass::kMedium:
-      return {{2.2e-3, 0.45}, {2.2e-3, 0.45}, {0.6, 0.5}, {0.25, 0.8}, {1e7, 0.8}};
+      return {{2.2e-3, 0.45}, {2.2e-3, 0.45}, {0.6, 0.5}, {0.25, 0.8}, {3e7, 1.2}};
     case ArmClass::kHeavy:
       return {{2.8e-3, 0.40}, {2.2e-3, 0.40}, {0.4, 0.35}, {0.1, 0.87}, {1e8, 0.8}};
   }

@@ -575,7 +575,7 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
   changed.points[1].id = 8;
   Machine next(changed);
   next.Prepare();
-  next.TakeOver(*cell.machine);
+  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
   cell.machine.emplace(std::move(next));
   SECTION("values stay, not valid until the robot is trusted; a new point has none") {
     const Snapshot& after = cell.Next();
@@ -608,6 +608,72 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
   }
 }
 
+TEST_CASE("over the same robot link another model's points are valid in its first cycle") {
+  Cell cell;
+  // More points without a posture than a cycle may search branches for.
+  for (int id = 20; id < 28; ++id) {
+    AssemblyPoint point = cell.config.points[0];
+    point.id = id;
+    point.near_q.reset();
+    point.X_WP.p.z() += 0.005 * (id - 20);
+    cell.config.points.push_back(point);
+  }
+  cell.input.robot.temp_C = 31.5;
+  cell.input.robot.q_resolution = 1e-3;
+  for (int k = 0; k < 20; ++k) cell.Next();
+  const Snapshot before = cell.Next();
+  REQUIRE(before.alarms == 0);
+  REQUIRE((before.status & status::kReady) != 0);
+  REQUIRE((before.warnings & warning::kCoarseJoints) != 0);
+
+  MachineConfig changed = cell.config;
+  changed.cell.robot.joints[1].compliance_rad_per_Nm = 1.2e-6;
+  changed.points.erase(changed.points.begin() + 1);
+  Machine next(changed);
+  next.Prepare();
+  next.Prepare(cell.config, before, 0);
+  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  cell.machine.emplace(std::move(next));
+  const bool new_reading = GENERATE(true, false);
+  const Snapshot after = new_reading ? cell.Next() : cell.Silent();
+  CHECK(after.alarms == 0);
+  CHECK((after.status & status::kReady) != 0);
+  CHECK(after.payload_valid);
+  CHECK((after.warnings & warning::kCoarseJoints) != 0);
+  for (std::size_t k = 0; k < after.points.size(); ++k) {
+    const std::size_t former = k == 0 ? 0 : k + 1;
+    CAPTURE(k);
+    CHECK(after.points[k].valid);
+    CHECK(after.points[k].sequence == before.points[former].sequence + 1);
+    // The new model's value, in the posture that was in use.
+    const Correction &now = after.points[k].correction, &was = before.points[former].correction;
+    CHECK((now.X_BP_command.p - was.X_BP_command.p).norm() > 1e-4);
+    CHECK((now.q - was.q).cwiseAbs().maxCoeff() < 0.05);
+  }
+  // And it is the one that it stays at.
+  const Snapshot later = cell.Running();
+  for (std::size_t k = 0; k < after.points.size(); ++k) {
+    CHECK((later.points[k].correction.X_BP_command.p - after.points[k].correction.X_BP_command.p)
+              .norm() < 1e-7);
+  }
+}
+
+TEST_CASE("over the same link a robot that was not trusted is not trusted by another model") {
+  Cell cell;
+  cell.Running();
+  for (int k = 0; k < 50; ++k) cell.Silent();
+  const Snapshot before = cell.Silent();
+  REQUIRE(before.input_fault == InputFault::kStale);
+  Machine next(cell.config);
+  next.Prepare();
+  next.Prepare(cell.config, before, 0);
+  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  cell.machine.emplace(std::move(next));
+  CHECK(cell.Next().input_fault == InputFault::kStale);  // one reading earns no trust
+  CHECK_FALSE(cell.Next().points[0].valid);
+  CHECK(cell.Next().points[0].valid);
+}
+
 TEST_CASE("what probes and the monitor's restart were answered outlasts a new configuration") {
   for (const PlcCommandCode code :
        {PlcCommandCode::kProbe, PlcCommandCode::kProbeFine, PlcCommandCode::kRestartMonitor}) {
@@ -624,7 +690,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
 
     Machine next(cell.config);
     next.Prepare();
-    next.TakeOver(*cell.machine);
+    next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
     cell.machine.emplace(std::move(next));
     for (int cycle = 0; cycle < 5; ++cycle) {
       const Snapshot& after = cell.Next();

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/app/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
 
 using plumbline::test::TemporaryFolder;
@@ -118,7 +119,78 @@ TEST_CASE("a model of the same arm is told by how far it moves the tip") {
   REQUIRE(Plumbline("model apply 1" + where).code == 0);
   const Answer proposed = Plumbline("model propose " + longer + where);
   CHECK(proposed.code == 0);
-  CHECK_THAT(proposed.text, Catch::Contains("moves the tip by up to 2.500 mm"));
+  CHECK_THAT(proposed.text,
+             Catch::Contains("with nothing carried it moves the tip by up to 2.500 mm") &&
+                 Catch::Contains("No daemon has noted its configuration in " + folder.path()) &&
+                 Catch::Contains("by how much its points move, with their loads, is not known"));
+}
+
+TEST_CASE("a model's change is told at the points of the configuration that is given or noted") {
+  const TemporaryFolder folder;
+  const std::string state = folder.path() + "/state", where = " --state " + state;
+  const std::string config = folder.path() + "/plumbline.toml";
+  const std::string cell = "tests/virtual_cell/demo/cockpit-cell.toml";
+  std::string text = plumbline::test::DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  text = plumbline::test::WithLine(text, "payload", "source", "\"fixed\"\nmass_kg = 60.0");
+  std::ofstream(config) << text;
+  const std::string longer = folder.path() + "/longer.toml";
+  std::ofstream(longer) << plumbline::test::WithLine(plumbline::test::FileText(cell), "",
+                                                     "base_xyz_mm", "[0.0, 0.0, 2.5]");
+  std::filesystem::create_directory(state);
+  REQUIRE(Plumbline("model propose " + cell + where).code == 0);
+  REQUIRE(Plumbline("model apply 1" + where).code == 0);
+  const std::string told = "the largest move of a configured point is 2.500 mm: point ";
+  const Answer given = Plumbline("model propose " + longer + where + " --config " + config);
+  CHECK(given.code == 0);
+  CHECK_THAT(given.text, Catch::Contains(told) && Catch::Contains(" at 60 kg"));
+
+  const Answer unknown = Plumbline("model propose " + longer + where);
+  CHECK_THAT(unknown.text, Catch::Contains("is not known") && !Catch::Contains(told));
+  std::ofstream(state + "/configuration") << config << '\n';  // as the daemon leaves it
+  CHECK_THAT(Plumbline("model apply 2" + where).text, Catch::Contains(told));
+  CHECK_THAT(Plumbline("model rollback" + where).text, Catch::Contains(told));
+
+  const Answer absent =
+      Plumbline("model apply 2" + where + " --config " + folder.path() + "/no.toml");
+  CHECK(absent.code == 1);
+  CHECK_THAT(absent.text, Catch::Contains("not applied"));
+  std::ofstream(config) << plumbline::test::WithLine(text, "", "state_directory", "\"elsewhere\"");
+  CHECK_THAT(Plumbline("model apply 2" + where).text, Catch::Contains("give the configuration by"));
+}
+
+TEST_CASE("why a model is no longer in force, and what to do where nobody knows which one was") {
+  const TemporaryFolder folder;
+  const std::string where = " --state " + folder.path();
+  const std::string state = folder.path() + "/models/state.json";
+  REQUIRE(Plumbline("model propose " + std::string(kCell) + where).code == 0);
+  REQUIRE(Plumbline("model propose " + std::string(kCell) + where).code == 0);
+  std::ofstream(state) << R"({"schema": 1, "declared": 1, "applied": 1, "proposed": 0,
+    "history": [2, 1], "set_aside": {"version": 2, "declared": 1,
+    "changes": ["robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06"], "withdrawn": 0}})";
+  const Answer list = Plumbline("model list" + where);
+  CHECK(list.code == 0);
+  CHECK_THAT(list.text,
+             Catch::Contains("SET ASIDE\n") &&
+                 Catch::Contains("model version 2 is set aside: the cell file changed since: "
+                                 "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06") &&
+                 Catch::Contains("`plumbline model apply 2" + where + "`"));
+  const auto json = nlohmann::json::parse(Plumbline("model list --json" + where).text);
+  CHECK(json[0]["set_aside"] == false);
+  CHECK(json[1]["set_aside"] == true);
+  CHECK(json[1]["set_aside_because"][0] == "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06");
+
+  std::ofstream(state, std::ios::trunc).close();  // as a power cut may leave it
+  for (const char* command : {"model list", "model rollback", "model show"}) {
+    const Answer damaged = Plumbline(command + where);
+    CAPTURE(command);
+    CHECK(damaged.code == 1);
+    CHECK_THAT(damaged.text,
+               Catch::Contains("is empty, so that nobody knows which model was in force") &&
+                   Catch::Contains("`plumbline model apply N" + where + "`"));
+  }
+  CHECK_THAT(Plumbline("model list" + where).text, Catch::Contains("\n      2  "));
+  REQUIRE(Plumbline("model apply 2" + where).code == 0);
+  CHECK_THAT(Plumbline("model list" + where).text, Catch::Contains("APPLIED"));
 }
 
 TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets in") {

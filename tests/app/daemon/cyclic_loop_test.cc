@@ -27,6 +27,45 @@ class SilentRobot : public RobotDevice {
   std::string_view problem() const override { return "silent"; }
 };
 
+/// A controller that stands still and answers at once.
+class SteadyRobot : public RobotDevice {
+ public:
+  explicit SteadyRobot(JointVector q) : q_(std::move(q)) {}
+  LinkResult Read(RobotState& state) override {
+    state.q = q_;
+    state.payload_kg = 60;
+    state.timestamp_s = MonotonicSeconds();
+    ++state.sequence;
+    return LinkResult::kOk;
+  }
+  LinkResult Push(std::span<const PushPoint>) override { return LinkResult::kOk; }
+  LinkResult WithdrawAll(double) override { return LinkResult::kOk; }
+  std::string_view problem() const override { return ""; }
+
+ private:
+  JointVector q_;
+};
+
+/// Eight points that the arm reaches, half of them without the posture in which they were taught.
+DaemonConfig ReachableConfig() {
+  DaemonConfig config;
+  config.machine.cell = test::HeavyArm();
+  config.machine.plausibility.stale_after_s = 5;  // on a busy computer, too
+  config.cycle_period_s = 0.005;
+  JointVector taught(6);
+  taught << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const LoadedArm arm(config.machine.cell);
+  for (int id = 1; id <= 8; ++id) {
+    AssemblyPoint& point = config.machine.points.emplace_back();
+    point.id = id;
+    JointVector q = taught;
+    q[0] += 0.05 * id;
+    point.X_WP = config.machine.cell.robot.X_WB * arm.UnloadedTip(q);
+    if (id % 2 == 0) point.near_q = q;
+  }
+  return config;
+}
+
 std::unique_ptr<CycleParts> PartsWith(int points) {
   DaemonConfig config;
   config.machine.cell = test::HeavyArm();
@@ -120,5 +159,69 @@ TEST_CASE("after a replacement the newest snapshot is one of the new configurati
   for (const int points : {2, 3, 1}) {
     loop.Replace(PartsWith(points));
     CHECK(loop.ReadSnapshot()->points.size() == static_cast<std::size_t>(points));
+  }
+}
+
+TEST_CASE("another model over the same robot link withdraws no point and raises no alarm") {
+  DaemonConfig config = ReachableConfig();
+  const DaemonConfig softer = [&] {
+    DaemonConfig other = config;
+    other.machine.cell.robot.joints[1].compliance_rad_per_Nm = 1.2e-6;
+    return other;
+  }();
+  auto parts = std::make_unique<CycleParts>(
+      config, std::make_unique<SteadyRobot>(*config.machine.points[1].near_q), 1);
+  Latest<modbus::RegisterImage> images{1, {}};
+  modbus::ImageHandler handler{images, EmptyCommandArea(), {}};
+  LoopLink link;
+  CyclicLoop loop(std::move(parts), handler, images, link, 1, nullptr);
+  loop.Start();
+  const auto all_valid = [](const Snapshot& snapshot) {
+    return std::all_of(snapshot.points.begin(), snapshot.points.end(),
+                       [](const PointResult& point) { return point.valid; });
+  };
+  for (int k = 0; k < 6000 && !all_valid(*loop.ReadSnapshot()); ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const Snapshot first = *loop.ReadSnapshot();
+  REQUIRE(all_valid(first));
+  static_cast<void>(loop.TakeAlarms());
+
+  std::atomic<bool> ended{false};
+  std::uint64_t images_seen = 0, withdrawn = 0, alarmed = 0;
+  std::thread reader([&] {
+    std::uint16_t refreshed = 0;
+    while (!ended) {
+      const auto image = images.Read();
+      if (image->registers.size() < plc_map::kPoints + 8 * plc_map::kPointSize) continue;
+      const auto word = [&](std::size_t at) { return image->registers[at]; };
+      images_seen += word(plc_map::kPoints + 19) != refreshed ? 1 : 0;
+      refreshed = word(plc_map::kPoints + 19);
+      for (std::size_t k = 0; k < 8; ++k) {
+        withdrawn += (word(plc_map::kPoints + plc_map::kPointSize * k + 1) & 1) == 0 ? 1 : 0;
+      }
+      alarmed += word(12) != 0 ? 1 : 0;
+    }
+  });
+  Vec3 command_before = first.points[0].correction.X_BP_command.p;
+  for (int version = 2; version <= 21; ++version) {
+    auto next = std::make_unique<CycleParts>(version % 2 == 0 ? softer : config, loop.parts().link,
+                                             version);
+    loop.Replace(std::move(next));
+    const Vec3 command = loop.ReadSnapshot()->points[0].correction.X_BP_command.p;
+    CHECK((command - command_before).norm() > 1e-4);  // in force at once
+    command_before = command;
+  }
+  const Snapshot last = *loop.ReadSnapshot();
+  ended = true;
+  reader.join();
+  CHECK(images_seen > 20);
+  CHECK(withdrawn == 0);
+  CHECK(alarmed == 0);
+  CHECK(loop.TakeAlarms() == 0);
+  // Each point was refreshed in each cycle: also in those of which nobody saw the image.
+  for (std::size_t k = 0; k < 8; ++k) {
+    CHECK(static_cast<std::uint16_t>(last.points[k].sequence - first.points[k].sequence) ==
+          static_cast<std::uint16_t>(last.cycle - first.cycle));
   }
 }

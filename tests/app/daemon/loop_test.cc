@@ -5,6 +5,8 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +15,7 @@
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
 #include "app/service/utc_clock.h"
+#include "firmware-like/snapshot.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
@@ -642,10 +645,108 @@ TEST_CASE("an edited cell file is in force, whatever was applied before") {
   REQUIRE(Plumbline("model propose config/cells/kr210.toml --state " + state.path()) == 0);
   REQUIRE(Plumbline("model apply 2 --state " + state.path()) == 0);
   REQUIRE(daemon.Awaits("model version 2 in force"));
-  std::ofstream(file, std::ios::app) << "# a new gripper\n";
+  const std::string text = FileText(file);
+  std::ofstream(file) << "# a comment\n\n" << text;
+  daemon.Signal(SIGHUP);
+  REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
+  CHECK(plc.Read(400, 20).Word(1) == 2);  // it means the same: what was applied stays
+  CHECK((plc.Read(14, 1).Word(0) & warning::kModelSetAside) == 0);
+
+  std::ofstream(file) << WithLine(text, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
   daemon.Signal(SIGHUP);
   CHECK(Eventually([&] { return plc.Read(400, 20).Word(1) == 3; }));
   CHECK(Eventually([&] { return plc.Read(400, 20).Word(3) == 3; }));
+  CHECK(Eventually([&] { return (plc.Read(14, 1).Word(0) & warning::kModelSetAside) != 0; }));
+  CHECK(daemon.Awaits("model version 2 is set aside: the cell file changed since: "));
+  CHECK(daemon.Says("robot.base_xyz_mm [0, 0, 0] -> [0, 0, 1.5]"));
+
+  daemon.Signal(SIGTERM);
+  REQUIRE(daemon.Wait() == 0);
+  DaemonProcess again(config);
+  RegisterClient plc_again("plumblined", again.Plc(), 1, 10);
+  const auto aside = [&] { return (plc_again.Read(14, 1).Word(0) & warning::kModelSetAside) != 0; };
+  CHECK(aside());  // from the first answer on
+  CHECK(again.Awaits("model version 2 is set aside: "));
+  REQUIRE(Plumbline("model apply 3 --state " + state.path() + " 2> /dev/null") == 0);
+  CHECK(Eventually([&] { return !aside(); }));  // the declared one, confirmed
+  CHECK(plc_again.Read(400, 20).Word(1) == 3);
+}
+
+TEST_CASE("a model comes into force between two cycles: no point is withdrawn, no alarm raised") {
+  Station station({.loop = "diagnose = false\n"});
+  const std::string where = " --state " + station.state_directory();
+  const std::string corrected = station.stand_in.folder() + "/corrected.toml";
+  std::ofstream(corrected) << FileText("tests/virtual_cell/demo/cockpit-cell.toml")
+                           << "\n[[effect]]\nid = \"joint_compliance\"\nscope = [\"q2\"]\n"
+                              "parameters = [ { name = \"q2\", value = 2e-6, sd = 1e-9, "
+                              "unit = \"rad/(N m)\" } ]\n";
+  REQUIRE(Plumbline("model propose " + corrected + where + " 2> /dev/null") == 0);
+  REQUIRE(Eventually([&] { return (station.plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  const int links = station.daemon.Count("robot link up");
+
+  std::atomic<bool> ended{false};
+  int polls = 0, withdrawn = 0, alarmed = 0;
+  std::thread poller([&] {
+    RegisterClient plc("poller", station.daemon.Plc(), 1, 10);
+    for (; !ended; ++polls) {
+      for (const int k : {0, 1}) withdrawn += (plc.Read(2000 + 20 * k, 20).Word(1) & 1) == 0;
+      alarmed += plc.Read(12, 1).Word(0) != 0;
+    }
+  });
+  const auto z_mm = [&] { return static_cast<double>(station.plc.Read(2000, 20).Float(7)); };
+  const double declared_mm = z_mm();
+  double moved_mm = 0;
+  for (int round = 0; round < 5; ++round) {
+    REQUIRE(Plumbline("model apply 2" + where + " 2> /dev/null") == 0);
+    CHECK(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
+    moved_mm = std::abs(z_mm() - declared_mm);
+    REQUIRE(Plumbline("model rollback" + where + " 2> /dev/null") == 0);
+    CHECK(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 1; }));
+    station.daemon.Signal(SIGHUP);
+  }
+  ended = true;
+  poller.join();
+  INFO(station.daemon.Log());
+  CHECK(moved_mm > 1);
+  CHECK(polls > 20);
+  CHECK(withdrawn == 0);
+  CHECK(alarmed == 0);
+  CHECK_FALSE(station.daemon.Says("not trusted"));
+  CHECK(station.daemon.Count("robot link up") == links);
+}
+
+TEST_CASE("`model apply` says where the configured points go, at the load in question") {
+  Station station({.loop = "diagnose = false\n"});
+  const std::string where = " --state " + station.state_directory();
+  const std::string folder = station.stand_in.folder();
+  const std::string corrected = folder + "/corrected.toml", told = folder + "/told.txt";
+  std::ofstream(corrected) << FileText("tests/virtual_cell/demo/cockpit-cell.toml")
+                           << "\n[[effect]]\nid = \"joint_compliance\"\nscope = [\"q2\"]\n"
+                              "parameters = [ { name = \"q2\", value = 2e-6, sd = 1e-9, "
+                              "unit = \"rad/(N m)\" } ]\n";
+  station.daemon.Write(WithLine(LoopConfigText(station.cell.robot(), "diagnose = false\n"),
+                                "payload", "source", "\"fixed\"\nmass_kg = 60.0"));
+  station.daemon.Signal(SIGHUP);
+  REQUIRE(station.daemon.Awaits(" reloaded"));
+  REQUIRE(Plumbline("model propose " + corrected + where + " 2> " + told) == 0);
+  const std::string text = FileText(told);
+  INFO(text);
+  const std::string marker = "the largest move of a configured point is ";
+  REQUIRE(text.find(marker) != std::string::npos);
+  const double told_mm = std::stod(text.substr(text.find(marker) + marker.size()));
+  CHECK(text.find(" at 60 kg") != std::string::npos);
+
+  const auto command = [&](int k) {
+    const auto block = station.plc.Read(2000 + 20 * k, 20);
+    return Vec3(block.Float(3), block.Float(5), block.Float(7));
+  };
+  REQUIRE(Eventually([&] { return (station.plc.Read(2020, 20).Word(1) & 1) != 0; }));
+  const std::array<Vec3, 2> before{command(0), command(1)};
+  REQUIRE(Plumbline("model apply 2" + where + " 2> /dev/null") == 0);
+  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
+  const double true_mm = std::max((command(0) - before[0]).norm(), (command(1) - before[1]).norm());
+  CHECK(true_mm > 1);
+  CHECK(told_mm == Approx(true_mm).margin(0.002));
 }
 
 TEST_CASE("two daemons do not share a journal") {

@@ -65,33 +65,131 @@ bool Warns(const FaultList& faults, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("what takes an applied model out of force is told, or does not") {
+TEST_CASE("what is not known of the declared version keeps the applied one in force") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
-  const std::string models = state + "/models/";
-  SECTION("the declared version cannot be read: the applied one stays") {
-    std::filesystem::remove(models + "0001.toml");
+  std::filesystem::remove(state + "/models/0001.toml");
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+  CHECK(in_force->set_aside.empty());
+  CHECK(Warns(applied.faults, "version 1, the declared one, cannot be read"));
+}
+
+TEST_CASE("a cell file of another meaning sets the applied model aside, one of another text not") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string cell_file = applied.folder.path() + "/cell.toml";
+  const auto declare = [&](const std::string& text) {
+    std::ofstream(cell_file) << text;
+    std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"),
+                                            "", "cell", "\"" + cell_file + "\"");
+    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+    CAPTURE(FaultsText(applied.faults));
+    REQUIRE(in_force);
+    return *in_force;
+  };
+  const auto same = declare("# a comment\n\n" + applied.cell);
+  CHECK(same.models.applied == 2);
+  CHECK(same.set_aside.empty());
+
+  const std::string edited = WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
+  FaultList before_it_is_read;
+  std::ofstream(cell_file) << edited;
+  AddFaultsOfModelStore(state, cell_file, before_it_is_read);
+  CHECK(Warns(before_it_is_read, "at its next start or reload the daemon sets version 2 aside"));
+  for (const char* when : {"at the reload", "at a restart"}) {
+    CAPTURE(when);
+    const auto aside = declare(edited);
+    CHECK(aside.models.applied == aside.models.declared);
+    CHECK_THAT(aside.set_aside,
+               Catch::Contains("model version 2 is set aside") &&
+                   Catch::Contains("robot.base_xyz_mm [0, 0, 0] -> [0, 0, 1.5]") &&
+                   Catch::Contains("`plumbline model apply 2 --state " + state + "`"));
+  }
+  FaultList told;
+  AddFaultsOfModelStore(state, cell_file, told);
+  CHECK(Warns(told, "model version 2 is set aside"));
+
+  auto store = ModelStore::Open(state);
+  REQUIRE(store.value().Apply(3).ok());
+  CHECK(declare(edited).set_aside.empty());
+}
+
+TEST_CASE("a label of the cell file needs no new model") {
+  Applied applied("\n# version 2\n");
+  const std::string cell_file = applied.folder.path() + "/cell.toml";
+  std::ofstream(cell_file) << WithLine(applied.cell, "robot", "name", "\"our arm\"");
+  std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"), "",
+                                          "cell", "\"" + cell_file + "\"");
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+  CHECK(in_force->config.machine.cell.robot.name == "our arm");
+}
+
+TEST_CASE("a state of the store that cannot be read is never replaced by the cell file") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string file = state + "/models/state.json";
+  const std::string damage = GENERATE("missing", "", "{\"applied\": ");
+  CAPTURE(damage);
+  std::filesystem::remove(file);
+  if (damage != "missing") std::ofstream(file) << damage;
+  CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
+  FaultList told;
+  AddFaultsOfModelStore(state, "", told);
+  for (const FaultList* faults : {&applied.faults, &told}) {
+    const std::string text = FaultsText(*faults);
+    INFO(text);
+    CHECK(faults->HasFaults());
+    CHECK(text.find("nobody knows which model was in force") != std::string::npos);
+    CHECK(text.find("`plumbline model apply N --state " + state + "`") != std::string::npos);
+  }
+  REQUIRE(ModelStore::Open(state).value().Apply(2).ok());
+  FaultList now;
+  const auto in_force = ReadConfigInForce(applied.file, now);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+}
+
+TEST_CASE("a store that cannot be had or written is no reason to stop correcting") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string models = state + "/models";
+  SECTION("no store, and none can be made") {
+    std::filesystem::remove_all(models);
+    std::ofstream(models) << "a file in the way";
+    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(in_force);
+    CHECK(in_force->models == ModelState{});
+    CHECK(in_force->set_aside.empty());
+    CHECK(Warns(applied.faults, "models are not kept"));
+  }
+  // As a disk that is full or read-only: the lock file cannot be opened for writing.
+  const auto forbid_writing = [&models] {
+    std::filesystem::remove(models + "/lock");
+    std::filesystem::create_directory(models + "/lock");
+  };
+  SECTION("nothing to write: the applied model is in force") {
+    forbid_writing();
     const auto in_force = ReadConfigInForce(applied.file, applied.faults);
     REQUIRE(in_force);
     CHECK(in_force->models.applied == 2);
-    CHECK(Warns(applied.faults, "version 1, the declared one, cannot be read"));
+    CHECK_FALSE(applied.faults.HasFaults());
   }
-  SECTION("nobody knows which was applied") {
-    std::filesystem::remove(models + "state.json");
+  SECTION("an edit that cannot be noted: the cell file, and it is told") {
+    const std::string cell_file = applied.folder.path() + "/cell.toml";
+    std::ofstream(cell_file) << WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
+    std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"),
+                                            "", "cell", "\"" + cell_file + "\"");
+    forbid_writing();
     const auto in_force = ReadConfigInForce(applied.file, applied.faults);
     REQUIRE(in_force);
-    CHECK(in_force->models.applied == in_force->models.declared);
-    CHECK(Warns(applied.faults, "which of the 2 versions was in force is not known"));
-    CHECK(Warns(applied.faults, "`plumbline model apply N --state " + state + "`"));
-  }
-  SECTION("the cell file changed") {
-    auto store = ModelStore::Open(state);
-    REQUIRE(store.value().Declare("schema = 1\n# another\n", "cell.toml").ok());
-    REQUIRE(store.value().Apply(2).ok());
-    const auto in_force = ReadConfigInForce(applied.file, applied.faults);
-    REQUIRE(in_force);
-    CHECK(in_force->models.applied == in_force->models.declared);
-    CHECK(Warns(applied.faults, "version 2 is no longer in force: the cell file changed"));
+    CHECK(in_force->config.machine.cell.robot.X_WB.p.z() == Approx(1.5e-3));
+    CHECK_THAT(in_force->set_aside, Catch::Contains("model version 2 is set aside") &&
+                                        Catch::Contains("could not be noted"));
+    CHECK(Warns(applied.faults, "the model store cannot be written"));
   }
 }
 
@@ -109,7 +207,7 @@ TEST_CASE("an applied model that cannot be used is named, by check as by the dae
   }
   CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
   FaultList told;
-  AddFaultsOfAppliedModel(state, told);
+  AddFaultsOfModelStore(state, "", told);
   for (const FaultList* faults : {&applied.faults, &told}) {
     const std::string text = FaultsText(*faults);
     INFO(text);

@@ -1,5 +1,6 @@
 #include "app/model_store/model_store.h"
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,11 +12,15 @@
 #include <random>
 #include <thread>
 
+#include "app/model_store/cell_difference.h"
+#include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
+#include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -94,8 +99,143 @@ TEST_CASE("the life of a model: declared, proposed, applied, rolled back") {
 
   REQUIRE(store.Apply(2).ok());
   CHECK(*store.Declare("another cell", "cell.toml") == 3);  // somebody edited it
-  CHECK(StateOf(store) == ModelState{3, 3, 0, {1, 2, 3}});
+  const ModelState edited = StateOf(store);
+  CHECK(edited.declared == 3);
+  CHECK(edited.applied == 3);
+  CHECK(edited.history == std::vector{1, 2, 3});
+  REQUIRE(edited.set_aside);
+  CHECK(edited.set_aside->version == 2);
   CHECK(store.Versions()->size() == 3);
+}
+
+namespace {
+
+/// The text with `from` replaced, which it holds.
+std::string With(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+constexpr const char* kBase = "base_xyz_mm = [0.0, 0.0, 0.0]";
+
+std::string DemoCell() {
+  return test::FileText("tests/virtual_cell/demo/cockpit-cell.toml");
+}
+
+}  // namespace
+
+TEST_CASE("cells are compared by what they mean, and told apart by their keys") {
+  const std::string cell = DemoCell();
+  const auto differences = [&cell](const std::string& other) {
+    return CellTextDifferences(cell, other);
+  };
+  CHECK(differences(cell).empty());
+  CHECK(differences("# a comment\n\n" + cell + "\n\n# another\n").empty());
+  // Numbers spelled otherwise, a default left out, other order, a label.
+  CHECK(differences(With(cell, "3.0e-7", "0.0000003")).empty());
+  CHECK(differences(With(cell, "theta_offset_deg = 0.0\nsign = -1", "sign = -1")).empty());
+  CHECK(differences(With(cell, "alpha_deg = -90.0\nd_mm = 675.0", "d_mm = 675\nalpha_deg = -90"))
+            .empty());
+  CHECK(differences(With(cell, "name = \"KR", "name = \"Our KR")).empty());
+  const auto raised = differences(With(cell, kBase, "base_xyz_mm = [0.0, 0.0, 1.5]"));
+  CHECK(raised == std::vector<std::string>{"robot.base_xyz_mm [0, 0, 0] -> [0, 0, 1.5]"});
+  CHECK(differences("no cell").size() == 1);
+}
+
+TEST_CASE("each value of a cell counts, in its key and unit") {
+  const CellModel cell = test::HeavyArm();
+  const auto difference = [&cell](const CellModel& other) {
+    const auto found = CellDifferences(cell, other);
+    return found.size() == 1 ? found[0] : fmt::format("{} differences", found.size());
+  };
+  CellModel other = cell;
+  other.robot.joints[2].compliance_rad_per_Nm = 2e-6;
+  CHECK(difference(other) == "robot.joint[3].compliance_rad_per_Nm 6e-07 -> 2e-06");
+  other = cell;
+  other.robot.joints[1].a_m += 1e-15;  // beyond the digits that are shown
+  CHECK_THAT(difference(other), Catch::StartsWith("robot.joint[2].a_mm 1100 -> 1100 (in SI "));
+  other = cell;
+  other.tool.segments[0].material.youngs_modulus_Pa = 71e9;
+  CHECK(difference(other) == "tool.segment[1].youngs_modulus_GPa 70 -> 71");
+  other = cell;
+  other.payload_cog_F.reset();
+  CHECK(difference(other) == "payload.cog_mm [20, 50, 1100] -> absent");
+  other = cell;
+  other.domain.emplace().payload_kg = Interval{0, 60};
+  CHECK(difference(other) == "domain.payload_kg absent -> [0, 60]");
+  other = cell;
+  other.robot.name = "another label";
+  CHECK(CellDifferences(cell, other).empty());
+}
+
+TEST_CASE("an applied model outlasts an edit of the cell file that changes no value") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  const std::string cell = DemoCell();
+  REQUIRE(*store.Declare(cell, "cell.toml") == 1);
+  REQUIRE(*store.Propose(cell + "# fitted\n", {}, "") == 2);
+  REQUIRE(store.Apply(2).ok());
+  CHECK(*store.Declare("# mounted by the night shift\n" + cell + "\n\n", "cell.toml") == 1);
+  CHECK(StateOf(store) == ModelState{1, 2, 0, {1, 2}});
+  CHECK(store.Versions()->size() == 2);
+}
+
+TEST_CASE("a model set aside stays so, with the reason, until a person applies a version") {
+  const TemporaryFolder folder;
+  const std::string cell = DemoCell();
+  const auto moved = [&](const char* z_mm) {
+    return With(cell, kBase, fmt::format("base_xyz_mm = [0.0, 0.0, {}]", z_mm));
+  };
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Declare(cell, "cell.toml") == 1);
+  REQUIRE(*store.Propose(cell + "# fitted\n", {}, "") == 2);
+  REQUIRE(store.Apply(2).ok());
+  REQUIRE(*store.Propose(cell + "# fitted anew\n", {}, "") == 3);
+  REQUIRE(*store.Declare(moved("1.5"), "cell.toml") == 4);
+
+  const auto aside = [&folder] { return StateOf(StoreIn(folder)).set_aside; };  // from the disk
+  REQUIRE(aside());
+  CHECK(aside()->version == 2);
+  CHECK(aside()->declared == 1);
+  CHECK(aside()->withdrawn == 3);
+  REQUIRE(aside()->changes.size() == 1);
+  CHECK_THAT(aside()->changes[0], Catch::StartsWith("robot.base_xyz_mm"));
+  const std::string text = SetAsideText(StateOf(store), "/state");
+  CHECK_THAT(text, Catch::Contains("model version 2 is set aside: the cell file changed since: "
+                                   "robot.base_xyz_mm") &&
+                       Catch::Contains("`plumbline model apply 2 --state /state`") &&
+                       Catch::Contains("`plumbline model apply 4 --state /state` confirms") &&
+                       Catch::Contains("Version 3, which was proposed, waits no longer"));
+
+  SECTION("a further edit: the reason is what changed since the model was in force") {
+    REQUIRE(*store.Declare(moved("2.5"), "cell.toml") == 5);
+    REQUIRE(aside());
+    CHECK(aside()->version == 2);
+    CHECK_THAT(aside()->changes[0], Catch::Contains("2.5]"));
+    CHECK(*store.RollBack() == 2);  // past the declared versions, which nobody chose
+    CHECK_FALSE(aside());
+  }
+  SECTION("the edit taken back: it still waits for a person") {
+    REQUIRE(*store.Declare(cell, "cell.toml") == 5);
+    REQUIRE(aside());
+    CHECK(aside()->changes.empty());
+  }
+  SECTION("the model applied all the same") {
+    REQUIRE(store.Apply(2).ok());
+    CHECK_FALSE(aside());
+    CHECK(*store.Declare(moved("1.5"), "cell.toml") == 4);
+    CHECK(StateOf(store).applied == 2);
+  }
+  SECTION("the cell file confirmed") {
+    REQUIRE(store.Apply(4).ok());
+    CHECK_FALSE(aside());
+    CHECK(StateOf(store).history == std::vector{1, 2, 4});
+  }
+  SECTION("a proposal decides nothing") {
+    REQUIRE(*store.Propose(cell + "# a third\n", {}, "") == 5);
+    CHECK(aside());
+  }
 }
 
 TEST_CASE("a version is never written again") {
@@ -107,17 +247,51 @@ TEST_CASE("a version is never written again") {
   CHECK((info.st_mode & 0777) == 0444);
 }
 
-TEST_CASE("a damaged store is told, and not written over") {
+TEST_CASE("a state that cannot be read is no state, and a person can have it written anew") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/models/state.json";
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Declare("cell 1", "cell.toml") == 1);
+  REQUIRE(*store.Propose("cell 1 corrected", {}, "") == 2);
+  REQUIRE(store.Apply(2).ok());
+  const std::string whole = test::FileText(file);
+  const std::optional<std::string> damage = GENERATE(
+      as<std::optional<std::string>>(), std::nullopt, "", "{", "{\"applied\": \"two\"}", "[1]",
+      R"({"schema": 1, "declared": 1, "applied": 2, "proposed": 0, "history": [1]})");
+  CAPTURE(damage.value_or("no file"));
+  std::filesystem::remove(file);
+  if (damage) std::ofstream(file) << *damage;
+
+  const auto state = store.State();
+  REQUIRE_FALSE(state.ok());
+  CHECK_THAT(state.error(),
+             Catch::Contains(file) && Catch::Contains("nobody knows which model was in force") &&
+                 Catch::Contains("`plumbline model apply N --state " + folder.path() + "`"));
+  CHECK_FALSE(store.Declare("cell 1", "cell.toml").ok());
+  CHECK_FALSE(store.Propose("x", {}, "").ok());
+  CHECK_FALSE(store.RollBack().ok());
+  CHECK(std::filesystem::exists(file) == damage.has_value());
+  if (damage) CHECK(test::FileText(file) == *damage);
+
+  CHECK_FALSE(store.Apply(7).ok());
+  CHECK_FALSE(store.State().ok());
+  REQUIRE(store.Apply(2).ok());
+  CHECK(StateOf(store) == ModelState{1, 2, 0, {2}});
+  CHECK(std::filesystem::exists(file + ".damaged") == damage.has_value());
+  CHECK(*store.Declare("cell 1", "cell.toml") == 1);
+  CHECK(StateOf(store).applied == 2);
+}
+
+TEST_CASE("no state is missing where the first version was not completed") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
-  REQUIRE(store.Declare("cell 1", "cell.toml").ok());
-  for (const char* damage : {"", "{", "{\"applied\": \"two\"}", "[1]"}) {
-    CAPTURE(damage);
-    std::ofstream(folder.path() + "/models/state.json") << damage;
-    CHECK_FALSE(store.State().ok());
-    CHECK_FALSE(store.Propose("x", {}, "").ok());
-    CHECK_FALSE(store.Apply(1).ok());
-  }
+  CHECK(StateOf(store) == ModelState{});
+  // As a power cut leaves it between the first version's facts and the state.
+  REQUIRE(*store.Declare("cell 1", "cell.toml") == 1);
+  std::ofstream(folder.path() + "/models/state.json") << JsonFrom(ModelState{});
+  CHECK(StateOf(store) == ModelState{});
+  CHECK(*store.Declare("cell 1", "cell.toml") == 2);
+  CHECK(StateOf(store) == ModelState{2, 2, 0, {2}});
 }
 
 TEST_CASE("a version that is no whole number is not taken for another one") {
@@ -387,6 +561,123 @@ TEST_CASE("the change between two models is that of the loaded tip") {
   CHECK(*LargestChange(cell, other, poses) > 1e-3);
   other.robot.joints[2].link_mass_kg.reset();
   CHECK_FALSE(LargestChange(cell, other, poses).ok());
+}
+
+namespace {
+
+MachineConfig ConfigOf(const CellModel& cell) {
+  MachineConfig config;
+  config.cell = cell;
+  const LoadedArm arm(cell);
+  std::mt19937 random(4);
+  for (const int id : {1, 2, 3}) {
+    AssemblyPoint& point = config.points.emplace_back();
+    point.id = id;
+    point.name = fmt::format("point {}", id);
+    point.near_q = test::RandomPosture(cell, random);
+    LoadedState state;
+    arm.AtActual(*point.near_q, {}, {}, state);
+    point.X_WP = cell.robot.X_WB * state.X_BT;
+  }
+  return config;
+}
+
+/// As a machine has it, by the corrector itself.
+double MoveOf(const AssemblyPoint& point, double payload_kg, const CellModel& before,
+              const CellModel& after, const CorrectionLimits& limits) {
+  std::array<Correction, 2> corrections;
+  const std::array<const CellModel*, 2> cells{&before, &after};
+  for (std::size_t k = 0; k < 2; ++k) {
+    Conditions conditions;
+    conditions.payload_kg = payload_kg;
+    Corrector(*cells[k], limits)
+        .Correct(point, {payload_kg, *cells[k]->payload_cog_F}, conditions, *point.near_q,
+                 BranchSearch::kThorough, corrections[k]);
+    REQUIRE(corrections[k].code == CorrectionCode::kOk);
+  }
+  return (corrections[1].X_BP_command.p - corrections[0].X_BP_command.p).norm();
+}
+
+}  // namespace
+
+TEST_CASE("a model's change is told at the configured points, with the configured loads") {
+  const CellModel before = test::HeavyArm();
+  CellModel after = before;
+  after.robot.joints[1].compliance_rad_per_Nm = 2e-6;
+  MachineConfig config = ConfigOf(before);
+  config.limits.max_translation_m = 1;
+  config.points[1].payload_kg = 120;
+  SECTION("a fixed mass, and a point with its own") {
+    config.payload.source = PayloadPolicy::Source::kFixed;
+    config.payload.fixed.mass_kg = 60;
+    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    REQUIRE(moves.all.size() == 3);
+    const PointMove* largest = moves.Largest();
+    REQUIRE(largest != nullptr);
+    double expected_m = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double load_kg = k == 1 ? 120 : 60;
+      CHECK(moves.all[k].payload_kg == load_kg);
+      const double move_m = MoveOf(config.points[k], load_kg, before, after, config.limits);
+      CHECK(moves.all[k].Distance_m() == Approx(move_m).margin(1e-9));
+      expected_m = std::max(expected_m, move_m);
+    }
+    CHECK(expected_m > 1e-3);
+    CHECK(largest->Distance_m() == Approx(expected_m).margin(1e-9));
+    CHECK(moves.notes.empty());
+    CHECK_THAT(TextOf(moves, "p.toml"),
+               Catch::Contains(fmt::format("the largest move of a configured point is {:.3f} mm: "
+                                           "point {} (point {}) at {:g} kg",
+                                           1e3 * expected_m, largest->id, largest->id,
+                                           largest->payload_kg)));
+  }
+  SECTION("every tool of a table") {
+    config.payload.source = PayloadPolicy::Source::kTable;
+    config.payload.table = {{1, 10, std::nullopt}, {2, 80, std::nullopt}};
+    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    REQUIRE(moves.all.size() == 5);
+    CHECK(moves.all[0].payload_kg == 10);
+    CHECK(moves.all[1].payload_kg == 80);
+    CHECK(moves.all[2].payload_kg == 120);
+  }
+  SECTION("a load that the robot reports is not known here, and that is told") {
+    const PointMoves unknown = MovesOfPoints(config, before, after, 0);
+    CHECK(unknown.all[0].payload_kg == 0);
+    REQUIRE(unknown.notes.size() == 1);
+    CHECK_THAT(unknown.notes[0], Catch::Contains("taken as nothing carried"));
+    after.domain.emplace().payload_kg = Interval{0, 60};
+    after.domain->q.assign(6, Interval{-10, 10});
+    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {75});
+    REQUIRE(fitted.all.size() == 7);
+    CHECK(fitted.all[1].payload_kg == 60);
+    CHECK(fitted.all[2].payload_kg == 75);
+    CHECK_THAT(fitted.notes[0], Catch::Contains("each of 0, 60, 75 kg"));
+  }
+  SECTION("a point that a model cannot correct is named, not left out") {
+    config.payload.source = PayloadPolicy::Source::kFixed;
+    after.payload_cog_F.reset();
+    config.payload.fixed.mass_kg = 60;
+    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    CHECK(moves.Largest() == nullptr);
+    CHECK_THAT(TextOf(moves, "p.toml"),
+               Catch::Contains("point 1 (point 1) at 60 kg has no correction then: ") &&
+                   Catch::Contains("is not known: none can be compared"));
+  }
+  SECTION("a point without its posture is told") {
+    config.points[2].near_q.reset();
+    config.payload.source = PayloadPolicy::Source::kFixed;
+    CHECK_THAT(MovesOfPoints(config, before, after, 0).notes.at(0),
+               Catch::StartsWith("point 3 without near_deg"));
+  }
+}
+
+TEST_CASE("the configuration of a daemon is noted by its whole path") {
+  const TemporaryFolder folder;
+  CHECK_FALSE(NotedConfiguration(folder.path()));
+  REQUIRE(NoteConfiguration(folder.path(), "here/plumbline.toml").ok());
+  CHECK(NotedConfiguration(folder.path()) ==
+        std::filesystem::current_path().string() + "/here/plumbline.toml");
+  CHECK_FALSE(NoteConfiguration(folder.path() + "/absent", "plumbline.toml").ok());
 }
 
 TEST_CASE("a model that reads what a point does not tell is refused, with the reason") {

@@ -1,0 +1,75 @@
+#include "app/cli/model_moves.h"
+
+#include <fmt/format.h>
+
+#include <ctime>
+#include <filesystem>
+#include <optional>
+
+#include "app/config/daemon_config_reader.h"
+#include "app/model_store/configuration_note.h"
+#include "app/model_store/model_change.h"
+#include "app/model_store/point_moves.h"
+#include "firmware-like/deflection/loaded_arm.h"
+
+namespace plumbline {
+namespace {
+
+/// What can be said without the points.
+std::string UnloadedTipText(const CellModel& in_force, const CellModel& next,
+                            const std::string& why) {
+  const auto change_m = LargestChange(in_force, next, PosesWithinLimits(in_force));
+  return fmt::format(
+      "{}{}: by how much its points move, with their loads, is not known\n",
+      change_m
+          ? fmt::format("within the joint limits and with nothing carried it moves the tip by up "
+                        "to {:.3f} mm from the model in force. ",
+                        1e3 * *change_m)
+          : "",
+      why);
+}
+
+bool SameFolder(const std::string& a, const std::string& b) {
+  std::error_code unknown;
+  return std::filesystem::equivalent(a, b, unknown) && !unknown;
+}
+
+}  // namespace
+
+Result<std::string> MovesText(const std::string& state_directory, const std::string& config_file,
+                              const CellModel& in_force, const CellModel& next) {
+  const bool given = !config_file.empty();
+  const std::optional<std::string> file =
+      given ? std::optional(config_file) : NotedConfiguration(state_directory);
+  if (!file) {
+    return UnloadedTipText(in_force, next,
+                           fmt::format("No daemon has noted its configuration in {}; give it by "
+                                       "--config",
+                                       state_directory));
+  }
+  FaultList faults;
+  const std::optional<DaemonConfig> config = ReadDaemonConfig(*file, faults);
+  if (!config && given) return Error{fmt::format("{}{} cannot be used", FaultsText(faults), *file)};
+  if (!config) {
+    return UnloadedTipText(in_force, next,
+                           fmt::format("The daemon's configuration {} cannot be read here, or has "
+                                       "faults (`plumbline check {}`)",
+                                       *file, *file));
+  }
+  if (!given && !SameFolder(config->state_directory, state_directory)) {
+    return UnloadedTipText(in_force, next,
+                           fmt::format("{}, which a daemon noted in {}, names {} by now; give the "
+                                       "configuration by --config",
+                                       *file, state_directory, config->state_directory));
+  }
+  if (config->machine.points.empty()) {
+    return UnloadedTipText(in_force, next, fmt::format("{} has no [[point]]", *file));
+  }
+  const PointMoves moves =
+      MovesOfPoints(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
+                    static_cast<double>(std::time(nullptr)));
+  return TextOf(moves, *file) +
+         "note: poses that a PLC has corrected by command are not among these points\n";
+}
+
+}  // namespace plumbline

@@ -1,0 +1,31 @@
+#include "app/model_store/configuration_note.h"
+
+#include <filesystem>
+
+#include "app/config/text_file.h"
+#include "app/model_store/durable_file.h"
+
+namespace plumbline {
+namespace {
+
+std::string NoteOf(const std::string& state_directory) {
+  return state_directory + "/configuration";
+}
+
+}  // namespace
+
+Result<bool> NoteConfiguration(const std::string& state_directory, const std::string& file) {
+  std::error_code unknown;
+  const std::string path = std::filesystem::absolute(file, unknown).string();
+  if (unknown || NotedConfiguration(state_directory) == path) return true;
+  return WriteDurably(NoteOf(state_directory), path + "\n");
+}
+
+std::optional<std::string> NotedConfiguration(const std::string& state_directory) {
+  const Result<std::string> text = ReadTextFile(NoteOf(state_directory));
+  if (!text) return std::nullopt;
+  const std::string path = text->substr(0, text->find('\n'));
+  return path.empty() ? std::nullopt : std::optional(path);
+}
+
+}  // namespace plumbline

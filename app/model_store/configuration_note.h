@@ -1,0 +1,19 @@
+// Which configuration the daemon of a state directory runs with.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "firmware-like/result.h"
+
+namespace plumbline {
+
+/// Keeps the path of the daemon's configuration in its state directory, `configuration`, where it
+/// is not the one that is there already.
+/// @return why it could not be kept
+Result<bool> NoteConfiguration(const std::string& state_directory, const std::string& file);
+
+/// The path that was noted at the daemon's last start; nothing where there is none.
+std::optional<std::string> NotedConfiguration(const std::string& state_directory);
+
+}  // namespace plumbline

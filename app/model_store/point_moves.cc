@@ -1,0 +1,220 @@
+#include "app/model_store/point_moves.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "firmware-like/effects/catalogue.h"
+
+namespace plumbline {
+namespace {
+
+struct Load {
+  double mass_kg = 0;
+  std::optional<Vec3> cog_F;  ///< absent: where the cell has it
+};
+
+/// One model of the arm, with the time that its effects read.
+struct Model {
+  Model(const CellModel& its_cell, const CorrectionLimits& limits, double utc_s)
+      : cell(its_cell), corrector(its_cell, limits) {
+    if (cell.domain && cell.domain->time_zero_s) t_s = utc_s - *cell.domain->time_zero_s;
+  }
+
+  Correction Correct(const AssemblyPoint& point, const Load& load, const JointVector& seed,
+                     BranchSearch search) const {
+    Correction correction;
+    const std::optional<Vec3> cog_F = load.cog_F ? load.cog_F : cell.payload_cog_F;
+    if (load.mass_kg > 0 && !cog_F) {
+      correction.code = CorrectionCode::kPayloadUnknown;
+      return correction;
+    }
+    Conditions conditions;
+    conditions.payload_kg = load.mass_kg;
+    conditions.t_s = t_s;
+    corrector.Correct(point, {load.mass_kg, cog_F.value_or(Vec3::Zero())}, conditions, seed, search,
+                      correction);
+    return correction;
+  }
+
+  const CellModel& cell;
+  Corrector corrector;
+  std::optional<double> t_s;
+};
+
+bool ReadsTemperature(const CellModel& cell) {
+  return std::any_of(cell.effects.begin(), cell.effects.end(), [](const WrittenEffect& written) {
+    const Effect* const effect = FindEffect(written.id);
+    const bool follows = std::find(written.drivers.begin(), written.drivers.end(), "temp_C") !=
+                         written.drivers.end();
+    return follows || (effect != nullptr && effect->traits().Needs(Signal::kTemperature));
+  });
+}
+
+/// The middle of each joint's limits; 0 where it has none.
+JointVector MiddleOf(const Robot& robot) {
+  JointVector q = JointVector::Zero(robot.size());
+  for (int i = 0; i < robot.size(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (std::isfinite(joint.min) && std::isfinite(joint.max)) q[i] = 0.5 * (joint.min + joint.max);
+  }
+  return q;
+}
+
+/// Loads of points without their own, by [payload].
+std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& before,
+                                  const CellModel& after, const std::vector<double>& reported_kg,
+                                  std::vector<std::string>& notes) {
+  std::vector<Load> loads;
+  if (policy.source == PayloadPolicy::Source::kFixed) {
+    return {{policy.fixed.mass_kg, policy.fixed.cog_F}};
+  }
+  if (policy.source == PayloadPolicy::Source::kTable) {
+    for (const PayloadPolicy::ToolLoad& tool : policy.table) {
+      loads.push_back({tool.mass_kg, tool.cog_F});
+    }
+    return loads;
+  }
+  std::set<double> masses_kg{0};
+  for (const CellModel* cell : {&before, &after}) {
+    if (!cell->domain || !cell->domain->payload_kg) continue;
+    masses_kg.insert(std::max(0.0, cell->domain->payload_kg->low));
+    masses_kg.insert(std::max(0.0, cell->domain->payload_kg->high));
+  }
+  for (const double mass_kg : reported_kg) {
+    if (mass_kg >= 0 && mass_kg <= kLargestPayload_kg) masses_kg.insert(mass_kg);
+  }
+  for (const double mass_kg : masses_kg) loads.push_back({mass_kg, std::nullopt});
+  notes.push_back(
+      masses_kg.size() == 1
+          ? "the robot reports the load (payload.source = \"robot\"), which is not known here: "
+            "taken "
+            "as nothing carried; with a load the points may move farther"
+          : fmt::format(
+                "the robot reports the load (payload.source = \"robot\"), which is not known "
+                "here: taken as each of {:g} kg, nothing carried and what the models and "
+                "their points have seen; another load may move the points farther",
+                fmt::join(masses_kg, ", ")));
+  return loads;
+}
+
+PointMove MoveOf(const AssemblyPoint& point, const Load& load, const Model& before,
+                 const Model& after) {
+  PointMove move;
+  move.id = point.id;
+  move.name = point.name;
+  move.payload_kg = load.mass_kg;
+  const JointVector seed = point.near_q.value_or(MiddleOf(before.cell.robot));
+  const Correction first = before.Correct(point, load, seed, BranchSearch::kThorough);
+  move.code_before = first.code;
+  Correction second;
+  if (first.code == CorrectionCode::kOk) {  // the same branch, as in a running daemon
+    second = after.Correct(point, load, first.q, BranchSearch::kNone);
+  }
+  if (second.code != CorrectionCode::kOk) {
+    second = after.Correct(point, load, seed, BranchSearch::kThorough);
+  }
+  move.code_after = second.code;
+  move.before_B = first.X_BP_command.p;
+  move.after_B = second.X_BP_command.p;
+  return move;
+}
+
+std::string PointText(const PointMove& move) {
+  return fmt::format("point {} ({}) at {:g} kg", move.id, move.name, move.payload_kg);
+}
+
+std::string PositionText(CorrectionCode code, const Vec3& p_B) {
+  if (code != CorrectionCode::kOk) return "none";
+  return fmt::format("{:.3f}, {:.3f}, {:.3f}", 1e3 * p_B.x(), 1e3 * p_B.y(), 1e3 * p_B.z());
+}
+
+}  // namespace
+
+const PointMove* PointMoves::Largest() const {
+  const PointMove* largest = nullptr;
+  for (const PointMove& move : all) {
+    if (!move.Compared()) continue;
+    if (largest == nullptr || move.Distance_m() > largest->Distance_m()) largest = &move;
+  }
+  return largest;
+}
+
+PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
+                         const CellModel& after, double utc_s,
+                         const std::vector<double>& reported_kg) {
+  PointMoves moves;
+  if (before.robot.size() != after.robot.size()) {
+    moves.notes.emplace_back("the two models have not as many joints: no point can be compared");
+    return moves;
+  }
+  const Model model_before(before, config.limits, utc_s), model_after(after, config.limits, utc_s);
+  const bool all_have_own =
+      std::all_of(config.points.begin(), config.points.end(),
+                  [](const AssemblyPoint& point) { return point.payload_kg.has_value(); });
+  std::vector<Load> configured;
+  if (!all_have_own) {
+    configured = ConfiguredLoads(config.payload, before, after, reported_kg, moves.notes);
+  }
+  std::vector<int> without_posture;
+  for (const AssemblyPoint& point : config.points) {
+    const bool fits = !point.near_q || point.near_q->size() == before.robot.size();
+    if (!fits) continue;  // a fault of the configuration, told where it is read
+    if (!point.near_q) without_posture.push_back(point.id);
+    const bool by_policy = config.payload.source == PayloadPolicy::Source::kFixed &&
+                           !before.payload_cog_F && !after.payload_cog_F;
+    const std::vector<Load> own{
+        {point.payload_kg.value_or(0), by_policy ? config.payload.fixed.cog_F : std::nullopt}};
+    for (const Load& load : point.payload_kg ? own : configured) {
+      moves.all.push_back(MoveOf(point, load, model_before, model_after));
+    }
+  }
+  if (!without_posture.empty()) {
+    moves.notes.push_back(fmt::format(
+        "point{} {} without near_deg: in another posture than the one taken here (nearest to the "
+        "middle of the joints' limits) the move is another",
+        without_posture.size() == 1 ? "" : "s", fmt::join(without_posture, ", ")));
+  }
+  if (ReadsTemperature(before) || ReadsTemperature(after)) {
+    moves.notes.emplace_back("effects of temperature are left out: it is not known here");
+  }
+  return moves;
+}
+
+std::string TextOf(const PointMoves& moves, const std::string& configuration) {
+  std::string text;
+  if (!moves.all.empty()) {
+    text += fmt::format("corrected commands of the points of {}, in the robot's base, mm:\n",
+                        configuration);
+    text += fmt::format("{:>7}  {:>8}  {:>30}  {:>30}  {:>9}\n", "point", "load kg", "now", "then",
+                        "moves");
+  }
+  for (const PointMove& move : moves.all) {
+    text += fmt::format("{:>7}  {:>8g}  {:>30}  {:>30}  {:>9}\n", move.id, move.payload_kg,
+                        PositionText(move.code_before, move.before_B),
+                        PositionText(move.code_after, move.after_B),
+                        move.Compared() ? fmt::format("{:.3f}", 1e3 * move.Distance_m()) : "-");
+  }
+  for (const PointMove& move : moves.all) {
+    for (const auto& [code, when] :
+         {std::pair(move.code_before, "now"), std::pair(move.code_after, "then")}) {
+      if (code == CorrectionCode::kOk) continue;
+      text += fmt::format("{} has no correction {}: {}\n", PointText(move), when, Describe(code));
+    }
+  }
+  if (const PointMove* const largest = moves.Largest()) {
+    text += fmt::format("the largest move of a configured point is {:.3f} mm: {}\n",
+                        1e3 * largest->Distance_m(), PointText(*largest));
+  } else {
+    text += fmt::format("by how much the points of {} move is not known: none can be compared\n",
+                        configuration);
+  }
+  for (const std::string& note : moves.notes) text += fmt::format("note: {}\n", note);
+  return text;
+}
+
+}  // namespace plumbline
