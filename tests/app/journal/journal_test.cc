@@ -483,3 +483,19 @@ TEST_CASE("what only some rows have is left out and told, never zero") {
   CHECK_THAT(notes, Catch::Contains("temp_C") && Catch::Contains("2 of 3") &&
                         Catch::Contains("no position"));
 }
+
+TEST_CASE("a link in the place of the journal is not followed; a linked folder is") {
+  const TemporaryFolder folder;
+  const std::string real = folder.path() + "/real", linked = folder.path() + "/linked";
+  std::filesystem::create_directory(real);
+  std::filesystem::create_directory_symlink(real, linked);
+  REQUIRE(Journal::Open(linked + "/journal.sqlite").ok());
+  CHECK(std::filesystem::exists(real + "/journal.sqlite"));
+
+  const std::string victim = folder.path() + "/victim", link = real + "/other.sqlite";
+  std::filesystem::create_symlink(victim, link);
+  const auto refused = Journal::Open(link);
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(refused.error(), Catch::Contains("other.sqlite: is a symbolic link"));
+  CHECK_FALSE(std::filesystem::exists(victim));
+}
