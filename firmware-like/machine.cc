@@ -69,20 +69,34 @@ Machine::Machine(const MachineConfig& config)
   for (PointResult& point : snapshot_.points) point.correction.q = zero;
 }
 
-void Machine::Prepare() {
+Machine::TaughtBranch Machine::FindTaughtBranch(std::size_t index) {
+  const AssemblyPoint& point = config_.points[index];
+  if (!point.near_q) return {};
+  const Payload payload{point.payload_kg.value_or(0.0),
+                        config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+  Correction correction;
+  corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q, BranchSearch::kThorough,
+                     correction);
+  if (correction.code != CorrectionCode::kOk) return {};
+  StateUncertainty(payload, correction);
+  return {correction.q, correction.uncertainty_m};
+}
+
+void Machine::AwaitTaughtBranches() {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    const AssemblyPoint& point = config_.points[k];
-    if (!point.near_q) continue;
-    const Payload payload{point.payload_kg.value_or(0.0),
-                          config_.cell.payload_cog_F.value_or(Vec3::Zero())};
-    Correction correction;
-    corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q,
-                       BranchSearch::kThorough, correction);
-    if (correction.code != CorrectionCode::kOk) continue;
-    branches_[k].solution = correction.q;
-    StateUncertainty(payload, correction);
-    radii_[k].radius_m = correction.uncertainty_m;
+    branches_[k].awaited = config_.points[k].near_q.has_value();
   }
+}
+
+void Machine::TakeTaughtBranch(std::size_t index, const TaughtBranch& found) {
+  branches_[index].awaited = false;
+  if (!found.q) return;
+  branches_[index].solution = found.q;
+  radii_[index].radius_m = found.radius_m;
+}
+
+void Machine::Prepare() {
+  for (std::size_t k = 0; k < config_.points.size(); ++k) TakeTaughtBranch(k, FindTaughtBranch(k));
 }
 
 void Machine::TakeOver(const Machine& former) {
@@ -235,6 +249,10 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   const std::optional<Payload> payload = PayloadAt(point.payload_kg);
   if (!payload) {
     result.code = CorrectionCode::kPayloadUnknown;
+    return;
+  }
+  if (branch.awaited) {
+    result.code = CorrectionCode::kPending;
     return;
   }
   const Circumstances circumstances = CircumstancesOf(*payload);

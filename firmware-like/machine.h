@@ -62,8 +62,24 @@ class Machine {
  public:
   explicit Machine(const MachineConfig& config);
 
-  /// Finds the branch of every point that names the joints where it was taught, so that the first
-  /// cycles are as short as the others. May take milliseconds a point; not for the cycle.
+  /// The branch of a point, found from the joints where it was taught.
+  struct TaughtBranch {
+    std::optional<JointVector> q;    ///< nothing: none was found
+    std::optional<double> radius_m;  ///< 95 % radius there, of an identified model
+  };
+  /// Searches thoroughly: up to tens of milliseconds. Not for the cycle, and not while another
+  /// thread runs this machine's: whoever searches beside the cycle has a machine of its own.
+  /// @return  an empty one for a point that names no joints
+  TaughtBranch FindTaughtBranch(std::size_t index);
+
+  /// Every point that names the joints where it was taught is pending from now on, until its
+  /// branch is taken: the cycle searches nothing for it meanwhile.
+  void AwaitTaughtBranches();
+  /// Between two cycles, or before the first. Where no branch was found, the cycle searches.
+  void TakeTaughtBranch(std::size_t index, const TaughtBranch& found);
+
+  /// Finds and takes the branches of all points, so that the first cycles are as short as the
+  /// others.
   void Prepare();
 
   /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
@@ -115,6 +131,7 @@ class Machine {
   /// What is known of a point's branch.
   struct Branch {
     std::optional<JointVector> solution;  ///< the last one: the next one's starting value
+    bool awaited = false;                 ///< somebody searches it beside the cycle
     struct Search {
       CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last one, where it failed
       double pause_s = 0;                                 ///< before the next, and its moment

@@ -76,6 +76,7 @@ CameraInput CameraInputFrom(const PlcCamera& camera) {
 CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
     : machine(config.machine),
       model_version(version),
+      branches(config.machine),
       convention(config.plc.convention),
       encoder(convention, PointIds(config)),
       readable(ReadableRanges(config.machine.points.size())),
@@ -88,7 +89,8 @@ CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> 
       }
     }
   }
-  machine.Prepare();
+  machine.AwaitTaughtBranches();
+  branches.Start();
 }
 
 PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
@@ -209,6 +211,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
                                                    CameraWarnings(environment_.cameras));
   const Snapshot& snapshot = parts.machine.Cycle(input);
   HandOver(parts, snapshot);
+  parts.branches.HandTo(parts.machine);
   Publish(parts, snapshot);
 
   alarms_.fetch_or(snapshot.alarms);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "app/daemon/branch_preparation.h"
 #include "app/daemon/loop_link.h"
 #include "app/daemon/setup.h"
 #include "app/service/utc_clock.h"
@@ -23,7 +24,8 @@ struct CycleParts {
   CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version);
 
   Machine machine;
-  int model_version;  ///< of the machine's cell; 0: not known to the model store
+  BranchPreparation branches;  ///< of the machine's taught points; they are pending until found
+  int model_version;           ///< of the machine's cell; 0: not known to the model store
   PlcConvention convention;
   PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;

@@ -32,7 +32,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kReportPeriod_ms = 100;
+constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
 constexpr char kRobotLink[] = "robot link";
 
 /// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
@@ -90,7 +90,14 @@ struct Running {
   OneProcessor processor{};
 };
 
-void Reload(Running& running, Reporter& reporter) {
+/// A configuration that was read again, while the branches of its points are searched: until then
+/// the old one is served.
+struct PendingReload {
+  ConfigInForce in_force;
+  std::unique_ptr<CycleParts> parts;
+};
+
+std::optional<PendingReload> ReadAgain(const Running& running) {
   const std::string& file = running.file;
   const DaemonConfig& started = running.started;
   FaultList faults;
@@ -99,8 +106,14 @@ void Reload(Running& running, Reporter& reporter) {
   std::unique_ptr<CycleParts> parts = in_force ? PartsFrom(*in_force) : nullptr;
   if (!parts) {
     Log({Event::kNotReloaded, "configuration not reloaded; the former one stays in force"});
-    return;
+    return std::nullopt;
   }
+  return PendingReload{std::move(*in_force), std::move(parts)};
+}
+
+void Reload(PendingReload pending, Running& running, Reporter& reporter) {
+  const DaemonConfig& started = running.started;
+  const ConfigInForce* const in_force = &pending.in_force;
   const DaemonConfig& fresh = in_force->config;
   if (PlcSideDiffers(fresh.plc, started.plc)) {
     Log({Event::kNeedsRestart,
@@ -121,7 +134,8 @@ void Reload(Running& running, Reporter& reporter) {
   // The old link may have a reading under way, and withdraws what it pushed.
   const double begin_s = MonotonicSeconds();
   double fed_s = begin_s;
-  running.loop.Replace(std::move(parts), [&] {
+  pending.parts->branches.HandTo(pending.parts->machine, fresh.machine.points.size());
+  running.loop.Replace(std::move(pending.parts), [&] {
     running.plc.KeepConnections(running.manager);
     const double now_s = MonotonicSeconds();
     const auto period_s = running.manager.feed_period_s();
@@ -134,7 +148,7 @@ void Reload(Running& running, Reporter& reporter) {
   running.robot_patience_s = RobotPatience_s(fresh);
   running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
   reporter = ReporterFor(fresh);
-  Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
+  Log({Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
   TellModel(*in_force);
 }
 
@@ -201,9 +215,11 @@ void Watch(int signals, Running& running) {
   Reporter reporter = ReporterFor(running.started);
   UtcClock clock = running.loop.clock();
   Watchdog watchdog;
+  std::optional<PendingReload> pending;
+  const auto reloaded = [&running] { running.manager.Ready("configuration read again"); };
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
-    if (poll(&waiting, 1, kReportPeriod_ms) > 0) {
+    if (poll(&waiting, 1, pending ? kPreparedPeriod_ms : kReportPeriod_ms) > 0) {
       signalfd_siginfo info{};
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
@@ -213,8 +229,14 @@ void Watch(int signals, Running& running) {
         return;
       }
       running.manager.Reloading();
-      Reload(running, reporter);
-      running.manager.Ready("configuration read again");
+      pending.reset();  // of a file that has changed since
+      pending = ReadAgain(running);
+      if (!pending) reloaded();
+    }
+    if (pending && pending->parts->branches.finished()) {
+      Reload(std::move(*pending), running, reporter);
+      pending.reset();
+      reloaded();
     }
     const double now_s = MonotonicSeconds();
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
