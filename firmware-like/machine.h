@@ -51,8 +51,9 @@ struct MachineInput {
   RobotState robot;          ///< the newest reading, old or new
   PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
-  bool probes_recorded = false;     ///< somebody takes what a probe gives
-  std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
+  bool probes_recorded = false;      ///< somebody takes what a probe gives
+  bool storage_unavailable = false;  ///< why not: the disk cannot be written
+  std::uint16_t loop_warnings = 0;   ///< warning bits of what works beside the cycle
   std::array<CameraInput, kMostCameras> cameras;
 };
 
@@ -130,8 +131,8 @@ class Machine {
   PlausibilityFilter filter_;
   /// What is known of a point's branch.
   struct Branch {
-    std::optional<JointVector> solution;  ///< the last one: the next one's starting value
     bool awaited = false;                 ///< somebody searches it beside the cycle
+    std::optional<JointVector> solution;  ///< the last one: the next one's starting value
     struct Search {
       CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last one, where it failed
       double pause_s = 0;                                 ///< before the next, and its moment

@@ -14,6 +14,11 @@ bool MakesSense(const std::optional<double>& payload_kg) {
   return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kLargestPayload_kg);
 }
 
+CorrectionCode WhyNotRecorded(const MachineInput& input) {
+  return input.storage_unavailable ? CorrectionCode::kStorageUnavailable
+                                   : CorrectionCode::kNotRecorded;
+}
+
 /// Whether the command is about the k-th camera.
 bool IsMeant(const MachineInput& input, std::size_t k) {
   const std::uint16_t named = input.command.camera;
@@ -40,7 +45,7 @@ void Machine::Execute(const MachineInput& input) {
   }
   if (command.code == PlcCommandCode::kRestartMonitor) {
     snapshot_.monitor_restart = input.probes_recorded;
-    result.code = input.probes_recorded ? CorrectionCode::kOk : CorrectionCode::kNotRecorded;
+    result.code = input.probes_recorded ? CorrectionCode::kOk : WhyNotRecorded(input);
     return;
   }
   if (command.code == PlcCommandCode::kStartCalibration ||
@@ -160,7 +165,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
                                   const std::optional<Vec3>& measured_W) {
   const PlcCommand& command = input.command;
   const LoadedArm& arm = corrector_.arm();
-  if (!input.probes_recorded) return CorrectionCode::kNotRecorded;
+  if (!input.probes_recorded) return WhyNotRecorded(input);
   if (!measured_W) return CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
   const std::optional<Payload> payload = PayloadAt(command.payload_kg);

@@ -47,6 +47,7 @@ std::uint16_t LoopWarnings(std::uint16_t state) {
   if ((state & loop_state::kAlarm) != 0) warnings |= warning::kDrift;
   if ((state & loop_state::kProposalWaiting) != 0) warnings |= warning::kProposalWaiting;
   if ((state & loop_state::kFault) != 0) warnings |= warning::kLoopFault;
+  if ((state & loop_state::kStorage) != 0) warnings |= warning::kStorage;
   return static_cast<std::uint16_t>(warnings);
 }
 
@@ -75,8 +76,8 @@ CameraInput CameraInputFrom(const PlcCamera& camera) {
 
 CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
     : machine(config.machine),
-      model_version(version),
       branches(config.machine),
+      model_version(version),
       convention(config.plc.convention),
       encoder(convention, PointIds(config)),
       readable(ReadableRanges(config.machine.points.size())),
@@ -207,11 +208,12 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   environment_.now_s = begin_s;
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
+  input.storage_unavailable = (environment_.loop.state & loop_state::kStorage) != 0;
   input.loop_warnings = static_cast<std::uint16_t>(LoopWarnings(environment_.loop.state) |
                                                    CameraWarnings(environment_.cameras));
+  parts.branches.HandTo(parts.machine);
   const Snapshot& snapshot = parts.machine.Cycle(input);
   HandOver(parts, snapshot);
-  parts.branches.HandTo(parts.machine);
   Publish(parts, snapshot);
 
   alarms_.fetch_or(snapshot.alarms);

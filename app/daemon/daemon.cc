@@ -19,10 +19,10 @@
 #include "app/daemon/one_processor.h"
 #include "app/daemon/plc_side.h"
 #include "app/daemon/reporter.h"
+#include "app/daemon/state_storage.h"
 #include "app/daemon/view_side.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
-#include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/service_manager.h"
 #include "app/service/signals.h"
@@ -283,11 +283,12 @@ int RunDaemon(const std::string& config_file) {
     return 1;
   }
   const DaemonConfig* const config = &in_force->config;
-  const Result<DaemonMark> announced = AnnounceDaemon(config->state_directory);
-  if (!announced) {
+  StateStorage storage(config->state_directory, Log);
+  const std::optional<std::string> taken = storage.Take();
+  if (taken) {
     Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
          fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
-                     config->loop.enabled ? "not started: " : "", announced.error(),
+                     config->loop.enabled ? "not started: " : "", *taken,
                      config->loop.enabled ? "" : ", else `plumbline model` cannot tell it")});
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
@@ -317,11 +318,12 @@ int RunDaemon(const std::string& config_file) {
     Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
     return 2;
   }
-  if (const auto kept = KeepBootCount(config->state_directory, boot_count); !kept) {
-    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", kept.error())});
-  }
+  if (!taken) storage.KeepBootCount(boot_count);
 
-  LoopWorker worker(link, Log, [] { kill(getpid(), SIGHUP); });
+  storage.OnWorks(
+      [&view, config] { view.OpenAgain([config] { return OpenView(config->state_directory); }); });
+  LoopWorker worker(
+      link, Log, [] { kill(getpid(), SIGHUP); }, taken ? nullptr : &storage);
   worker.Configure(*config, in_force->models);
   worker.Start();
   CyclicLoop loop(std::move(parts), handler, images, link, boot_count, &(*plc)->server());

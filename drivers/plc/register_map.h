@@ -26,6 +26,7 @@ inline constexpr std::uint16_t kProposalWaiting = 1 << 2;
 inline constexpr std::uint16_t kLearning = 1 << 3;    ///< the monitor's reference is being taken
 inline constexpr std::uint16_t kDiagnosing = 1 << 4;  ///< the diagnosis is at work
 inline constexpr std::uint16_t kFault = 1 << 5;       ///< journal or diagnosis failed; see the log
+inline constexpr std::uint16_t kStorage = 1 << 6;     ///< the state directory cannot be written
 }  // namespace loop_state
 
 /// What the loop of probes, monitor and model tells the PLC.

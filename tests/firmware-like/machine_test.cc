@@ -536,6 +536,24 @@ TEST_CASE("points whose branches are searched beside the cycle are pending, one 
   }
 }
 
+TEST_CASE("a probe is refused with the disk as the reason, where that is the reason") {
+  Cell cell;
+  cell.Running();
+  cell.input.storage_unavailable = GENERATE(false, true);
+  const CorrectionCode why = cell.input.storage_unavailable ? CorrectionCode::kStorageUnavailable
+                                                            : CorrectionCode::kNotRecorded;
+  for (const PlcCommandCode code : {PlcCommandCode::kProbe, PlcCommandCode::kRestartMonitor}) {
+    cell.input.command.code = code;
+    cell.input.command.probe_W = Vec3(1, 2, 3);
+    ++cell.input.command.sequence;
+    const Snapshot& snapshot = cell.Next();
+    CHECK(snapshot.result.code == why);
+    CHECK_FALSE(snapshot.probe_taken);
+    CHECK_FALSE(snapshot.monitor_restart);
+    CHECK(snapshot.points[0].valid);
+  }
+}
+
 TEST_CASE("a new configuration goes on from the values of the former one") {
   Cell cell;
   cell.Running();
