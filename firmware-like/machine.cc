@@ -78,16 +78,31 @@ Machine::Machine(const MachineConfig& config)
   }
 }
 
-void Machine::Prepare() {
+std::optional<JointVector> Machine::FindTaughtBranch(std::size_t index) {
+  const AssemblyPoint& point = config_.points[index];
+  if (!point.near_q) return std::nullopt;
+  const Payload payload{point.payload_kg.value_or(0.0),
+                        config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+  Correction correction;
+  corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q, BranchSearch::kThorough,
+                     correction);
+  if (correction.code != CorrectionCode::kOk) return std::nullopt;
+  return correction.q;
+}
+
+void Machine::AwaitTaughtBranches() {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    const AssemblyPoint& point = config_.points[k];
-    if (!point.near_q) continue;
-    const Payload payload{point.payload_kg.value_or(0.0),
-                          config_.cell.payload_cog_F.value_or(Vec3::Zero())};
-    const Correction correction = Preview(point, payload, *point.near_q, BranchSearch::kThorough);
-    if (correction.code != CorrectionCode::kOk) continue;
-    branches_[k].solution = correction.q;
+    branches_[k].awaited = config_.points[k].near_q.has_value();
   }
+}
+
+void Machine::TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
+  branches_[index].awaited = false;
+  if (found) branches_[index].solution = found;
+}
+
+void Machine::Prepare() {
+  for (std::size_t k = 0; k < config_.points.size(); ++k) TakeTaughtBranch(k, FindTaughtBranch(k));
 }
 
 Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
@@ -299,6 +314,10 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   const std::optional<Payload> payload = PayloadAt(point.payload_kg);
   if (!payload) {
     result.code = CorrectionCode::kPayloadUnknown;
+    return;
+  }
+  if (branch.awaited) {
+    result.code = CorrectionCode::kPending;
     return;
   }
   const Circumstances circumstances = CircumstancesOf(*payload);

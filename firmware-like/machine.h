@@ -53,11 +53,12 @@ struct MachineInput {
   RobotState robot;          ///< the newest reading, old or new
   PlcCommand command;        ///< the newest command, executed when its sequence is new
   bool cycle_overrun = false;
-  bool probes_recorded = false;     ///< somebody takes what a probe gives
-  bool probes_pending = false;      ///< not yet: the journal is being opened
-  std::uint16_t loop_warnings = 0;  ///< warning bits of what works beside the cycle
-  bool scene_lost = false;          ///< interference was supervised and is no longer
-  bool scene_incomplete = false;    ///< watched pairs of objects are not measured
+  bool probes_recorded = false;      ///< somebody takes what a probe gives
+  bool probes_pending = false;       ///< not yet: the journal is being opened
+  bool storage_unavailable = false;  ///< why not: the disk cannot be written
+  std::uint16_t loop_warnings = 0;   ///< warning bits of what works beside the cycle
+  bool scene_lost = false;           ///< interference was supervised and is no longer
+  bool scene_incomplete = false;     ///< watched pairs of objects are not measured
   std::array<CameraInput, kMostCameras> cameras;
 };
 
@@ -67,8 +68,20 @@ class Machine {
  public:
   explicit Machine(const MachineConfig& config);
 
-  /// Finds the branch of every point that names the joints where it was taught, so that the first
-  /// cycles are as short as the others. May take milliseconds a point; not for the cycle.
+  /// The branch of a point, found from the joints where it was taught. Searches thoroughly: up to
+  /// tens of milliseconds. Not for the cycle, and not while another thread runs this machine's:
+  /// whoever searches beside the cycle has a machine of its own.
+  /// @return  nothing where none was found, or the point names no joints
+  std::optional<JointVector> FindTaughtBranch(std::size_t index);
+
+  /// Every point that names the joints where it was taught is pending from now on, until its
+  /// branch is taken: the cycle searches nothing for it meanwhile.
+  void AwaitTaughtBranches();
+  /// Between two cycles, or before the first. Where no branch was found, the cycle searches.
+  void TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
+
+  /// Finds and takes the branches of all points, so that the first cycles are as short as the
+  /// others.
   void Prepare();
 
   /// The answer to a point under a payload, solved from `seed` as Prepare() does, with its radius:
@@ -145,6 +158,7 @@ class Machine {
   bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m is another model's
   /// What is known of a point's branch.
   struct Branch {
+    bool awaited = false;                 ///< somebody searches it beside the cycle
     std::optional<JointVector> solution;  ///< the last one: the next one's starting value
     struct Search {
       CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last one, where it failed

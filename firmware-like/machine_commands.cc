@@ -161,6 +161,7 @@ CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
 
 CorrectionCode Machine::ProbeRecording(const MachineInput& input) const {
   if (input.probes_recorded) return CorrectionCode::kOk;
+  if (input.storage_unavailable) return CorrectionCode::kStorageUnavailable;
   return input.probes_pending ? CorrectionCode::kPending : CorrectionCode::kNotRecorded;
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
+#include "app/text/json_text.h"
 
 namespace plumbline {
 namespace {
@@ -94,11 +95,13 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
                                                           const Body& cell) {
   std::map<std::int64_t, MarksMemory> memories;
   try {
-    const Json json = Json::parse(text);
+    const Result<Json> read = JsonFromText(text);
+    if (!read) return Error{read.error()};
+    const Json& json = *read;
     if (json.at("schema") != kMarksSchema) {
       return Error{fmt::format("its schema is not {}", kMarksSchema)};
     }
-    if (json.at("marks") != Json::parse(Declared(cell).dump())) return memories;
+    if (json.at("marks") != JsonOrNull(Declared(cell).dump())) return memories;
     for (const auto& [id, memory] : json.at("lenses").items()) {
       memories[std::stoll(id)] = MemoryFrom(memory);
     }

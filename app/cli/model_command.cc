@@ -19,6 +19,7 @@
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
+#include "app/text/json_text.h"
 
 namespace plumbline {
 namespace {
@@ -63,7 +64,7 @@ std::string Millimetres(const std::optional<double>& value) {
 }
 
 nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
-  nlohmann::json json = nlohmann::json::parse(JsonFrom(version.facts));
+  nlohmann::json json = JsonOrNull(JsonFrom(version.facts));
   json["version"] = version.number;
   json["applied"] = version.number == state.applied;
   json["proposed"] = version.number == state.proposed;

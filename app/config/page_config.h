@@ -18,6 +18,10 @@ struct PageConfig {
   bool operator==(const PageConfig&) const = default;
 };
 
+/// Why a token can be guessed: shorter than 128 random bits, a pattern, or the one of an old
+/// manual; with how to make one. Nothing where it cannot. Never repeats the token.
+std::optional<std::string> WhyTokenWeak(const std::string& token);
+
 /// An address that only this computer reaches.
 bool IsLoopback(const std::string& address);
 /// One that stands for all of this computer's.

@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstdlib>
+#include <set>
+#include <string_view>
 
 #include "app/config/page_config.h"
 #include "app/config/toml_reader.h"
@@ -11,6 +15,30 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kShortestToken = 16, kLongestToken = 200;
+
+/// 128 bits of random digits: 32 hexadecimal ones, or 22 of a larger alphabet.
+constexpr std::size_t kHexDigits = 32, kOtherSigns = 22;
+constexpr std::size_t kFewestDifferent = 8;
+/// Of the manual, before and now, and of config/plumbline.toml.
+constexpr std::array<std::string_view, 2> kExamples = {"a-long-word-of-your-own",
+                                                       "what-openssl-rand-hex-16-prints"};
+
+/// The same run of characters again and again, at least twice.
+bool Repeats(std::string_view token) {
+  for (std::size_t period = 1; 2 * period <= token.size(); ++period) {
+    if (token.substr(period) == token.substr(0, token.size() - period)) return true;
+  }
+  return false;
+}
+
+/// Mostly neighbours in the alphabet, such as abcdef or 987654.
+bool Counts(std::string_view token) {
+  std::size_t neighbours = 0;
+  for (std::size_t k = 1; k < token.size(); ++k) {
+    neighbours += std::abs(token[k] - token[k - 1]) <= 1 ? 1 : 0;
+  }
+  return 3 * neighbours >= 2 * token.size();
+}
 
 bool IsHostName(const std::string& name) {
   return name.size() <= 253 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -34,7 +62,35 @@ void TokenFromToml(const TomlTable& table, PageConfig& page) {
   page.token = token.value_or("");
 }
 
+/// Not a fault: nothing of the page may keep the daemon, which reads the same file, from starting.
+void JudgeToken(const TomlTable& table, const PageConfig& page) {
+  if (page.token.empty() || IsLoopback(page.listen)) return;
+  if (const auto why = WhyTokenWeak(page.token)) {
+    table.AddWarning("", fmt::format("the page is not served: {}", *why));
+  }
+}
+
 }  // namespace
+
+std::optional<std::string> WhyTokenWeak(const std::string& token) {
+  constexpr const char* kRemedy = "; make one by `openssl rand -hex 16`";
+  if (std::find(kExamples.begin(), kExamples.end(), token) != kExamples.end()) {
+    return fmt::format("its token is the example of the manual, which everybody knows{}", kRemedy);
+  }
+  const bool hex = std::all_of(token.begin(), token.end(),
+                               [](unsigned char c) { return std::isxdigit(c) != 0; });
+  if (token.size() < (hex ? kHexDigits : kOtherSigns)) {
+    return fmt::format(
+        "its token has less than 128 bits ({} hexadecimal digits, or {} letters and "
+        "digits){}",
+        kHexDigits, kOtherSigns, kRemedy);
+  }
+  const std::set<char> different(token.begin(), token.end());
+  if (different.size() < kFewestDifferent || Repeats(token) || Counts(token)) {
+    return fmt::format("its token is a pattern, not random{}", kRemedy);
+  }
+  return std::nullopt;
+}
 
 bool IsLoopback(const std::string& address) {
   in_addr v4{};
@@ -62,6 +118,7 @@ PageConfig PageFromToml(const TomlTable& table) {
     table.AddFault("listen",
                    "is reached from other computers: it needs a token = \"...\" that is asked for");
   }
+  JudgeToken(table, page);
   page.hosts = table.Strings("hosts").value_or(page.hosts);
   for (std::string& name : page.hosts) {
     if (!IsHostName(name)) {

@@ -109,6 +109,14 @@ void SyncFolder(const fs::path& folder) {
   close(fd);
 }
 
+/// Puts a new file in the place of whatever has that name.
+std::optional<Error> ReplaceFile(const fs::path& file, std::string_view text) {
+  TemporaryFile temporary(file);
+  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
+  SyncFolder(FolderOf(file));
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<std::string> ReadTextFile(const std::string& path) {
@@ -138,10 +146,11 @@ std::optional<Error> WriteTextFile(const std::string& path, std::string_view tex
   }
   const fs::path file = TargetOf(path);
   if (IsSpecial(file)) return WriteSpecial(file, text);
-  TemporaryFile temporary(file);
-  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
-  SyncFolder(FolderOf(file));
-  return std::nullopt;
+  return ReplaceFile(file, text);
+}
+
+std::optional<Error> WriteStateFile(const std::string& path, std::string_view text) {
+  return ReplaceFile(path, text);
 }
 
 std::optional<Error> WhyNotWritable(const std::string& path) {

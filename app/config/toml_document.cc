@@ -5,11 +5,16 @@
 
 #include "app/config/nearest_word.h"
 #include "app/config/toml_reader.h"
+#include "app/text/nesting.h"
 
 namespace plumbline {
 
 TomlDocument::TomlDocument(std::string_view text, std::string file, FaultList& faults)
     : file_(std::move(file)), faults_(faults) {
+  if (const auto line = LineNestedTooDeepInToml(text)) {
+    faults_.Add({Fault::Severity::kFault, file_, *line, "", NestedTooDeepText()});
+    return;
+  }
   try {
     root_ = toml::parse(text, file_);
     parsed_ = true;

@@ -47,6 +47,7 @@ std::uint16_t LoopWarnings(std::uint16_t state) {
   if ((state & loop_state::kAlarm) != 0) warnings |= warning::kDrift;
   if ((state & loop_state::kProposalWaiting) != 0) warnings |= warning::kProposalWaiting;
   if ((state & loop_state::kFault) != 0) warnings |= warning::kLoopFault;
+  if ((state & loop_state::kStorage) != 0) warnings |= warning::kStorage;
   return static_cast<std::uint16_t>(warnings);
 }
 
@@ -96,6 +97,7 @@ CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> 
 
 CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> kept, int version)
     : machine(config.machine),
+      branches(config.machine),
       model_version(version),
       records_probes(config.loop.enabled),
       convention(config.plc.convention),
@@ -110,7 +112,8 @@ CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> ke
       }
     }
   }
-  machine.Prepare();
+  machine.AwaitTaughtBranches();
+  branches.Start();
 }
 
 PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
@@ -244,6 +247,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
   input.probes_recorded = recording && link_.queue.HasRoom();
   input.probes_pending = parts.records_probes && !environment_.loop.settled;
+  input.storage_unavailable = (environment_.loop.state & loop_state::kStorage) != 0;
   input.loop_warnings = static_cast<std::uint16_t>(
       LoopWarnings(environment_.loop.state) | CameraWarnings(environment_.cameras) |
       SceneWarnings(environment_.scene, begin_s) | (two_masters ? warning::kTwoMasters : 0) |
@@ -251,6 +255,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const bool scene_fresh = IsFresh(environment_.scene, begin_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
+  parts.branches.HandTo(parts.machine);
   const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);
   if (snapshot.result.sequence != executed) {

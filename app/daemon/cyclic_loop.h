@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "app/daemon/branch_preparation.h"
 #include "app/daemon/loop_link.h"
 #include "app/daemon/setup.h"
 #include "app/service/utc_clock.h"
@@ -25,6 +26,7 @@ struct CycleParts {
   CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> kept, int version);
 
   Machine machine;
+  BranchPreparation branches;    ///< of the machine's taught points; they are pending until found
   int model_version;             ///< of the machine's cell; 0: not known to the model store
   bool records_probes;           ///< [loop] enabled
   bool model_set_aside = false;  ///< an applied version is not in force

@@ -19,11 +19,11 @@
 #include "app/daemon/one_processor.h"
 #include "app/daemon/plc_side.h"
 #include "app/daemon/reporter.h"
+#include "app/daemon/state_storage.h"
 #include "app/daemon/view_side.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/model_store/configuration_note.h"
-#include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/service_manager.h"
 #include "app/service/signals.h"
@@ -33,7 +33,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kReportPeriod_ms = 100;
+constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
 constexpr char kRobotLink[] = "robot link";
 
 /// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
@@ -120,7 +120,14 @@ struct Running {
   OneProcessor processor{};
 };
 
-void Reload(Running& running, Reporter& reporter) {
+/// A configuration that was read again, while the branches of its points are searched: until then
+/// the old one is served.
+struct PendingReload {
+  ConfigInForce in_force;
+  std::unique_ptr<CycleParts> parts;
+};
+
+std::optional<PendingReload> ReadAgain(const Running& running) {
   const std::string& file = running.file;
   const DaemonConfig& started = running.started;
   FaultList faults;
@@ -130,8 +137,14 @@ void Reload(Running& running, Reporter& reporter) {
       in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;
   if (!parts) {
     Log({Event::kNotReloaded, "configuration not reloaded; the former one stays in force"});
-    return;
+    return std::nullopt;
   }
+  return PendingReload{std::move(*in_force), std::move(parts)};
+}
+
+void Reload(PendingReload pending, Running& running, Reporter& reporter) {
+  const DaemonConfig& started = running.started;
+  const ConfigInForce* const in_force = &pending.in_force;
   const DaemonConfig& fresh = in_force->config;
   if (PlcSideDiffers(fresh.plc, started.plc)) {
     Log({Event::kNeedsRestart,
@@ -149,11 +162,12 @@ void Reload(Running& running, Reporter& reporter) {
   }
   running.worker.Configure(fresh,
                            in_force->models);  // first: it judges the new machine's first probe too
-  const bool link_kept = parts->link == running.loop.parts().link;
+  const bool link_kept = pending.parts->link == running.loop.parts().link;
   // An old link may have a reading under way, and withdraws what it pushed.
   const double begin_s = MonotonicSeconds();
   double fed_s = begin_s;
-  running.loop.Replace(std::move(parts), [&] {
+  pending.parts->branches.HandTo(pending.parts->machine, fresh.machine.points.size());
+  running.loop.Replace(std::move(pending.parts), [&] {
     running.plc.KeepConnections(running.manager);
     const double now_s = MonotonicSeconds();
     const auto period_s = running.manager.feed_period_s();
@@ -166,11 +180,11 @@ void Reload(Running& running, Reporter& reporter) {
   running.robot_patience_s = RobotPatience_s(fresh);
   running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
   if (link_kept) {
-    reporter.Configure(PointNames(fresh), fresh.machine.cell.domain.has_value());
+    reporter.Configure(PointNames(fresh));
   } else {
     reporter = ReporterFor(fresh);
   }
-  Log({Event::kReloaded, fmt::format("configuration {} reloaded", file)});
+  Log({Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
   TellModel(*in_force);
 }
 
@@ -240,9 +254,11 @@ void Watch(int signals, Running& running) {
   Reporter reporter = ReporterFor(running.started);
   UtcClock clock = running.loop.clock();
   Watchdog watchdog;
+  std::optional<PendingReload> pending;
+  const auto reloaded = [&running] { running.manager.Ready("configuration read again"); };
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
-    if (poll(&waiting, 1, kReportPeriod_ms) > 0) {
+    if (poll(&waiting, 1, pending ? kPreparedPeriod_ms : kReportPeriod_ms) > 0) {
       signalfd_siginfo info{};
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
@@ -252,8 +268,14 @@ void Watch(int signals, Running& running) {
         return;
       }
       running.manager.Reloading();
-      Reload(running, reporter);
-      running.manager.Ready("configuration read again");
+      pending.reset();  // of a file that has changed since
+      pending = ReadAgain(running);
+      if (!pending) reloaded();
+    }
+    if (pending && pending->parts->branches.finished()) {
+      Reload(std::move(*pending), running, reporter);
+      pending.reset();
+      reloaded();
     }
     const double now_s = MonotonicSeconds();
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
@@ -302,11 +324,12 @@ int RunDaemon(const std::string& config_file) {
     return 1;
   }
   const DaemonConfig* const config = &in_force->config;
-  const Result<DaemonMark> announced = AnnounceDaemon(config->state_directory);
-  if (!announced) {
+  StateStorage storage(config->state_directory, Log);
+  const std::optional<std::string> taken = storage.Take();
+  if (taken) {
     Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
          fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
-                     config->loop.enabled ? "not started: " : "", announced.error(),
+                     config->loop.enabled ? "not started: " : "", *taken,
                      config->loop.enabled ? "" : ", else `plumbline model` cannot tell it")});
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
@@ -339,11 +362,12 @@ int RunDaemon(const std::string& config_file) {
     Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
     return 2;
   }
-  if (const auto kept = KeepBootCount(config->state_directory, boot_count); !kept) {
-    Log({Event::kBootCounter, fmt::format("boot counter not kept: {}", kept.error())});
-  }
+  if (!taken) storage.KeepBootCount(boot_count);
 
-  LoopWorker worker(link, Log, [] { kill(getpid(), SIGHUP); });
+  storage.OnWorks(
+      [&view, config] { view.OpenAgain([config] { return OpenView(config->state_directory); }); });
+  LoopWorker worker(
+      link, Log, [] { kill(getpid(), SIGHUP); }, taken ? nullptr : &storage);
   worker.Configure(*config, in_force->models);
   worker.Start();
   CyclicLoop loop(std::move(parts), handler, images, link, boot_count, &(*plc)->server());

@@ -58,8 +58,8 @@ Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>&
     pointers.push_back(const_cast<char*>(argument.c_str()));  // execv writes nothing
   }
   pointers.push_back(nullptr);
-  const int output =
-      open(output_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
+  const int output = open(output_file.c_str(),
+                          O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (output < 0) return Error{fmt::format("{}: {}", output_file, std::strerror(errno))};
   const pid_t parent = getpid();
   const pid_t pid = fork();

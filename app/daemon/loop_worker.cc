@@ -17,6 +17,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kPeriod = 200ms;  ///< where the cycle hands nothing over
 constexpr auto kJournalRetry = 5s;
+constexpr auto kStorageRetry = 2s;
 constexpr auto kModelsRefresh = 1s;
 constexpr auto kDecisionsRefresh = 1s;
 constexpr std::size_t kMostRowsNamed = 12;
@@ -49,8 +50,9 @@ MonitorDesign DesignFrom(const LoopConfig& loop, const std::function<void()>& st
 
 }  // namespace
 
-LoopWorker::LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload)
-    : link_(link), sink_(std::move(sink)), reload_(std::move(reload)) {}
+LoopWorker::LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload,
+                       StateStorage* storage)
+    : link_(link), sink_(std::move(sink)), reload_(std::move(reload)), storage_(storage) {}
 
 LoopWorker::~LoopWorker() {
   Stop();
@@ -90,6 +92,7 @@ void LoopWorker::Run() {
       stop = stop_;
     }
     if (task) TakeOver(std::move(*task));
+    WatchStorage();
     if (config_.loop.enabled && !journal_ && Clock::now() - journal_tried_ > kJournalRetry) {
       OpenJournal();
     }
@@ -144,8 +147,28 @@ void LoopWorker::TakeOver(Task task) {
   if (config_.loop.enabled) OpenJournal();
 }
 
+/// The journal is opened at once where the directory works again, and models are kept again.
+void LoopWorker::WatchStorage() {
+  if (storage_ == nullptr || Clock::now() - storage_tried_ <= kStorageRetry) return;
+  storage_tried_ = Clock::now();
+  const bool back = storage_->Watch();
+  pulse_.Beat();
+  if (!back) return;
+  journal_tried_ = {};
+  if (models_.declared == 0) reload_();
+}
+
+/// After something could not be written: is it the directory?
+void LoopWorker::CheckStorage() {
+  if (storage_ == nullptr || Clock::now() - storage_tried_ <= kStorageRetry) return;
+  storage_tried_ = Clock::now();
+  storage_->Check();
+  pulse_.Beat();
+}
+
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
+  if (storage_ != nullptr && !storage_->works()) return;
   Result<Journal> opened =
       Journal::Open(config_.state_directory + "/journal.sqlite", config_.loop.journal_bytes);
   if (!opened) return Fail(opened.error());
@@ -447,12 +470,15 @@ void LoopWorker::Tell() {
   const auto set = [&told](std::uint16_t bit, bool on) {
     if (on) told.state = static_cast<std::uint16_t>(told.state | bit);
   };
-  set(loop_state::kRecording, journal_ && !waits_);
+  const bool stores = storage_ == nullptr || storage_->works();
+  set(loop_state::kStorage, !stores);
+  set(loop_state::kRecording, journal_ && !waits_ && stores);
   set(loop_state::kAlarm, monitor_ && monitor_->alarm());
   set(loop_state::kProposalWaiting, models_.proposed != 0);
   set(loop_state::kLearning, monitor_ && monitor_->learning());
   set(loop_state::kDiagnosing, diagnosis_.has_value());
-  set(loop_state::kFault, !fault_.empty() || diagnosis_failed_);
+  set(loop_state::kFault,
+      !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !stores));
   set(loop_state::kQuarantined, waiting_ > 0);
   set(loop_state::kReferenceRefused, monitor_ && monitor_->reference_refused());
   told.settled = true;
@@ -470,6 +496,7 @@ void LoopWorker::Tell() {
 void LoopWorker::Fail(const std::string& what) {
   if (fault_ != what) sink_({Event::kJournalFault, "journal: " + what});
   fault_ = what;
+  CheckStorage();
 }
 
 void LoopWorker::Recovered() {

@@ -10,6 +10,7 @@
 #include "app/config/daemon_config.h"
 #include "app/daemon/diagnosis_run.h"
 #include "app/daemon/loop_link.h"
+#include "app/daemon/state_storage.h"
 #include "app/journal/journal.h"
 #include "app/log/log_entry.h"
 #include "app/model_store/model_store.h"
@@ -26,8 +27,11 @@ namespace plumbline {
 /// since the model in force was applied, or since a person restarted it.
 class LoopWorker {
  public:
-  /// @param reload  called (from the thread) when another model was applied
-  LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload);
+  /// @param reload   called (from the thread) when another model was applied, and when models can
+  ///                 be kept that could not
+  /// @param storage  watched by the thread; nullptr: the directory is taken to work
+  LoopWorker(LoopLink& link, LogSink sink, std::function<void()> reload,
+             StateStorage* storage = nullptr);
   ~LoopWorker();
   LoopWorker(const LoopWorker&) = delete;
   LoopWorker& operator=(const LoopWorker&) = delete;
@@ -49,6 +53,8 @@ class LoopWorker {
   void Run();
   void TakeOver(Task task);
   void OpenJournal();
+  void WatchStorage();
+  void CheckStorage();
   bool Take(const LoopEvent& event);
   bool Record(const LoopEvent& event);
   void NewReference();
@@ -72,6 +78,7 @@ class LoopWorker {
   LoopLink& link_;
   LogSink sink_;
   std::function<void()> reload_;
+  StateStorage* const storage_;
 
   std::mutex mutex_;  ///< of next_ and stop_
   std::optional<Task> next_;
@@ -85,7 +92,7 @@ class LoopWorker {
   std::optional<Journal> journal_;
   std::optional<DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
-  Clock::time_point journal_tried_, models_read_, decisions_read_;
+  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_tried_;
   /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
   /// otherwise in another's. Nothing: none was judged yet.
   std::optional<std::string> reference_camera_;

@@ -5,17 +5,24 @@
 #include <netdb.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <tuple>
 
 #include "app/daemon/device_wait.h"
 #include "app/log/log.h"
+#include "app/service/descriptors.h"
 #include "app/version.h"
 
 namespace plumbline {
 namespace {
 
 constexpr double kPlcPatience_s = 2;
+/// Files and sockets kept for the robot's link, the journal, cameras and what else the daemon
+/// opens: clients may take the others, two for each (one of them for the service manager to keep).
+/// All stay below 1024 (256 clients at most), which select() of libmodbus, the robot's, cannot go
+/// beyond.
+constexpr int kKeptDescriptors = 40, kDescriptorsOfClient = 2;
 constexpr char kListener[] = "modbus";  // FileDescriptorName= of plumbline.socket
 constexpr char kConnection[] = "modbus-client";
 
@@ -88,12 +95,26 @@ void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
   tell("listen", asked.address, IsEveryAddress(address) ? "every address" : address);
 }
 
+/// As many clients as leave descriptors for the rest of the daemon.
+int ClientsThatFit(int wanted) {
+  const int needed = kKeptDescriptors + kDescriptorsOfClient * wanted;
+  const int limit = RaiseDescriptorLimit(needed);
+  if (limit >= needed) return wanted;
+  const int served = std::max(1, (limit - kKeptDescriptors) / kDescriptorsOfClient);
+  Log({Event::kFileWarning,
+       fmt::format("plc.max_clients: warning: {} clients need {} open files, and this process may "
+                   "have {}: {} are served; raise LimitNOFILE of the service (ulimit -n)",
+                   wanted, needed, limit, served)});
+  return served;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceManager& manager,
                                                modbus::ImageHandler& handler) {
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
+  tcp.max_clients = ClientsThatFit(tcp.max_clients);
   tcp.listen_fd = manager.TakeSocket(kListener);
   tcp.connections = manager.TakeSockets(kConnection);
   tcp.offers_connections = manager.listens();

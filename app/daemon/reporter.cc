@@ -73,7 +73,7 @@ std::string FaultText(const ProbeIntake& probes) {
 Reporter::Reporter(std::vector<PointName> points, LogSink sink)
     : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
 
-void Reporter::Configure(std::vector<PointName> points, bool fitted) {
+void Reporter::Configure(std::vector<PointName> points) {
   points_ = std::move(points);
   fitted_ = fitted;
   codes_.assign(points_.size(), std::nullopt);

@@ -23,7 +23,7 @@ class Reporter {
 
   /// For another configuration over the same robot link: its points are told anew, the link and the
   /// trust in it are not.
-  void Configure(std::vector<PointName> points, bool fitted);
+  void Configure(std::vector<PointName> points);
 
   /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);

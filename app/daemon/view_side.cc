@@ -65,6 +65,11 @@ void ViewSide::Configure(const DaemonConfig& config) {
   for (const AssemblyPoint& point : config.machine.points) point_ids_.push_back(point.id);
 }
 
+void ViewSide::OpenAgain(const std::function<std::unique_ptr<ViewPublisher>()>& open) {
+  const std::lock_guard lock(mutex_);
+  if (!publisher_) publisher_ = open();
+}
+
 void ViewSide::Start(const CyclicLoop& loop) {
   const std::lock_guard lock(mutex_);
   loop_ = &loop;

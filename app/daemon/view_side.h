@@ -1,6 +1,7 @@
 // What the daemon shows, put together from its parts.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -17,11 +18,13 @@ namespace plumbline {
 /// takes from the mailboxes.
 class ViewSide {
  public:
-  /// @param publisher  null where the socket could not be made: nothing is shown
+  /// @param publisher  null where the socket could not be made: nothing is shown until OpenAgain()
   /// @param cameras    how many there are, until a restart
   ViewSide(std::unique_ptr<ViewPublisher> publisher, LoopLink& link, std::size_t cameras);
 
   void Configure(const DaemonConfig& config);
+  /// Where there is no publisher yet: takes what `open` gives. Any thread.
+  void OpenAgain(const std::function<std::unique_ptr<ViewPublisher>()>& open);
   /// From here on there are snapshots.
   void Start(const CyclicLoop& loop);
 
@@ -36,7 +39,7 @@ class ViewSide {
   bool Watched();
 
   std::mutex mutex_;
-  const std::unique_ptr<ViewPublisher> publisher_;
+  std::unique_ptr<ViewPublisher> publisher_;
   LoopLink& link_;
   const CyclicLoop* loop_ = nullptr;
   std::string cell_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "firmware-like/snapshot.h"
 
 namespace plumbline {
@@ -28,7 +29,7 @@ bool Differs(const ViewPoint& a, const ViewPoint& b, double change_m) {
 
 Changes::Changes(const MqttConfig& config, FleetCell cell, const std::string& memory)
     : config_(config), cell_(std::move(cell)) {
-  const auto json = nlohmann::json::parse(memory, nullptr, false);
+  const auto json = JsonOrNull(memory);
   if (!json.is_object() || json.value("schema", 0) != kMemorySchema) return;
   alarms_ = json.value("alarms", std::uint16_t{0});
   warnings_ = json.value("warnings", std::uint16_t{0});

@@ -9,6 +9,7 @@
 
 #include "app/log/log.h"
 #include "app/service/utc_clock.h"
+#include "app/text/json_text.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
@@ -27,7 +28,7 @@ std::int64_t NowUtc_ms() {
 }
 
 nlohmann::json MemoryOf(const FleetQueue& queue) {
-  auto json = nlohmann::json::parse(queue.memory(), nullptr, false);
+  auto json = JsonOrNull(queue.memory());
   return json.is_object() ? json : nlohmann::json::object();
 }
 
@@ -70,7 +71,8 @@ FleetLoop::FleetLoop(const DaemonConfig& config, FleetQueue queue)
       link_(config_, WillOf(cell_)) {}
 
 std::string FleetLoop::Memory() const {
-  nlohmann::ordered_json memory = {{"changes", nlohmann::ordered_json::parse(changes_.Memory())}};
+  nlohmann::ordered_json memory = {
+      {"changes", JsonOrNull<nlohmann::ordered_json>(changes_.Memory())}};
   if (mark_) memory["probes"] = {{"journal", mark_->journal}, {"id", mark_->id}};
   return memory.dump();
 }

@@ -2,10 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 namespace plumbline {
 namespace {
 
 constexpr int kBusyTimeout_ms = 5000;  // the daemon and a command may write at the same time
+
+constexpr std::string_view kInMemory = ":memory:";
+
+/// SQLite refuses a link anywhere in the path; only that of the file itself is meant.
+std::string WithResolvedFolder(const std::string& path) {
+  std::error_code unknown;
+  const std::filesystem::path file = std::filesystem::absolute(path, unknown);
+  const std::filesystem::path folder = std::filesystem::canonical(file.parent_path(), unknown);
+  return unknown ? path : (folder / file.filename()).string();
+}
 
 }  // namespace
 
@@ -43,10 +55,19 @@ std::string Statement::Text(int column) const {
 Result<Database> Database::Open(const std::string& path, Mode mode) {
   Database database(path);
   sqlite3* handle = nullptr;
-  const int flags =
-      mode == Mode::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  const bool write = mode == Mode::kWrite;
+  const bool file = path != kInMemory;
+  int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  if (write && file) flags |= SQLITE_OPEN_NOFOLLOW;
+  const std::string name = write && file ? WithResolvedFolder(path) : path;
+  const int code = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   database.handle_.reset(handle);
+  if (code != SQLITE_OK && write && std::filesystem::is_symlink(path)) {
+    return Error{
+        fmt::format("{}: is a symbolic link, which is not followed; move the file itself there, or "
+                    "give another state_directory",
+                    path)};
+  }
   if (code != SQLITE_OK) return Error{fmt::format("{}: {}", path, sqlite3_errstr(code))};
   sqlite3_busy_timeout(handle, kBusyTimeout_ms);
   return database;

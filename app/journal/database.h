@@ -58,7 +58,7 @@ class Statement {
 class Database {
  public:
   enum class Mode { kRead, kWrite };
-  /// kWrite makes the file where there is none.
+  /// kWrite makes the file where there is none, and follows no link of that name.
   static Result<Database> Open(const std::string& path, Mode mode);
 
   bool Run(const char* sql);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/toml_reader.h"
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline {
@@ -27,7 +28,7 @@ std::optional<std::string> JointText(const JointVector& values, const std::vecto
 bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints, bool torque,
                     JointVector& values) {
   if (row.IsNull(column)) return true;
-  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  const nlohmann::json array = JsonOrNull(row.Text(column));
   if (!array.is_array() || array.size() != joints.size()) return false;
   values.resize(static_cast<Eigen::Index>(joints.size()));
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -50,7 +51,7 @@ std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_
 /// What is no array of nine numbers is as if it were not there: it was never written by us.
 std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
   if (row.IsNull(column)) return std::nullopt;
-  const nlohmann::json array = nlohmann::json::parse(row.Text(column), nullptr, false);
+  const nlohmann::json array = JsonOrNull(row.Text(column));
   if (!array.is_array() || array.size() != 9) return std::nullopt;
   Mat3 covariance;
   for (std::size_t k = 0; k < 9; ++k) {

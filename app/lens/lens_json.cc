@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline {
@@ -116,9 +117,12 @@ std::string LensJson(const LensCalibration& c) {
 }
 
 Result<LensFile> LensFromJson(std::string_view text) {
-  const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
-  if (!root.is_object())
-    return Error{"is no JSON object; it is what plumbline calibrate-lens writes"};
+  const auto json = JsonFromText(text);
+  if (!json || !json->is_object()) {
+    return Error{fmt::format("{}; it is what plumbline calibrate-lens writes",
+                             json ? "is no JSON object" : json.error())};
+  }
+  const nlohmann::json& root = *json;
   LensFile file;
   file.accepted = root.value("accepted", nlohmann::json(false)) == nlohmann::json(true);
   const auto size = root.find("image_size");

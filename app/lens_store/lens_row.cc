@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/text/json_text.h"
+
 namespace plumbline {
 namespace {
 
@@ -102,7 +104,7 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   LensVector values;
   for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
   entry.lens = LensOfVector(values);
-  const nlohmann::json covariance = nlohmann::json::parse(row.Text(16), nullptr, false);
+  const nlohmann::json covariance = JsonOrNull(row.Text(16));
   if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
   std::size_t at = 0;
   for (int i = 0; i < kLensParameters; ++i) {

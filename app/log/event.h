@@ -22,6 +22,8 @@ enum class Event : std::uint8_t {
   kNeedsRestart,
   kStateDirectory,
   kBootCounter,
+  kStorageLost,
+  kStorageBack,
   kStandsStill,
   kCycleLate,
   kCycleOnTime,

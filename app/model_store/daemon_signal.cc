@@ -45,33 +45,33 @@ DaemonMark::~DaemonMark() {
   close(fd_);
 }
 
-Result<DaemonMark> AnnounceDaemon(const std::string& state_directory) {
+Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken) {
   std::error_code ignored;  // told by the file that cannot be opened
   std::filesystem::create_directories(state_directory, ignored);
   const std::string path = PidFile(state_directory);
   const auto failed = [&path](const char* what) {
     return Error{fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
   };
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (taken != nullptr) *taken = false;
+  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (fd < 0) return failed("cannot be opened");
   struct flock lock = WholeFile();
   if (fcntl(fd, F_SETLK, &lock) != 0) {
     const bool held = errno == EAGAIN || errno == EACCES;
     const Error why = failed(held ? "is held by another process" : "cannot be locked");
     close(fd);
+    if (taken != nullptr) *taken = held;
     return why;
   }
   DaemonMark mark(fd);
   const std::string text = fmt::format("{}\n", getpid());
-  if (ftruncate(fd, 0) != 0 ||
-      pwrite(fd, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
-    return failed("cannot be written");
-  }
+  static_cast<void>(ftruncate(fd, 0) == 0);
+  static_cast<void>(pwrite(fd, text.data(), text.size(), 0));
   return mark;
 }
 
 Result<Notified> NotifyDaemon(const std::string& state_directory) {
-  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
   if (fd < 0) return Notified::kNoDaemon;
   const std::optional<pid_t> pid = HolderOf(fd);
   const int process = pid.value_or(0) > 0 ? OpenProcess(*pid) : -1;

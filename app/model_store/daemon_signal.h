@@ -21,14 +21,16 @@ class DaemonMark {
   ~DaemonMark();
 
  private:
-  friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory);
+  friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken);
   explicit DaemonMark(int fd) : fd_(fd) {}
   int fd_;
 };
 
 /// Taken by the daemon for its whole life, after it blocked SIGHUP: it may be told at once.
-/// @return the mark, or why another daemon has it
-Result<DaemonMark> AnnounceDaemon(const std::string& state_directory);
+/// The lock is what counts: a full disk that takes no process id leaves the mark valid.
+/// @param taken  becomes true where another daemon has the mark, false where the file failed
+/// @return       the mark, or why there is none
+Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken = nullptr);
 
 enum class Notified { kYes, kNoDaemon };
 /// Sends SIGHUP to the daemon of that directory; takes no lock, so that a daemon may start at the

@@ -47,7 +47,7 @@ Result<bool> WriteDurably(const std::string& path, std::string_view content, uns
 }
 
 Result<FileLock> FileLock::Take(const std::string& path, Wait wait) {
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (fd < 0) return Failed(path, "cannot be opened");
   FileLock lock(fd);
   while (flock(fd, LOCK_EX | (wait == Wait::kNo ? LOCK_NB : 0)) != 0) {

@@ -9,7 +9,8 @@
 namespace plumbline {
 
 /// Writes `content` beside `path`, syncs it, renames it to `path`, syncs the folder. At every
-/// moment `path` stands for its whole old content (or for nothing) or its whole new one.
+/// moment `path` stands for its whole old content (or for nothing) or its whole new one. No link is
+/// followed: one of that name is replaced.
 /// @param mode  permissions, 0444 for what is never written again
 Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
 
@@ -18,7 +19,7 @@ Result<bool> WriteDurably(const std::string& path, std::string_view content, uns
 class FileLock {
  public:
   enum class Wait { kYes, kNo };
-  /// Makes the file where there is none.
+  /// Makes the file where there is none. A link in its place is an error.
   static Result<FileLock> Take(const std::string& path, Wait wait);
   FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   FileLock(const FileLock&) = delete;

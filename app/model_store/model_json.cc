@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/json_whole.h"
+#include "app/text/json_text.h"
 
 namespace plumbline {
 namespace {
@@ -47,7 +48,7 @@ std::string TextIn(const json& object, const char* name) {
 }  // namespace
 
 int SchemaInJson(const std::string& text) {
-  const json object = json::parse(text, nullptr, false);
+  const json object = JsonOrNull(text);
   if (!object.is_object()) return 0;
   return WholeIn(object, "schema").value_or(0);
 }
@@ -83,7 +84,7 @@ std::string JsonFrom(const ModelState& state) {
 }
 
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
-  const json object = json::parse(text, nullptr, false);
+  const json object = JsonOrNull(text);
   if (!object.is_object()) return std::nullopt;
   ModelFacts facts;
   const std::string origin = TextIn(object, "origin");
@@ -110,7 +111,7 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
 }
 
 std::optional<ModelState> ModelStateFromJson(const std::string& text) {
-  const json object = json::parse(text, nullptr, false);
+  const json object = JsonOrNull(text);
   if (!object.is_object()) return std::nullopt;
   ModelState state;
   for (const auto& [name, into] :
@@ -140,7 +141,9 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
 }
 
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
-  const json object = json::parse(text, nullptr, false);
+  const Result<json> read = JsonFromText(text);
+  if (!read) return Error{"the diagnosis: " + read.error()};
+  const json& object = *read;
   if (!object.is_object()) return Error{"the diagnosis is no JSON object"};
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDiagnosis;

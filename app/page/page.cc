@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <system_error>
@@ -123,6 +125,12 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
     return Error{fmt::format(
         "{} is reached from other computers: it needs token = \"...\" under [page]", at.Text())};
   }
+  if (!IsLoopback(at.address)) {
+    if (const auto why = WhyTokenWeak(options.config.token)) {
+      close(fd);
+      return Error{fmt::format("{} is reached from other computers: {}", at.Text(), *why)};
+    }
+  }
   const StreamLimits limits = options.limits;
   std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
   page->at_ = at;
@@ -146,20 +154,46 @@ void Page::Refuse(httplib::Response& response, int status, const std::string& wh
   response.set_content(why + "\n", "text/plain; charset=utf-8");
 }
 
-bool Page::IsKnown(const httplib::Request& request) const {
+Page::Given Page::WhatIsGiven(const httplib::Request& request) const {
   const std::string& token = options_.config.token;
-  if (token.empty()) return true;
-  const auto bearer = request.get_header_value("Authorization");
-  if (const auto given = BearerOf(bearer)) return SameSecret(*given, token);
-  const auto cookies = request.get_header_value("Cookie");
-  const auto cookie = CookieOf(cookies, cookie_name_);
-  return cookie && SameSecret(*cookie, cookie_value_);
+  if (token.empty()) return {false, true, ""};
+  const bool in_address = request.has_param("token");
+  const std::string text = in_address ? request.get_param_value("token") : "";
+  if (in_address && SameSecret(text, token)) return {true, true, text};
+  const Given in_header = WhatHeadersGive(request);
+  return in_address && !in_header.right ? Given{true, false, text} : in_header;
 }
 
-bool Page::GivesToken(const httplib::Request& request) const {
-  const std::string& token = options_.config.token;
-  return !token.empty() && request.has_param("token") &&
-         SameSecret(request.get_param_value("token"), token);
+Page::Given Page::WhatHeadersGive(const httplib::Request& request) const {
+  const auto bearer = request.get_header_value("Authorization");
+  if (const auto given = BearerOf(bearer)) {
+    return {false, SameSecret(*given, options_.config.token), std::string(*given)};
+  }
+  const auto cookies = request.get_header_value("Cookie");
+  if (const auto cookie = CookieOf(cookies, cookie_name_)) {
+    return {false, SameSecret(*cookie, cookie_value_), std::string(*cookie)};
+  }
+  return {};
+}
+
+bool Page::HasToWait(const httplib::Request& request, const Given& given,
+                     httplib::Response& response) {
+  if (given.text.empty()) return false;
+  const double now_s = MonotonicSeconds();
+  const double wait_s = guesses_.Wait_s(request.remote_addr, now_s);
+  if (wait_s > 0) {
+    const auto whole_s = static_cast<int>(std::ceil(wait_s));
+    Refuse(response, 429,
+           fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
+    SetHeader(response, "Retry-After", fmt::format("{}", whole_s));
+    return true;
+  }
+  if (given.right) {
+    guesses_.Succeeded(request.remote_addr);
+  } else {
+    guesses_.Failed(request.remote_addr, std::hash<std::string>()(given.text), now_s);
+  }
+  return false;
 }
 
 void Page::AskForToken(const httplib::Request& request, httplib::Response& response) {
@@ -203,14 +237,19 @@ void Page::Answer(const httplib::Request& request, httplib::Response& response) 
     SetHeader(response, "Allow", "GET, HEAD");
     return;
   }
+  const Given given = WhatIsGiven(request);
   const auto host = HostOf(request.get_header_value("Host"));
   if (request.get_header_value_count("Host") != 1 || !host) {
     Refuse(response, 400, "no host");
   } else if (!IsOwnHost(*host, own_names_)) {
     Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
-  } else if (GivesToken(request) || (request.path == "/login" && IsKnown(request))) {
+  } else if (IsOfLogin(request.path)) {
+    AnswerKnown(request, response);
+  } else if (HasToWait(request, given, response)) {
+    return;
+  } else if (given.right && (given.in_address || request.path == "/login")) {
     Exchange(response);
-  } else if (IsOfLogin(request.path) || IsKnown(request)) {
+  } else if (given.right) {
     AnswerKnown(request, response);
   } else {
     AskForToken(request, response);

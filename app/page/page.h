@@ -9,6 +9,7 @@
 
 #include "app/config/page_config.h"
 #include "app/log/log_entry.h"
+#include "app/page/guess_limit.h"
 #include "app/page/http_server.h"
 #include "app/page/log_tail.h"
 #include "app/page/metrics.h"
@@ -56,8 +57,16 @@ class Page {
 
  private:
   Page(PageOptions options, Shown& shown, LogSink sink);
-  bool IsKnown(const httplib::Request& request) const;
-  bool GivesToken(const httplib::Request& request) const;  ///< in its address
+  /// The token, or the cookie in place of it, that a request gives; and whether it is ours.
+  struct Given {
+    bool in_address = false;  ///< `?token=`
+    bool right = false;
+    std::string text;  ///< empty: nothing was given
+  };
+  Given WhatIsGiven(const httplib::Request& request) const;
+  Given WhatHeadersGive(const httplib::Request& request) const;
+  /// After too many wrong tokens; what is given is not even compared.
+  bool HasToWait(const httplib::Request& request, const Given& given, httplib::Response& response);
   void AskForToken(const httplib::Request& request, httplib::Response& response);
   void Exchange(httplib::Response& response) const;
   void AnswerKnown(const httplib::Request& request, httplib::Response& response);
@@ -83,6 +92,7 @@ class Page {
   const std::string start_;  ///< another one with every start
   std::atomic<std::uint64_t> requests_{0}, refused_{0};
   std::atomic<int> viewers_{0};
+  GuessLimit guesses_;
   std::mutex told_mutex_;
   double told_s_ = -1e300;
   std::unique_ptr<HttpServer> server_;  ///< goes first: its threads use the rest

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/json_whole.h"
+#include "app/text/json_text.h"
 
 namespace plumbline {
 namespace {
@@ -389,7 +390,9 @@ std::string JsonOfView(const ViewState& state) {
 
 Result<ViewState> ViewOfJson(std::string_view text) {
   try {
-    return StateOf(Json::parse(text));
+    const Result<Json> json = JsonFromText<Json>(text);
+    if (json) return StateOf(*json);
+    return Error{fmt::format("the daemon's state cannot be read: {}", json.error())};
   } catch (const std::exception& why) {
     return Error{fmt::format("the daemon's state cannot be read: {}", why.what())};
   }

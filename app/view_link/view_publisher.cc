@@ -27,6 +27,21 @@ std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
   return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
 }
 
+/// Lets the daemon's group connect. chmod() would follow a link that somebody put in the place of
+/// the socket since it was bound.
+bool OpenToGroup(const std::string& path) {
+  const int at = open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC);
+  if (at < 0) return false;
+  struct stat about {};
+  const bool is_socket = fstat(at, &about) == 0 && S_ISSOCK(about.st_mode);
+  const bool changed = is_socket && chmod(fmt::format("/proc/self/fd/{}", at).c_str(), 0660) == 0;
+  if (!is_socket) errno = ELOOP;
+  const int why = errno;
+  close(at);
+  errno = why;
+  return changed;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& path) {
@@ -42,7 +57,7 @@ Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& pa
   struct stat about {};
   if (lstat(path.c_str(), &about) == 0 && S_ISSOCK(about.st_mode)) unlink(path.c_str());
   const auto* const where = reinterpret_cast<const sockaddr*>(&address);
-  if (bind(made, where, sizeof address) != 0 || chmod(path.c_str(), 0660) != 0 ||
+  if (bind(made, where, sizeof address) != 0 || !OpenToGroup(path) ||
       listen(made, kMostViewers) != 0) {
     const std::string why = std::strerror(errno);
     close(made);

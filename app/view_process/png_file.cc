@@ -40,11 +40,13 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast) {
 std::optional<Error> WritePng(const std::string& file, const RgbImage& picture) {
   const Result<std::string> bytes = PngOf(picture);
   if (!bytes) return Error{fmt::format("{}: {}", file, bytes.error())};
-  return WritePngBytes(file, *bytes);
+  const auto why = WriteTextFile(file, *bytes);
+  if (why) return Error{fmt::format("{}: {}", file, why->message)};
+  return std::nullopt;
 }
 
-std::optional<Error> WritePngBytes(const std::string& file, std::string_view bytes) {
-  const auto why = WriteTextFile(file, bytes);
+std::optional<Error> KeepPngBytes(const std::string& file, std::string_view bytes) {
+  const auto why = WriteStateFile(file, bytes);
   if (why) return Error{fmt::format("{}: {}", file, why->message)};
   return std::nullopt;
 }

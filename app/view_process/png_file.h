@@ -15,7 +15,7 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast = false);
 
 /// Written beside the name and renamed: the name never stands for half a picture.
 std::optional<Error> WritePng(const std::string& file, const RgbImage& picture);
-/// The same of bytes that are a PNG already.
-std::optional<Error> WritePngBytes(const std::string& file, std::string_view bytes);
+/// Bytes that are a PNG already, into a state directory: no link is followed.
+std::optional<Error> KeepPngBytes(const std::string& file, std::string_view bytes);
 
 }  // namespace plumbline

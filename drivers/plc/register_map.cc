@@ -285,7 +285,7 @@ const std::array kMapFields = {
     MapField{400, kU16, "loop_state", "bits",
              "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
              "taken, 4 diagnosis at work, 5 journal or diagnosis failed, 6 probes are quarantined, "
-             "7 reference refused: its probes disagree",
+             "7 reference refused: its probes disagree, 8 state directory cannot be written",
              [](Source s) -> double { return s.environment.loop.state; }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.loop.applied; }},

@@ -12,6 +12,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <deque>
 #include <functional>
 #include <stdexcept>
 #include <thread>
@@ -94,6 +95,69 @@ void OpenAndAbandon(int port) {
     if (abandoned.size() == 100) abandoned.clear();
     Sleep_ms(1);
   }
+}
+
+/// A connection whose connect() is not waited for.
+int BeginConnection(int port) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const linger reset{.l_onoff = 1, .l_linger = 0};  // no ports left waiting
+  ::setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  static_cast<void>(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address));
+  return fd;
+}
+
+/// As many at once as the listener's queue takes, again and again: it is full most of the time.
+void FillAcceptQueue(int port) {
+  constexpr int kTotal = 30'000, kBurst = 600;
+  std::vector<int> open;
+  for (int i = 0; i < kTotal; ++i) {
+    open.push_back(BeginConnection(port));
+    if (open.size() < kBurst) continue;
+    Sleep_ms(20);
+    for (const int fd : open) ::close(fd);
+    open.clear();
+  }
+}
+
+/// 10,000 connections that stay until the server ends them, and say nothing.
+void TenThousandConnections(int port) {
+  constexpr int kTotal = 10'000, kHeld = 800;
+  std::deque<int> open;
+  for (int i = 0; i < kTotal; ++i) {
+    open.push_back(BeginConnection(port));
+    if (i % 20 == 0) Sleep_ms(2);
+    if (open.size() < kHeld) continue;
+    ::close(open.front());
+    open.pop_front();
+  }
+  for (;;) ::pause();
+}
+
+struct Crowd {
+  int count;
+  void (*life)(int port);
+};
+
+std::vector<Crowd> CrowdOf(Attack attack) {
+  switch (attack) {
+    case Attack::kAcceptQueue:
+      return {{1, FillAcceptQueue}};
+    case Attack::kTenThousand:
+      return {{1, TenThousandConnections}};
+    case Attack::kAbandon:
+      return {{4, OpenAndAbandon}};
+    case Attack::kMixed:
+      break;
+  }
+  return {{4, SendPartialFrames},
+          {4, DripBytes},
+          {2, NeverRead},
+          {2, AskForUnknownFunctions},
+          {1, OpenAndAbandon}};
 }
 
 }  // namespace
@@ -203,16 +267,11 @@ GoodClient PollEveryMillisecond(int port, std::size_t answer_bytes, double durat
   return good;
 }
 
-HostileClients::HostileClients(int port) : pid_(::fork()) {
+HostileClients::HostileClients(int port, Attack attack) : pid_(::fork()) {
   if (pid_ < 0) throw std::runtime_error("no process for the hostile clients");
   if (pid_ > 0) return;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  const std::pair<int, void (*)(int)> crowd[] = {{4, SendPartialFrames},
-                                                 {4, DripBytes},
-                                                 {2, NeverRead},
-                                                 {2, AskForUnknownFunctions},
-                                                 {1, OpenAndAbandon}};
-  for (const auto& [count, life] : crowd) {
+  for (const auto& [count, life] : CrowdOf(attack)) {
     for (int i = 0; i < count; ++i) std::thread(life, port).detach();
   }
   for (;;) ::pause();

@@ -53,11 +53,19 @@ struct GoodClient {
 /// @param answer_bytes  the size of the server's answer
 GoodClient PollEveryMillisecond(int port, std::size_t answer_bytes, double duration_s);
 
-/// Partial frames, dripped bytes, unread answers, unknown functions, abandoned connections: all at
-/// once, from another process, until the object ends.
+enum class Attack {
+  kMixed,        ///< partial frames, dripped bytes, unread answers, unknown functions, abandoned
+                 ///< connections, all at once
+  kAcceptQueue,  ///< bursts of connections beyond what the listener's queue takes
+  kTenThousand,  ///< 10,000 connections that say nothing
+  kAbandon,      ///< connections reset or left at once
+};
+
+/// One attack on a server of this machine, from another process, until the object ends. Bounded in
+/// connections; to 127.0.0.1 only.
 class HostileClients {
  public:
-  explicit HostileClients(int port);
+  explicit HostileClients(int port, Attack attack = Attack::kMixed);
   ~HostileClients();
   HostileClients(const HostileClients&) = delete;
   HostileClients& operator=(const HostileClients&) = delete;

@@ -559,6 +559,57 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   }
 }
 
+TEST_CASE("points whose branches are searched beside the cycle are pending, one by one") {
+  Cell cell;
+  cell.machine.emplace(cell.config);
+  Machine searching(cell.config);
+  cell.machine->AwaitTaughtBranches();
+  const Snapshot& snapshot = cell.Running();
+  CHECK(snapshot.input_fault == InputFault::kOk);
+  for (const PointResult& point : snapshot.points) {
+    CHECK_FALSE(point.valid);
+    CHECK(point.code == CorrectionCode::kPending);
+  }
+  CHECK(snapshot.alarms == 0);  // nothing is refused
+  CHECK((snapshot.status & status::kReady) == 0);
+  cell.machine->TakeTaughtBranch(1, searching.FindTaughtBranch(1));
+  cell.Next();
+  CHECK(snapshot.points[0].code == CorrectionCode::kPending);
+  CHECK(snapshot.points[1].valid);
+  SECTION("what was found is what the cycle goes on from") {
+    cell.machine->TakeTaughtBranch(0, searching.FindTaughtBranch(0));
+    CHECK(cell.Next().points[0].valid);
+    Cell prepared;
+    const Snapshot& same = prepared.Running();
+    for (const std::size_t k : {0, 1}) {
+      CHECK(snapshot.points[k].correction.X_BP_command.p ==
+            same.points[k].correction.X_BP_command.p);
+    }
+  }
+  SECTION("where nothing was found the cycle searches") {
+    cell.machine->TakeTaughtBranch(0, {});
+    CHECK(cell.Next().points[0].valid);
+  }
+}
+
+TEST_CASE("a probe is refused with the disk as the reason, where that is the reason") {
+  Cell cell;
+  cell.Running();
+  cell.input.storage_unavailable = GENERATE(false, true);
+  const CorrectionCode why = cell.input.storage_unavailable ? CorrectionCode::kStorageUnavailable
+                                                            : CorrectionCode::kNotRecorded;
+  for (const PlcCommandCode code : {PlcCommandCode::kProbe, PlcCommandCode::kRestartMonitor}) {
+    cell.input.command.code = code;
+    cell.input.command.probe_W = Vec3(1, 2, 3);
+    ++cell.input.command.sequence;
+    const Snapshot& snapshot = cell.Next();
+    CHECK(snapshot.result.code == why);
+    CHECK_FALSE(snapshot.probe_taken);
+    CHECK_FALSE(snapshot.monitor_restart);
+    CHECK(snapshot.points[0].valid);
+  }
+}
+
 TEST_CASE("a new configuration goes on from the values of the former one") {
   Cell cell;
   cell.Running();

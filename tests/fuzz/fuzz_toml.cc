@@ -1,14 +1,21 @@
-// Any bytes as cell, configuration, robot profile or object table: faults, never a crash or a hang.
+// Any bytes as cell, configuration, robot profile, object table, zoom profile or bodies: faults,
+// never a crash or a hang, and no tree that is deeper than the scan before the parser allows.
+#include <toml++/toml.h>
+
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <string_view>
 
+#include "app/config/body_reader.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/robot_profile_reader.h"
+#include "app/config/zoom_profile_reader.h"
 #include "app/scene/object_table.h"
+#include "app/text/nesting.h"
 
 namespace {
 
@@ -43,14 +50,35 @@ plumbline::Result<std::string> File(const std::string& path) {
   return std::string(path.find("profile") != std::string::npos ? kProfile : kCell);
 }
 
+int DepthOf(const toml::node& node) {
+  int deepest = 0;
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, child] : *table) deepest = std::max(deepest, 1 + DepthOf(child));
+  } else if (const auto* array = node.as_array()) {
+    for (const toml::node& child : *array) deepest = std::max(deepest, 1 + DepthOf(child));
+  }
+  return deepest;
+}
+
+/// A part of a header may stand for two levels: a list of tables and its newest table.
+void CompareDepth(std::string_view text) {
+  if (plumbline::LineNestedTooDeepInToml(text)) return;
+  try {
+    if (DepthOf(toml::parse(text)) > 2 * plumbline::kDeepestNesting) std::abort();
+  } catch (const toml::parse_error&) {
+    return;
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  CompareDepth(text);
   plumbline::FaultList faults;
   bool read = false;
-  switch (data[0] % 4) {
+  switch (data[0] % 8) {
     case 0:
       read = plumbline::CellFromText(text, "cell.toml", faults).has_value();
       break;
@@ -60,11 +88,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 2:
       read = plumbline::RobotProfileFromText(text, "profile.toml", faults).has_value();
       break;
-    default: {
+    case 3: {
       plumbline::TagDatabase tags;
       tags.tags.push_back({17, 0.05});
       read = plumbline::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
+      break;
     }
+    case 4:
+      read = plumbline::HidProfileFromText(text, "zoom.toml", faults).has_value();
+      break;
+    default:
+      read = plumbline::TagDatabaseFromText(text, "bodies.toml", faults).has_value();
   }
   // Either a value or a fault that says why not, never both or neither.
   if (read == faults.HasFaults()) std::abort();

@@ -55,6 +55,11 @@ TEST_CASE(
   const test::Answer faulty = check(good + "colour = \"red\"\n", "");
   CHECK(faulty.exit_code == 1);
   CHECK(faulty.out.find("-objects.toml:8 object[1].colour") != std::string::npos);
+  std::string endless = "[a";
+  for (int k = 0; k < 100'000; ++k) endless += ".a";
+  const test::Answer deep = check(good + endless + "]\n", "");
+  CHECK(deep.exit_code == 1);
+  CHECK(deep.out.find("-objects.toml:8: nested more than 32 levels deep") != std::string::npos);
   const test::Answer none = check(good, "/nowhere/objects.toml");
   CHECK(none.exit_code == 1);
   CHECK(none.out.find("/nowhere/objects.toml") != std::string::npos);

@@ -26,13 +26,13 @@ struct ReadPage {
 
 TEST_CASE("[page]: every key; without keys there is no page, and it would be for this computer") {
   const ReadPage read(
-      "listen = \"0.0.0.0\"\nport = 8080\ntoken = \"0123456789abcdef\"\n"
+      "listen = \"0.0.0.0\"\nport = 8080\ntoken = \"9f86d081884c7d659a2feaa0c55ad015\"\n"
       "hosts = [\"Cell7.plant.example\"]\n");
   INFO(FaultsText(read.faults));
   CHECK(read.faults.All().empty());
   CHECK(read.page.listen == "0.0.0.0");
   CHECK(read.page.port == 8080);
-  CHECK(read.page.token == "0123456789abcdef");
+  CHECK(read.page.token == "9f86d081884c7d659a2feaa0c55ad015");
   CHECK(read.page.hosts == std::vector<std::string>{"cell7.plant.example"});
   const ReadPage empty("");
   CHECK(empty.faults.All().empty());
@@ -56,6 +56,30 @@ TEST_CASE("a page that other computers reach needs a token, which no fault tells
   const ReadPage percent("token = \"0123456789%41abcdef\"\n");
   CHECK(percent.Says("token has a %"));
   CHECK_FALSE(percent.Says("%41"));
+}
+
+TEST_CASE("a token that can be guessed keeps the page from other computers, and nothing else") {
+  const auto with = [](const std::string& token, const std::string& listen = "0.0.0.0") {
+    return ReadPage("listen = \"" + listen + "\"\ntoken = \"" + token + "\"\n");
+  };
+  for (const char* const token :
+       {"0123456789abcdef", "9f86d081884c7d659a2feaa0c55ad0", "a-long-word-of-your-own",
+        "Mm7YkqZ0p2RtVxW9bN4cD", "what-openssl-rand-hex-16-prints",
+        "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", "0123456789abcdef0123456789abcdef",
+        "secretsecretsecretsecret", "abcdefghijklmnopqrstuvwxyz0123456789"}) {
+    CAPTURE(token);
+    const ReadPage read = with(token);
+    CHECK_FALSE(read.faults.HasFaults());  // the daemon reads this file too
+    CHECK(read.Says("warning: the page is not served: its token"));
+    CHECK(read.Says("openssl rand -hex 16"));
+    CHECK_FALSE(read.Says(token));
+  }
+  for (const char* const token : {"9f86d081884c7d659a2feaa0c55ad015", "Mm7YkqZ0p2RtVxW9bN4cDg"}) {
+    CAPTURE(token);
+    CHECK(with(token).faults.All().empty());
+  }
+  CHECK(with("0123456789abcdef", "127.0.0.1").faults.All().empty());
+  CHECK(with("a-long-word-of-your-own", "127.0.0.1").faults.All().empty());
 }
 
 TEST_CASE("all faults of [page] at once") {

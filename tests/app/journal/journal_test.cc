@@ -527,3 +527,19 @@ TEST_CASE("what waits in quarantine, or was rejected, is no measurement; what is
   REQUIRE(journal.Decide({2}, false, 1800000000001));  // the person has thought again
   CHECK(ids(Rows::kMeasurements) == Ids{1, 3, 5});
 }
+
+TEST_CASE("a link in the place of the journal is not followed; a linked folder is") {
+  const TemporaryFolder folder;
+  const std::string real = folder.path() + "/real", linked = folder.path() + "/linked";
+  std::filesystem::create_directory(real);
+  std::filesystem::create_directory_symlink(real, linked);
+  REQUIRE(Journal::Open(linked + "/journal.sqlite").ok());
+  CHECK(std::filesystem::exists(real + "/journal.sqlite"));
+
+  const std::string victim = folder.path() + "/victim", link = real + "/other.sqlite";
+  std::filesystem::create_symlink(victim, link);
+  const auto refused = Journal::Open(link);
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(refused.error(), Catch::Contains("other.sqlite: is a symbolic link"));
+  CHECK_FALSE(std::filesystem::exists(victim));
+}

@@ -15,6 +15,7 @@
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
+#include "app/model_store/durable_file.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/point_moves.h"
@@ -408,6 +409,40 @@ TEST_CASE("killed at any moment, the store holds the state before or after") {
     for (const ModelVersion& version : *versions) CheckWhole(store, version.number);
   }
   CHECK(changed > kills / 10);  // a kill before any change proves little
+}
+
+TEST_CASE("links in the place of state files are not followed") {
+  const TemporaryFolder folder;
+  const std::string victim = folder.path() + "/victim";
+  std::ofstream(victim) << "precious";
+  const auto link = [&](const std::string& name) {
+    REQUIRE(symlink(victim.c_str(), (folder.path() + name).c_str()) == 0);
+  };
+  link("/daemon.pid");
+  bool taken = true;
+  CHECK_FALSE(AnnounceDaemon(folder.path(), &taken));
+  CHECK_FALSE(taken);
+  auto store = ModelStore::Open(folder.path());
+  REQUIRE(store);
+  link("/models/lock");
+  CHECK_FALSE(store.value().Declare("a = 1\n", "cell.toml"));
+  std::filesystem::remove(folder.path() + "/models/lock");
+  link("/models/state.json");
+  CHECK(WriteDurably(folder.path() + "/models/state.json", "ours"));
+  CHECK(test::FileText(victim) == "precious");
+}
+
+TEST_CASE("a cell file that is known takes no lock: a read-only disk changes no model in force") {
+  const TemporaryFolder folder;
+  auto store = ModelStore::Open(folder.path());
+  REQUIRE(store);
+  REQUIRE(*store.value().Declare("a = 1\n", "cell.toml") == 1);
+  std::filesystem::remove(folder.path() + "/models/lock");
+  std::filesystem::create_directory(folder.path() + "/models/lock");  // nobody can lock it
+  const auto again = store.value().Declare("a = 1\n", "cell.toml");
+  REQUIRE(again);
+  CHECK(*again == 1);
+  CHECK_FALSE(store.value().Declare("a = 2\n", "cell.toml"));
 }
 
 TEST_CASE("writers wait for each other") {

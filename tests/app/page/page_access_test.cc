@@ -68,6 +68,38 @@ TEST_CASE("the token: header, cookie, address; without it nothing but the way to
   CHECK_THAT(scene.told[0], Contains("wrong token by 127.0.0.1"));
 }
 
+TEST_CASE("whoever guesses has to wait longer and longer, and a right token does not help then") {
+  PageScene scene;
+  scene.StartWithToken(kToken);
+  scene.Tell();
+  const auto with = [&](const std::string& token) {
+    return scene.Get("/status.json", "Authorization: Bearer " + token + "\r\n");
+  };
+  // The same wrong one again is a program with an old token, nobody who guesses.
+  for (int k = 0; k < 3 * GuessLimit::kFree; ++k) CHECK(with("old").status == 401);
+  CHECK(with(kToken).status == 200);
+  for (int k = 0; k < GuessLimit::kFree; ++k) CHECK(with(std::to_string(k)).status == 401);
+  const PageAnswer slowed = with("another");
+  CHECK(slowed.status == 429);
+  CHECK(slowed.Has("Retry-After: 1\r\n"));
+  CHECK_THAT(slowed.body, Contains("try again in 1 s"));
+  CHECK(with(kToken).status == 429);
+  CHECK(scene.Get("/?token=guess").status == 429);
+  CHECK(scene.Get("/").status == 401);  // the way to the login stays
+  CHECK(scene.Get("/page.css").status == 200);
+  CHECK(HoldsSoon([&] { return with(kToken).status == 200; }));
+}
+
+TEST_CASE("a page for other computers is not served with a token that can be guessed") {
+  PageScene scene;
+  PageOptions options = scene.Options();
+  options.config.listen = "0.0.0.0";
+  options.config.token = GENERATE("a-long-word-of-your-own", "0123456789abcdef");
+  const auto refused = Page::Start(options, scene.shown, nullptr);
+  REQUIRE_FALSE(refused);
+  CHECK_THAT(refused.error(), Contains("openssl rand -hex 16") && !Contains(options.config.token));
+}
+
 TEST_CASE("without a token the page listens for this computer alone") {
   PageScene scene;
   PageOptions options = scene.Options();

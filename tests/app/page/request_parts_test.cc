@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/page/guess_limit.h"
+
 using namespace plumbline;
 
 TEST_CASE("secrets are the same only where every byte is") {
@@ -13,6 +15,40 @@ TEST_CASE("secrets are the same only where every byte is") {
   CHECK_FALSE(SameSecret("", "0123456789abcdef"));
   CHECK_FALSE(SameSecret("x", ""));
   CHECK_FALSE(SameSecret(std::string_view("\0", 1), ""));
+}
+
+TEST_CASE("an address that guesses waits twice as long after each wrong token") {
+  GuessLimit limit;
+  double now_s = 1000;
+  std::uint64_t guess = 0;
+  for (int k = 0; k < GuessLimit::kFree; ++k) {
+    CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
+    limit.Failed("10.0.0.7", ++guess, now_s);
+  }
+  for (const double wait_s : {1, 2, 4, 8, 16, 32, 64, 128, 256, 300, 300}) {
+    CHECK(limit.Wait_s("10.0.0.7", now_s) == wait_s);
+    CHECK(limit.Wait_s("10.0.0.8", now_s) == 0);
+    now_s += wait_s;
+    limit.Failed("10.0.0.7", ++guess, now_s);
+  }
+  now_s += 2 * GuessLimit::kForgotten_s;
+  limit.Failed("10.0.0.7", ++guess, now_s);
+  CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
+  for (int k = 0; k < 9; ++k) limit.Failed("10.0.0.7", ++guess, now_s);
+  CHECK(limit.Wait_s("10.0.0.7", now_s) > 0);
+  limit.Succeeded("10.0.0.7");
+  CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
+}
+
+TEST_CASE("guesses of one IPv6 network count together, and many addresses take no more memory") {
+  GuessLimit limit;
+  for (int k = 0; k < 9; ++k) limit.Failed("2001:db8::" + std::to_string(k), k, 5);
+  CHECK(limit.Wait_s("2001:db8::ffff", 5) > 0);
+  CHECK(limit.Wait_s("2001:db8:0:1::1", 5) == 0);
+  for (std::size_t k = 0; k < 3 * GuessLimit::kMost; ++k) {
+    limit.Failed("host" + std::to_string(k), k, 6);
+  }
+  CHECK(limit.Wait_s("2001:db8::ffff", 6) == 0);  // longest silent, so that others fit
 }
 
 TEST_CASE("a bearer's token") {

@@ -469,6 +469,8 @@ def loop_state():
 
 
 RECORDING, FAULT = 1 << 0, 1 << 5
+STORAGE_UNAVAILABLE = 19  # the code of a probe; bit 14 of the warnings, register 14
+STORAGE_WARNING = 1 << 14
 
 
 def loop_becomes(wanted, patience_s=60):
@@ -523,7 +525,7 @@ def disk(count, fault):
             told += 2 + taken
         else:
             told += during - before + 2
-        if not (still[1] and still[2]) or set(codes) - {0, 12}:
+        if not (still[1] and still[2]) or set(codes) - {0, 12, STORAGE_UNAVAILABLE}:
             return False, "during: %s, point %s" % (codes, still)
     same = cell.sh("plumbline model list") == models
     rows = probes_kept() - kept
@@ -532,6 +534,55 @@ def disk(count, fault):
         "told as a fault, points valid; %d probes told as recorded, %d in the journal; models kept; %d times"
         % (told, rows, count),
     )
+
+
+FILL = "dd if=/dev/zero of=/var/lib/plumbline/filler bs=4k 2> /dev/null; sync"
+
+
+def full_disk_for_power_cut():
+    """The state goes to a small disk of its own, mounted at every start of the machine, without room
+    for a byte."""
+    cell.stop()
+    cell.configure("v4l2", loop=True)
+    cell.sh(
+        """truncate -s 32M /var/full.img && mke2fs -q -F -t ext4 -m 0 /var/full.img
+mount -o loop /var/full.img /mnt && cp -a /var/lib/plumbline/. /mnt/ && chown plumbline: /mnt && chmod 750 /mnt && umount /mnt
+echo '/var/full.img /var/lib/plumbline ext4 loop,x-systemd.before=plumbline.service 0 0' >> /etc/fstab
+mount /var/lib/plumbline
+"""
+        + FILL,
+        90,
+    )
+    cell.start()
+
+
+def whole_disk_after_power_cut():
+    cell.stop()
+    cell.sh(
+        "umount /var/lib/plumbline; sed -i '/full.img/d' /etc/fstab; losetup -D; rm /var/full.img",
+        60,
+    )
+    cell.configure("v4l2")
+    cell.start()
+
+
+def started_on_a_full_disk():
+    """After the power came back: points valid, probes refused with the reason; with room again the
+    same process takes them. Full again at the end, for the next cut. (good, figure)"""
+    watch = ready()
+    client = plc.Client(timeout_s=10)
+    pid = cell.sh("systemctl show -P MainPID plumbline.service")
+    refused = give(client, 3)
+    warned = bool(client.read(14, 1)[0] & STORAGE_WARNING)
+    cell.sh("rm /var/lib/plumbline/filler; sync")
+    loop_becomes(lambda recording, faulty, number: recording and not faulty, 30)
+    taken = give(client, 1)
+    client.close()
+    same = pid == cell.sh("systemctl show -P MainPID plumbline.service")
+    cell.sh(FILL, 60)
+    good = refused == [STORAGE_UNAVAILABLE] * 3 and warned and taken == [0] and same
+    figure = "probes answered %s, warned: %s; with room %s, same process: %s"
+    return good and not watch.corrupt, figure % (refused, warned, taken, same)
 
 
 def give(client, count):

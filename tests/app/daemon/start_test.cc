@@ -1,0 +1,219 @@
+// The daemon's start and reload where they could take long or fail: many points, hostile files.
+#include <arpa/inet.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+
+#include <catch2/catch.hpp>
+#include <deque>
+#include <fstream>
+#include <set>
+
+#include "tests/app/daemon/daemon_process.h"
+#include "tests/app/daemon/demo_config.h"
+#include "tests/virtual_cell/running_cell.h"
+
+using namespace plumbline::test;
+using virtual_cell::Eventually;
+using virtual_cell::Profile;
+using virtual_cell::RegisterClient;
+using virtual_cell::RunningCell;
+using virtual_cell::VirtualCellOptions;
+
+namespace {
+
+constexpr int kMany = 40;  // half a second of searching
+constexpr std::uint16_t kOk = 0, kNoRobot = 8, kPending = 11;
+
+VirtualCellOptions Idle() {
+  VirtualCellOptions options;
+  options.profile = Profile::kGeneric;
+  options.idle = true;
+  return options;
+}
+
+std::string Times(int count, const std::string& piece) {
+  std::string text;
+  for (int k = 0; k < count; ++k) text += piece;
+  return text;
+}
+
+/// The demo's configuration with its points repeated until there are `count`.
+std::string WithPoints(const std::string& robot, int count) {
+  const std::string text = DemoConfig(robot, "generic");
+  const auto first = text.find("[[point]]");
+  auto end = text.find("\n[", text.find("[[point]]", first + 1) + 1);
+  end = end == std::string::npos ? text.size() : end + 1;
+  const auto second = text.find("[[point]]", first + 1);
+  const std::string one = text.substr(first, second - first);
+  std::string points;
+  for (int id = 1; id <= count; ++id) {
+    std::string point = one;
+    const auto at = point.find("id = ");
+    points += point.replace(at, point.find('\n', at) - at, "id = " + std::to_string(id));
+  }
+  return text.substr(0, first) + points + text.substr(end);
+}
+
+std::uint16_t BlockOf(int index) {
+  return static_cast<std::uint16_t>(2000 + 20 * index);
+}
+
+struct Block {
+  bool valid;
+  std::uint16_t code;
+};
+
+Block Read(RegisterClient& plc, int index) {
+  const auto words = plc.Read(BlockOf(index), 20);
+  return {(words.Word(1) & 1) != 0, words.Word(2)};
+}
+
+/// Connections that say nothing, each begun without waiting for it; the newest `held` stay open.
+class Flood {
+ public:
+  Flood(const std::string& plc, std::size_t held)
+      : port_(static_cast<std::uint16_t>(std::stoi(plc.substr(plc.find(':') + 1)))), held_(held) {}
+  ~Flood() {
+    for (const int fd : open_) close(fd);
+  }
+  Flood(const Flood&) = delete;
+  Flood& operator=(const Flood&) = delete;
+
+  void Begin(int count) {
+    for (int k = 0; k < count; ++k) {
+      const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+      if (fd < 0) continue;
+      const linger reset{.l_onoff = 1, .l_linger = 0};  // no ports left waiting
+      setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+      sockaddr_in address{};
+      address.sin_family = AF_INET;
+      address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      address.sin_port = htons(port_);
+      static_cast<void>(connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address));
+      open_.push_back(fd);
+      if (open_.size() <= held_) continue;
+      close(open_.front());
+      open_.pop_front();
+    }
+  }
+
+ private:
+  std::uint16_t port_;
+  std::size_t held_;
+  std::deque<int> open_;
+};
+
+}  // namespace
+
+TEST_CASE("many points are served at once, and become valid as their branches are found") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  DaemonProcess daemon(WithPoints(cell.robot(), kMany));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  std::set<std::uint16_t> codes;
+  bool first_before_last = false;
+  INFO(daemon.Log());
+  REQUIRE(Eventually([&] {
+    const Block first = Read(plc, 0), last = Read(plc, kMany - 1);
+    if (!last.valid) codes.insert(last.code);
+    first_before_last = first_before_last || (first.valid && !last.valid);
+    return last.valid;
+  }));
+  CHECK(codes.count(kPending) == 1);
+  CHECK(first_before_last);
+  codes.erase(kPending);
+  codes.erase(kNoRobot);
+  CHECK(codes.empty());
+  for (int k = 0; k < kMany; ++k) CHECK(Read(plc, k).code == kOk);
+}
+
+TEST_CASE("while a reload searches the branches of many points, the daemon listens to signals") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  DaemonProcess daemon(WithPoints(cell.robot(), 2));
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(Eventually([&] { return Read(plc, 1).valid; }));
+  SECTION("the old points stay valid until the new ones are prepared") {
+    daemon.Write(WithPoints(cell.robot(), kMany));
+    daemon.Signal(SIGHUP);
+    CHECK(daemon.Awaits("plumbline.toml reloaded"));
+    CHECK(Eventually([&] { return Read(plc, kMany - 1).valid; }));
+  }
+  SECTION("it ends at once") {
+    daemon.Write(WithPoints(cell.robot(), 1000));
+    daemon.Signal(SIGHUP);
+    daemon.Signal(SIGTERM);
+    CHECK(daemon.Wait() == 0);
+    CHECK_FALSE(daemon.Says("plumbline.toml reloaded"));
+  }
+  SECTION("a newer file takes its place") {
+    daemon.Write(WithPoints(cell.robot(), 1000));
+    daemon.Signal(SIGHUP);
+    daemon.Write(WithPoints(cell.robot(), 3));
+    daemon.Signal(SIGHUP);
+    CHECK(daemon.Awaits("plumbline.toml reloaded"));
+    CHECK(Eventually([&] { return Read(plc, 2).valid; }));
+  }
+}
+
+TEST_CASE("a file nested without end is a fault with its line; the running daemon goes on") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  const std::string good = DemoConfig(cell.robot(), "generic");
+  DaemonProcess daemon(good);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
+  daemon.Write("\n[" + Times(100'000, "a.") + "a]\n" + good);
+  daemon.Signal(SIGHUP);
+  CHECK(daemon.Awaits("plumbline.toml:2: nested more than 32 levels deep"));
+  CHECK(daemon.Awaits("configuration not reloaded"));
+  const std::string hostile = daemon.folder() + "/cell.toml";
+  std::ofstream(hostile) << "a = " << Times(100'000, "[");
+  daemon.Write(WithLine(good, "", "cell", "\"" + hostile + "\""));
+  daemon.Signal(SIGHUP);
+  CHECK(daemon.Awaits("cell.toml:1: nested more than 32 levels deep"));
+  CHECK(Read(plc, 0).valid);
+  daemon.Write(good);
+  daemon.Signal(SIGHUP);
+  CHECK(daemon.Awaits("plumbline.toml reloaded"));
+}
+
+TEST_CASE(
+    "10,000 connections and a full accept queue leave the robot's link and the points alone") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"));
+  const std::string plc_at = daemon.Plc();
+  RegisterClient plc("plumblined", plc_at, 1, 10);
+  REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
+  Flood flood(plc_at, 500);
+  for (int k = 0; k < 200; ++k) {
+    flood.Begin(50);
+    REQUIRE(Read(plc, 0).valid);
+  }
+  CHECK_FALSE(daemon.Says("robot link lost"));
+}
+
+TEST_CASE("clients never take the descriptor that the robot's link needs to come back") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [] {
+    const rlimit few{.rlim_cur = 48, .rlim_max = 48};
+    setrlimit(RLIMIT_NOFILE, &few);
+  });
+  const std::string plc_at = daemon.Plc();
+  CHECK(daemon.Says("raise LimitNOFILE"));
+  {
+    RegisterClient plc("plumblined", plc_at, 1, 10);
+    REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
+  }
+  Flood flood(plc_at, 100);
+  flood.Begin(100);
+  REQUIRE(cell.Tell("fault stall 1.5") == "ok");
+  CHECK(daemon.Awaits("robot link lost"));
+  const bool restored = daemon.Awaits("robot link restored after");
+  INFO(daemon.Log());
+  CHECK(restored);
+  RegisterClient plc("plumblined", plc_at, 1, 10);
+  CHECK(Eventually([&] { return Read(plc, 0).valid; }));
+}
