@@ -21,6 +21,7 @@
 #include "app/lens/lens_json.h"
 #include "app/lens_store/opencv_file.h"
 #include "drivers/camera/image_file.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -180,7 +181,8 @@ int Run(const CalibrateLensOptions& options) {
   }
   Result<std::vector<std::string>> names = ImageNames(options.images);
   if (!names) {
-    std::cerr << fmt::format("{}: cannot be read: {}\n", options.images, names.error());
+    std::cerr << fmt::format("{}: {}\n", options.images,
+                             CannotBeRead(options.images, names.error()));
     return kExitFault;
   }
   std::erase_if(names.value(), [&](const std::string& name) {

@@ -7,6 +7,7 @@
 #include "app/config/daemon_config_reader.h"
 #include "app/config/text_file.h"
 #include "app/model_store/usable_model.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -17,7 +18,7 @@ Result<ModelState> NoteDeclared(ModelStore& store, const std::string& cell_file,
                                 const std::string& state_directory,
                                 const std::function<void(const std::string&)>& warn) {
   const Result<std::string> text = ReadTextFile(cell_file);
-  if (!text) return Error{text.error()};
+  if (!text) return Error{cell_file + ": " + CannotBeRead(cell_file, text.error())};
   Result<ModelState> before = store.State();
   if (!before) return Error{before.error()};
   const bool another = before->applied != before->declared;

@@ -2,10 +2,34 @@
 
 #include <fmt/format.h>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
 constexpr int kBusyTimeout_ms = 5000;  // the daemon and a command may write at the same time
+
+std::string Remedy(const std::string& path, int code, bool to_write) {
+  switch (code) {
+    case SQLITE_CANTOPEN:
+      return to_write ? WriteRemedy(path) : ReadRemedy(path);
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return WriteRemedy(path);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "; another program writes to it: wait for it, or end it";
+    case SQLITE_FULL:
+      return "; the disk is full: free space (df -h)";
+    case SQLITE_IOERR:
+      return "; the disk reports an error: see journalctl -k";
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return "; move it away, and restore it from the backup";
+    default:
+      return "";
+  }
+}
 
 }  // namespace
 
@@ -47,9 +71,16 @@ Result<Database> Database::Open(const std::string& path, Mode mode) {
       mode == Mode::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   database.handle_.reset(handle);
-  if (code != SQLITE_OK) return Error{fmt::format("{}: {}", path, sqlite3_errstr(code))};
+  if (code != SQLITE_OK) {
+    return Error{fmt::format("{}: {}{}", path, sqlite3_errstr(code),
+                             Remedy(path, code, mode == Mode::kWrite))};
+  }
   sqlite3_busy_timeout(handle, kBusyTimeout_ms);
   return database;
+}
+
+std::string Database::Problem() const {
+  return sqlite3_errmsg(handle_.get()) + Remedy(path_, sqlite3_errcode(handle_.get()), true);
 }
 
 bool Database::Run(const char* sql) {
@@ -66,8 +97,11 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
   Statement statement(handle_.get(), sql);
   const int code = statement.Step();
   if (code == SQLITE_ROW) return statement.Integer(0);
-  return Error{fmt::format("{}: cannot be read: {}", path_,
-                           code == SQLITE_DONE ? "what was asked for is not there" : Problem())};
+  return Error{fmt::format(
+      "{}: cannot be read: {}", path_,
+      code == SQLITE_DONE
+          ? "what was asked for is not there; move it away, and restore it from the backup"
+          : Problem())};
 }
 
 std::string NewerSchema(const std::string& path, std::int64_t schema, int known) {

@@ -13,6 +13,7 @@
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -38,7 +39,9 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   ModelStore store(state_directory + "/models");
   std::error_code error;
   std::filesystem::create_directories(store.folder_, error);
-  if (error) return Error{fmt::format("{}: cannot be made: {}", store.folder_, error.message())};
+  if (error)
+    return Error{fmt::format("{}: cannot be made: {}{}", store.folder_, error.message(),
+                             WriteRemedy(store.folder_))};
   return store;
 }
 
@@ -72,7 +75,7 @@ Result<ModelState> ModelStore::State() const {
   const std::string path = folder_ + "/state.json";
   if (!std::filesystem::exists(path)) return ModelState{};
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return Error{fmt::format("{}: {}", path, text.error())};
+  if (!text) return Error{fmt::format("{}: {}", path, CannotBeRead(path, text.error()))};
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) {
@@ -87,7 +90,9 @@ Result<ModelState> ModelStore::State() const {
 Result<ModelFacts> ModelStore::Facts(int number) const {
   const std::string path = Path(number, ".json");
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return Error{fmt::format("no version {}: {}: {}", number, path, text.error())};
+  if (!text)
+    return Error{
+        fmt::format("no version {}: {}: {}", number, path, CannotBeRead(path, text.error()))};
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: is not what the model store wrote", path)};
@@ -108,7 +113,9 @@ Result<std::string> ModelStore::Text(int number) const {
   const Result<ModelFacts> facts = Facts(number);  // a model without facts was not completed
   if (!facts) return Error{facts.error()};
   const Result<std::string> text = ReadTextFile(ModelFile(number));
-  if (!text) return Error{fmt::format("{}: {}", ModelFile(number), text.error())};
+  if (!text)
+    return Error{
+        fmt::format("{}: {}", ModelFile(number), CannotBeRead(ModelFile(number), text.error()))};
   return *text;
 }
 
@@ -119,7 +126,8 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   ModelFacts complete = facts;
   if (!report.empty()) {
     const Result<std::string> content = ReadTextFile(report);
-    if (!content) return Error{fmt::format("{}: {}", report, content.error())};
+    if (!content)
+      return Error{fmt::format("{}: {}", report, CannotBeRead(report, content.error()))};
     const Result<bool> kept = WriteDurably(ReportFile(number), *content, 0444);
     if (!kept) return Error{kept.error()};
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();

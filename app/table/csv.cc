@@ -10,6 +10,7 @@
 #include "app/config/nearest_word.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -405,7 +406,7 @@ std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vecto
                                        FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return TableFromCsv(*text, path, joints, faults);

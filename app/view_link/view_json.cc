@@ -376,7 +376,9 @@ Result<ViewState> ViewOfJson(std::string_view text) {
   try {
     return StateOf(Json::parse(text));
   } catch (const std::exception& why) {
-    return Error{fmt::format("the daemon's state cannot be read: {}", why.what())};
+    return Error{
+        fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",
+                    why.what())};
   }
 }
 
