@@ -1,7 +1,10 @@
 // plumbline predict: where the loaded tip is at each pose of a file.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <ostream>
+#include <vector>
 
 #include "app/table/csv.h"
 #include "firmware-like/result.h"
@@ -25,8 +28,10 @@ struct Prediction {
 /// column carry nothing, and are extrapolated where the cell has a [payload] and was not fitted to
 /// such rows.
 /// @param deflection_sd  see DeflectionCovariance
+/// @param done           is told the number of rows predicted so far, now and then; may be empty
 /// @return               one prediction a row, or why the cell cannot be predicted
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        double deflection_sd);
+                                        double deflection_sd,
+                                        const std::function<void(std::size_t)>& done = {});
 
 }  // namespace plumbline
