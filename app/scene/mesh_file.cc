@@ -151,7 +151,9 @@ std::string MeshReader::WhyEnded(int status) const {
         "large",
         Mebibytes(limits_.memory_bytes));
   }
-  if (WEXITSTATUS(status) == 127) return fmt::format("{} cannot be started", program_);
+  if (WEXITSTATUS(status) == 127) {
+    return fmt::format("{} cannot be started; {}", program_, kRestoreProgram);
+  }
   return fmt::format("{} gave no answer that makes sense; is it this version's?", program_);
 }
 
