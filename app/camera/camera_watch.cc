@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/lens_store/stored_views.h"
+#include "app/printed_digits.h"
 
 namespace plumbline {
 namespace {
@@ -349,10 +350,12 @@ void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked
   entry.corners = BytesOfViews({solved.board, session.views()});
   if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = UtcNow();
+  const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));
+  const int decimals = DecimalsFor({fx_sd}, 2);
   sink_({Event::kCalibrated,
-         fmt::format("camera: calibrated, f {:.1f} px +- {:.2f}, certain to {:.2g} px, {} views",
-                     solved.lens.fx, std::sqrt(solved.covariance(kFx, kFx)),
-                     solved.uncertainty.max_px, solved.frames_used.size())});
+         fmt::format("camera: calibrated, f {:.{}f} px +- {:.{}f}, certain to {:.2g} px, {} views",
+                     solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
+                     solved.frames_used.size())});
   const auto kept = stores_.lenses.Append(entry);  // if not: it is used until the zoom changes
   WithCore([&](WatchCore& core) {
     core.NoteStoreFault(kept ? "" : kept.error());

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/lens/projection_uncertainty.h"
+#include "app/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
 
 namespace plumbline {
@@ -89,8 +90,10 @@ MarksLook LookAtMarks(const LensInUse& lens, const MarksMemory* memory, const Bo
       }
       look.lens = drifted;
       look.memory = Remember(drifted, cell, seen, memory->X_CK);
-      look.words = fmt::format("the zoom drifted: focal length {:+.3f} % +- {:.3f} %, refined",
-                               100 * std::expm1(judged.log_focal), 100 * judged.log_focal_sd);
+      const int decimals = DecimalsFor({100 * judged.log_focal_sd}, 3);
+      look.words = fmt::format("the zoom drifted: focal length {:+.{}f} % +- {:.{}f} %, refined",
+                               100 * std::expm1(judged.log_focal), decimals,
+                               100 * judged.log_focal_sd, decimals);
       break;
     }
     case MarksVerdict::kBad:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "app/printed_digits.h"
 #include "firmware-like/deflection/uncertainty.h"
 
 namespace plumbline {
@@ -164,8 +165,9 @@ void WatchCore::TakeLens(std::shared_ptr<const LensInUse> lens,
            lens->calibrated
                ? fmt::format("camera: lens {} of the store, f {:.1f} px", lens->id,
                              lens->known.lens.fx)
-               : fmt::format("camera: a lens between calibrated zooms, f {:.1f} px +- {:.2f} %",
-                             lens->known.lens.fx, 100 * lens->log_focal_sd)});
+               : fmt::format("camera: a lens between calibrated zooms, f {:.1f} px +- {:.{}f} %",
+                             lens->known.lens.fx, 100 * lens->log_focal_sd,
+                             DecimalsFor({100 * lens->log_focal_sd}, 2))});
   }
   lens_ = std::move(lens);
   memory_ = lens_ ? std::move(memory) : nullptr;

@@ -20,8 +20,8 @@ int BecomeView(const std::string& command, std::vector<std::string> arguments) {
   for (std::string& argument : arguments) words.push_back(argument.data());
   words.push_back(nullptr);
   execv(program.c_str(), words.data());
-  std::cerr << fmt::format("plumbline {}: {}: {}; it is installed beside this program\n", command,
-                           program, std::strerror(errno));
+  std::cerr << fmt::format("plumbline {}: {} cannot be started: {}; {}\n", command, program,
+                           std::strerror(errno), kRestoreProgram);
   return kExitUsage;
 }
 

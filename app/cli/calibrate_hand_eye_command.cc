@@ -20,6 +20,7 @@
 #include "app/hand_eye/target_views.h"
 #include "app/lens/lens_json.h"
 #include "drivers/camera/image_folder.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -45,7 +46,7 @@ struct Inputs {
 bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    Fail(fmt::format("{}: {}", options.intrinsics, CannotBeRead(options.intrinsics, text.error())));
     return false;
   }
   const auto read = LensFromJson(*text);
@@ -81,7 +82,7 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   inputs.target.family = std::move(family).value();
   const auto text = ReadTextFile(options.bodies);
   if (!text) {
-    Fail(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+    Fail(fmt::format("{}: {}", options.bodies, CannotBeRead(options.bodies, text.error())));
     return false;
   }
   FaultList faults;
@@ -111,7 +112,7 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   }
   const auto text = ReadTextFile(options.poses);
   if (!text) {
-    Fail(fmt::format("{}: cannot be read: {}", options.poses, text.error()));
+    Fail(fmt::format("{}: {}", options.poses, CannotBeRead(options.poses, text.error())));
     return false;
   }
   const auto poses = RobotPosesFromCsv(
@@ -130,7 +131,7 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
 bool ReadNames(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   const auto names = ImageNames(options.images);
   if (!names) {
-    Fail(fmt::format("{}: cannot be read: {}", options.images, names.error()));
+    Fail(fmt::format("{}: {}", options.images, CannotBeRead(options.images, names.error())));
     return false;
   }
   inputs.names = *names;

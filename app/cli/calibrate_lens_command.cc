@@ -20,7 +20,9 @@
 #include "app/lens/chessboard_detection.h"
 #include "app/lens/lens_json.h"
 #include "app/lens_store/opencv_file.h"
+#include "app/printed_digits.h"
 #include "drivers/camera/image_file.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -111,14 +113,16 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
   for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
+    const int f = DecimalsFor({sd(kFx), sd(kFy)}, 2), centre = DecimalsFor({sd(kCx), sd(kCy)}, 2);
     text += fmt::format(
-        "  f        {:.2f} x {:.2f} px  (+- {:.2f}, {:.2f})\n"
-        "  centre   {:.2f}, {:.2f} px  (+- {:.2f}, {:.2f})\n"
+        "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
+        "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  distortion k1 {:.5g}, k2 {:.5g}, p1 {:.5g}, p2 {:.5g}, k3 {:.5g}\n"
         "  uncertain by at most {:.3g} px over the image ({}), one standard deviation\n"
         "  RMS {:.3f} px a point; board bowed by {:.2f} mm; corners on {:.0f} % of the image\n",
-        c.lens.fx, c.lens.fy, sd(kFx), sd(kFy), c.lens.cx, c.lens.cy, sd(kCx), sd(kCy), c.lens.k1,
-        c.lens.k2, c.lens.p1, c.lens.p2, c.lens.k3, c.uncertainty.max_px,
+        c.lens.fx, f, c.lens.fy, f, sd(kFx), f, sd(kFy), f, c.lens.cx, centre, c.lens.cy, centre,
+        sd(kCx), centre, sd(kCy), centre, c.lens.k1, c.lens.k2, c.lens.p1, c.lens.p2, c.lens.k3,
+        c.uncertainty.max_px,
         c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
                                  : std::string("at infinity"),
         c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
@@ -180,7 +184,8 @@ int Run(const CalibrateLensOptions& options) {
   }
   Result<std::vector<std::string>> names = ImageNames(options.images);
   if (!names) {
-    std::cerr << fmt::format("{}: cannot be read: {}\n", options.images, names.error());
+    std::cerr << fmt::format("{}: {}\n", options.images,
+                             CannotBeRead(options.images, names.error()));
     return kExitFault;
   }
   std::erase_if(names.value(), [&](const std::string& name) {

@@ -20,6 +20,7 @@
 #include "app/model_store/usable_model.h"
 #include "app/scene/object_table.h"
 #include "app/table/replay_file.h"
+#include "drivers/files/open_failure.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline {
@@ -119,7 +120,7 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
   if (file.empty()) return true;
   const Result<std::string> text = ReadTextFile(file);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, file, 0, "", "cannot be read: " + text.error()});
+    faults.Add({Fault::Severity::kFault, file, 0, "", CannotBeRead(file, text.error())});
     return false;
   }
   const TagDatabase* const tags =
@@ -129,8 +130,8 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
   for (const SceneObject& object : table->objects) {
     if (access(object.file.c_str(), R_OK) == 0) continue;
     faults.Add({Fault::Severity::kWarning, file, 0, "object.file",
-                fmt::format("{} of \"{}\" cannot be read: {}", object.file, object.name,
-                            std::strerror(errno))});
+                fmt::format("{} of \"{}\" {}", object.file, object.name,
+                            CannotBeRead(object.file, std::strerror(errno)))});
   }
   return true;
 }
@@ -245,7 +246,7 @@ nlohmann::json JsonOf(const Checked& finding, const std::string& file) {
 int Run(const CheckOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
-    std::cerr << options.file << ": cannot be read: " << text.error() << '\n';
+    std::cerr << options.file << ": " << CannotBeRead(options.file, text.error()) << '\n';
     return kExitFault;
   }
   const Checked finding = Check(*text, options.file);

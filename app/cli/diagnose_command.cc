@@ -23,6 +23,7 @@
 #include "app/diagnosis/summary.h"
 #include "app/report/report.h"
 #include "app/version.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -138,8 +139,10 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   const Result<std::string> cell_text = ReadTextFile(arguments.cell);
   const Result<std::string> table_text = ReadTextFile(arguments.measured);
   exit_code = kExitFault;
-  if (!cell_text) return Error{arguments.cell + ": cannot be read: " + cell_text.error()};
-  if (!table_text) return Error{arguments.measured + ": cannot be read: " + table_text.error()};
+  if (!cell_text)
+    return Error{arguments.cell + ": " + CannotBeRead(arguments.cell, cell_text.error())};
+  if (!table_text)
+    return Error{arguments.measured + ": " + CannotBeRead(arguments.measured, table_text.error())};
   FaultList faults;
   const auto cell = CellFromText(*cell_text, arguments.cell, faults);
   std::optional<MeasuredTable> measured;

@@ -21,6 +21,7 @@
 #include "app/config/utc_text.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -48,7 +49,8 @@ int Import(const JournalOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   std::optional<MeasuredTable> table;
   if (!text) {
-    faults.Add({Fault::Severity::kFault, options.file, 0, "", "cannot be read: " + text.error()});
+    faults.Add(
+        {Fault::Severity::kFault, options.file, 0, "", CannotBeRead(options.file, text.error())});
   } else if (cell) {
     table = TableFromCsv(*text, options.file, cell->robot.joints, faults);
   }

@@ -19,6 +19,7 @@
 #include "app/lens/lens_json.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
+#include "app/printed_digits.h"
 
 namespace plumbline {
 namespace {
@@ -48,12 +49,15 @@ std::string Line(const LensEntry& entry) {
   const auto number = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
   };
+  const double fx_sd = std::sqrt(entry.covariance(0, 0));
+  const int decimals = DecimalsFor({fx_sd}, 2);
   const auto views = ViewsOfBytes(entry.corners);
   return fmt::format(
-      "{:>5}  {:<20}  {:>7} {:>7}  {:>9.2f} {:>8.2f} {:>10} {:>6} {:>8}  {}; {}, {}\n", entry.id,
+      "{:>5}  {:<20}  {:>7} {:>7}  {:>9.{}f} {:>8.{}f} {:>10} {:>6} {:>8}  {}; {}, {}\n", entry.id,
       entry.utc, entry.key.zoom_counts,
       entry.key.focus_counts ? std::to_string(*entry.key.focus_counts) : "-", entry.lens.fx,
-      std::sqrt(entry.covariance(0, 0)), number(entry.uncertainty_px, ""),
+      decimals, fx_sd, decimals,
+      entry.uncertainty_px ? fmt::format("{:.2g}", *entry.uncertainty_px) : "-",
       views ? std::to_string(views->views.size()) : "-", number(entry.temp_C, " C"),
       entry.key.camera_serial, entry.key.mode, entry.board);
 }
@@ -69,13 +73,17 @@ int List(const LensListOptions& options) {
 }
 
 std::string Words(const LensEntry& kept, const LensCalibration& again) {
-  std::string text = fmt::format("lens {} as it is kept: f {:.2f} px +- {:.2f}\n", kept.id,
-                                 kept.lens.fx, std::sqrt(kept.covariance(0, 0)));
+  const auto focal = [](const Lens& lens, double sd) {
+    const int decimals = DecimalsFor({sd}, 2);
+    return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
+  };
+  std::string text = fmt::format("lens {} as it is kept: {}\n", kept.id,
+                                 focal(kept.lens, std::sqrt(kept.covariance(0, 0))));
   if (again.lens.fx > 0) {
     text += fmt::format(
-        "solved again: f {:.2f} px +- {:.2f}, uncertain by {:.2g} px; it differs by {:.2g} px at "
+        "solved again: {}, uncertain by {:.2g} px; it differs by {:.2g} px at "
         "most over the image\n",
-        again.lens.fx, std::sqrt(again.covariance(0, 0)), again.uncertainty.max_px,
+        focal(again.lens, std::sqrt(again.covariance(0, 0))), again.uncertainty.max_px,
         LargestDifference(again.lens, kept.lens, kept.image));
   }
   text += again.accepted ? "accepted\n" : "refused:\n";

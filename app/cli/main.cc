@@ -8,6 +8,7 @@
 #include "app/cli/calibrate_lens_command.h"
 #include "app/cli/cameras_command.h"
 #include "app/cli/check_command.h"
+#include "app/cli/completion_command.h"
 #include "app/cli/diagnose_command.h"
 #include "app/cli/distance_command.h"
 #include "app/cli/doctor_command.h"
@@ -125,6 +126,7 @@ int main(int argc, char** argv) {
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);
   AddBoardWorkerCommand(app, exit_code);
+  AddCompletionCommand(app, exit_code);
   const int code = RunCommand(app, argc, argv, exit_code);
   return StandardOutputArrived() ? code : kExitUsage;
 }

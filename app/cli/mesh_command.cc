@@ -59,18 +59,24 @@ void AddMeshCommand(CLI::App& app, int& exit_code) {
   command->add_option("file", options->file, fmt::format("One of {}", kMeshFormats))->required();
   command->add_option("--unit", options->unit,
                       fmt::format("What 1 in the file stands for: {}", kMeshUnits));
-  command->add_option("--max-triangles", options->limits.triangles, "Refuse a file with more")
-      ->check(WholeNumberWithin(1, 20'000'000))
+  command
+      ->add_option("--max-triangles", options->limits.triangles,
+                   "Refuse a file with more; the overlay's own limit is the most")
+      ->check(WholeNumberWithin(1, static_cast<std::int64_t>(MeshLimits{}.triangles)))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Answer as JSON on standard output");
   command->footer(fmt::format(
       "The file is read by a process of its own (plumbline-mesh) that can open nothing else, "
       "within\n"
-      "{} MiB, {} s of processor time and {} MiB of memory. The unit is never guessed.\n\n"
+      "{} MiB of memory, {} s of processor time and {:g} s in all. The limits are the overlay's: "
+      "{}\n"
+      "triangles and {} MiB of file; a file that passes here is shown there. The unit is never\n"
+      "guessed.\n\n"
       "Examples:\n  plumbline mesh check gripper.stl --unit mm\n"
       "  plumbline mesh check module.wrl --unit m --json\n\n"
       "Exit codes: 0 it serves (warnings may remain), 1 it is refused, 2 wrong arguments.",
-      options->limits.file_bytes >> 20, options->limits.cpu_s, options->limits.memory_bytes >> 20));
+      options->limits.memory_bytes >> 20, options->limits.cpu_s, options->limits.wall_s,
+      options->limits.triangles, options->limits.file_bytes >> 20));
   command->callback([options, &exit_code] { exit_code = RunMeshCheck(*options); });
 }
 

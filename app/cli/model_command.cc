@@ -20,6 +20,7 @@
 #include "app/model_store/model_json.h"
 #include "app/model_store/usable_model.h"
 #include "app/text/json_text.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -192,7 +193,8 @@ bool MayFollow(const ModelOptions& options, const ModelStore& store, const CellM
 int Propose(const ModelOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
-    return Fail(fmt::format("{}: cannot be read: {}", options.file, text.error()), kExitFault);
+    return Fail(fmt::format("{}: {}", options.file, CannotBeRead(options.file, text.error())),
+                kExitFault);
   }
   FaultList faults;
   const auto cell = CellFromText(*text, options.file, faults);
@@ -201,16 +203,18 @@ int Propose(const ModelOptions& options) {
   ModelFacts facts;
   if (!options.diagnosis.empty()) {
     const Result<std::string> diagnosis = ReadTextFile(options.diagnosis);
-    const Result<ModelFacts> read =
-        diagnosis ? ModelFactsFromDiagnosis(*diagnosis) : Error{diagnosis.error()};
+    const Result<ModelFacts> read = diagnosis
+                                        ? ModelFactsFromDiagnosis(*diagnosis)
+                                        : Error{CannotBeRead(options.diagnosis, diagnosis.error())};
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
   }
   if (!options.report.empty()) {
     const Result<std::string> report = ReadTextFile(options.report);
     if (!report) {
-      return Fail(fmt::format("{}: cannot be read: {}", options.report, report.error()),
-                  kExitFault);
+      return Fail(
+          fmt::format("{}: {}", options.report, CannotBeRead(options.report, report.error())),
+          kExitFault);
     }
   }
   facts.from = options.file;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,11 +12,13 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
+#include "app/cli/row_progress.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/diagnosis/realign.h"
 #include "app/table/conditions.h"
+#include "drivers/clock.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 
@@ -105,6 +108,26 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
          "model to measured points with `plumbline diagnose`";
 }
 
+/// The frames of a cell's sessions by their names.
+struct FramesById {
+  explicit FramesById(const CellModel& cell) {
+    for (const SessionFrames& session : cell.sessions) by_id.emplace(session.id, &session);
+    if (!cell.sessions.empty()) last = &cell.sessions.back();
+  }
+  std::map<std::string, const SessionFrames*> by_id;
+  const SessionFrames* last = nullptr;  ///< of rows whose session the cell does not know
+};
+
+/// The cell with the frames of one session alone: with those of all in each session's own copy, the
+/// work would grow with the square of their number.
+CellModel OwnSession(const CellModel& bare, const FramesById& frames, const std::string& id) {
+  CellModel own = bare;
+  const auto known = frames.by_id.find(id);
+  const SessionFrames* session = known == frames.by_id.end() ? frames.last : known->second;
+  if (session != nullptr) own.sessions = {*session};
+  return own;
+}
+
 int Refused(const PredictOptions& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
@@ -140,8 +163,13 @@ int Run(const PredictOptions& options) {
     }
     cell = *realigned;
   }
+  RowProgress progress(std::cerr, isatty(STDERR_FILENO) != 0, "poses");
+  const double begun_s = MonotonicSeconds();
   const Result<std::vector<Prediction>> predictions =
-      Predict(*cell, *poses, DeviationFrom(options));
+      Predict(*cell, *poses, DeviationFrom(options), [&](std::size_t done) {
+        progress.Show(done, poses->rows.size(), MonotonicSeconds() - begun_s);
+      });
+  progress.Clear();
   if (!predictions) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
     return Refused(options);
@@ -173,20 +201,26 @@ int Run(const PredictOptions& options) {
 }  // namespace
 
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        const DeclaredDeviation& deviation) {
+                                        const DeclaredDeviation& deviation,
+                                        const std::function<void(std::size_t)>& done) {
   struct SessionArm {
     CellModel cell;
     LoadedArm arm;
     LandingUncertainty uncertainty;
   };
   std::map<std::string, SessionArm> arms;
+  const FramesById frames(cell);
+  CellModel bare = cell;
+  bare.sessions.clear();
   std::vector<Prediction> predictions;
   const std::vector<Conditions> conditions = ConditionsOf(cell, poses);
+  constexpr std::size_t kRowsAtOnce = 64;
   for (std::size_t k = 0; k < poses.rows.size(); ++k) {
+    if (done && k % kRowsAtOnce == 0) done(k);
     const MeasuredRow& row = poses.rows[k];
     auto known = arms.find(row.session);
     if (known == arms.end()) {
-      CellModel of_session = CellOfSession(cell, row.session);
+      CellModel of_session = CellOfSession(OwnSession(bare, frames, row.session), row.session);
       LoadedArm arm(of_session);
       LandingUncertainty uncertainty(of_session, arm, deviation);
       known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm),
@@ -250,6 +284,7 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "[domain], or outside the joint limits where there is none; or the cell has a [payload] and\n"
       "the poses have no payload_kg, which is then taken as 0); and the radius' basis: measured\n"
       "(validated on held-out rows), propagated, assumed (typical values), unknown.\n"
+      "More than a moment's work shows its progress on standard error.\n"
       "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"

@@ -1,7 +1,10 @@
 // plumbline predict: where the loaded tip is at each pose of a file.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <ostream>
+#include <vector>
 
 #include "app/table/csv.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
@@ -26,8 +29,10 @@ struct Prediction {
 /// column carry nothing, and are extrapolated where the cell has a [payload] and was not fitted to
 /// such rows.
 /// @param deviation  of what the cell declares
+/// @param done       called with the number of rows predicted so far, now and then; may be empty
 /// @return           one prediction a row, or why the cell cannot be predicted
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        const DeclaredDeviation& deviation);
+                                        const DeclaredDeviation& deviation,
+                                        const std::function<void(std::size_t)>& done = {});
 
 }  // namespace plumbline

@@ -19,6 +19,7 @@
 #include "app/lens/lens_json.h"
 #include "app/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
+#include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline {
@@ -36,7 +37,7 @@ struct TrackOptions {
 std::optional<LensFile> ReadLens(const TrackOptions& options) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(fmt::format("{}: cannot be read: {}", options.intrinsics, text.error()));
+    Fail(fmt::format("{}: {}", options.intrinsics, CannotBeRead(options.intrinsics, text.error())));
     return std::nullopt;
   }
   const auto lens = LensFromJson(*text);
@@ -78,7 +79,7 @@ std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
   if (!options.bodies.empty()) {
     const auto text = ReadTextFile(options.bodies);
     if (!text) {
-      Fail(fmt::format("{}: cannot be read: {}", options.bodies, text.error()));
+      Fail(fmt::format("{}: {}", options.bodies, CannotBeRead(options.bodies, text.error())));
       return std::nullopt;
     }
     FaultList faults;

@@ -12,6 +12,7 @@
 #include "app/config/toml_reader.h"
 #include "app/config/tool_reader.h"
 #include "app/config/utc_text.h"
+#include "drivers/files/open_failure.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -274,7 +275,7 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
 std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return CellFromText(*text, path, faults);

@@ -18,6 +18,7 @@
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/open_failure.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {
@@ -359,7 +360,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return DaemonConfigFromText(*text, path, faults);

@@ -20,7 +20,8 @@ std::optional<std::pair<std::string, std::string>> NamedFiles::Read(
     reason += fmt::format("{}{}: {}", reason.empty() ? "" : "; ", candidate, text.error());
     if (path.is_absolute()) break;
   }
-  table.AddFault(key, fmt::format("cannot be read ({})", reason));
+  table.AddFault(
+      key, fmt::format("cannot be read ({}); check the name, or copy the file there", reason));
   return std::nullopt;
 }
 

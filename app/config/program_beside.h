@@ -13,4 +13,9 @@ inline std::string ProgramBeside(const std::string& name) {
   return OwnFolder() + "/" + name;
 }
 
+/// What to do where a program of the same package cannot be started.
+inline constexpr const char* kRestoreProgram =
+    "it belongs beside this program: `sudo apt install --reinstall plumbline` restores it, in a "
+    "checkout ./dev build makes it";
+
 }  // namespace plumbline

@@ -9,6 +9,7 @@
 
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/open_failure.h"
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
@@ -313,7 +314,7 @@ std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const st
 std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return RobotProfileFromText(*text, path, faults);

@@ -129,13 +129,15 @@ Result<std::string> ReadTextFile(const std::string& path) {
     if (count == 0) return text;
     if (count > 0) {
       text.append(buffer, static_cast<std::size_t>(count));
-      if (text.size() > kLargestTextFile) return Error{"larger than 256 MiB"};
+      if (text.size() > kLargestTextFile)
+        return Error{"larger than 256 MiB, which no table or configuration is; check the name"};
       continue;
     }
     if (errno == EINTR) continue;
     if (errno != EAGAIN) return Why();
     pollfd waiting{file.number, POLLIN, 0};
-    if (poll(&waiting, 1, kPipePatience_ms) == 0) return Error{"is a pipe, and nothing comes"};
+    if (poll(&waiting, 1, kPipePatience_ms) == 0)
+      return Error{"is a pipe, and nothing came for 1.5 s; check the program that writes it"};
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -91,7 +92,7 @@ std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::s
 std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return HidProfileFromText(*text, path, faults);

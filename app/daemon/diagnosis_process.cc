@@ -14,6 +14,7 @@
 #include <fstream>
 
 #include "app/config/program_beside.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -60,7 +61,9 @@ Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>&
   pointers.push_back(nullptr);
   const int output = open(output_file.c_str(),
                           O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
-  if (output < 0) return Error{fmt::format("{}: {}", output_file, std::strerror(errno))};
+  if (output < 0)
+    return Error{
+        fmt::format("{}: {}", output_file, CannotBeWritten(output_file, std::strerror(errno)))};
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid == 0) BecomeProgram(pointers.data(), output, parent);

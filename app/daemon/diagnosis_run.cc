@@ -17,6 +17,7 @@
 #include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/utc_clock.h"
+#include "drivers/files/open_failure.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/statistics/median.h"
 
@@ -98,7 +99,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::error_code error;
   std::filesystem::remove_all(folder, error);
   std::filesystem::create_directories(folder, error);
-  if (error) return Error{fmt::format("{}: {}", folder, error.message())};
+  if (error) return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, error.message()))};
   const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
   if (!written) return Error{written.error()};
   step();

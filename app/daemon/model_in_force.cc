@@ -8,6 +8,7 @@
 #include "app/config/daemon_config_reader.h"
 #include "app/config/text_file.h"
 #include "app/model_store/usable_model.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -24,7 +25,9 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
                            const std::function<void(const std::string&)>& warn) {
   const std::string& directory = config.state_directory;
   const Result<std::string> text = ReadTextFile(config.cell_file);
-  if (!text) return Error{text.error()};
+  if (!text) {
+    return Error{config.cell_file + ": " + CannotBeRead(config.cell_file, text.error())};
+  }
   const bool another = before.applied != before.declared;
   const Result<std::string> former = another ? store.Text(before.declared) : std::string();
   if (!former) {

@@ -75,7 +75,6 @@ Reporter::Reporter(std::vector<PointName> points, LogSink sink)
 
 void Reporter::Configure(std::vector<PointName> points) {
   points_ = std::move(points);
-  fitted_ = fitted;
   codes_.assign(points_.size(), std::nullopt);
 }
 

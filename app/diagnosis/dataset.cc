@@ -9,8 +9,10 @@
 #include <set>
 
 #include "app/diagnosis/clusters.h"
+#include "app/diagnosis/joint_step.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/angle.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline {
@@ -172,39 +174,86 @@ void NoiseFromRepeats(Dataset& data) {
   data.repeat_sigma_m = std::sqrt(middle / (data.axes() == 1 ? 0.4549 : 2.366));
 }
 
-/// Joints read in steps: the tip that is predicted from them is off by an error of its own, beside
-/// the instrument's. Uniform within a step, C_k = step^2 / 12 J J^T at row k. It is the same error
-/// each time that the robot stands at one pose, so that n repeats do not average it away: as noise
-/// of single rows that average like sigma^2 / n, it counts n-fold. One number for all rows, the
-/// mean over them of the largest variance along any direction.
-void AddReadingError(Dataset& data) {
-  if (!data.table.recorded.q_step) return;
+/// What joints read in steps leave open of the tip that is predicted from them.
+struct ReadingError {
+  double radius_m = 0;  ///< 95 %, middle row
+  double sigma_m = 0;   ///< one axis, as it adds to the instrument's
+};
+
+/// The tip that is predicted from joints read in steps is off by an error of its own, beside the
+/// instrument's. Uniform within a step, C_k = step^2 / 12 J J^T at row k. It is the same error each
+/// time that the robot is at one pose, so that n repeats do not average it away: as noise of single
+/// rows that average like sigma^2 / n, it counts n-fold. One number for all rows, the mean over
+/// them of the largest variance along any direction.
+/// @param steps_rad  of each row
+ReadingError ReadingErrorOf(const Dataset& data, const std::vector<double>& steps_rad) {
   const LoadedArm arm(data.cell);
   std::vector<int> repeats(static_cast<std::size_t>(data.clusters), 0);
   for (const int cluster : data.cluster_of) ++repeats[static_cast<std::size_t>(cluster)];
   double sum = 0;
   std::vector<double> radii;
-  for (int k = 0; k < data.rows(); ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    const MeasuredRow& row = data.table.rows[at];
-    data.q_step_rad = std::max(data.q_step_rad, row.q_step_rad);
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
     LoadedState state;
-    arm.AtActual(row.q, data.payloads[at], data.conditions[at], state);
-    const Mat3 covariance = ReadingCovariance(arm, state, row.q_step_rad);
+    arm.AtActual(data.table.rows[k].q, data.payloads[k], data.conditions[k], state);
+    const Mat3 covariance = ReadingCovariance(arm, state, steps_rad[k]);
     radii.push_back(RadiusHolding95Percent(covariance));
     const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
-    sum += repeats[static_cast<std::size_t>(data.cluster_of[at])] * largest;
+    sum += repeats[static_cast<std::size_t>(data.cluster_of[k])] * largest;
   }
-  data.reading_radius_m = MedianOf(radii);
-  data.reading_sigma_m = std::sqrt(sum / data.rows());
+  return {MedianOf(radii), std::sqrt(sum / data.rows())};
+}
+
+/// The share of the instrument's noise from which on a reading error is worth a word.
+constexpr double kNotableShare = 0.1;
+
+/// Steps that the rows declare (q_step_deg) count as noise.
+void AddReadingError(Dataset& data) {
+  std::vector<double> steps_rad;
+  for (const MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
+  data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
+  const ReadingError error = ReadingErrorOf(data, steps_rad);
+  data.reading_radius_m = error.radius_m;
+  data.reading_sigma_m = error.sigma_m;
   // Where sigma is taken from the residual, that holds the reading error already.
-  if (data.sigma_m <= 0 || data.reading_sigma_m < 0.1 * data.sigma_m) return;
+  if (data.sigma_m <= 0 || data.reading_sigma_m < kNotableShare * data.sigma_m) return;
   data.notes.push_back(fmt::format(
       "the joints were read in steps of {:.3g} mrad, which costs {:.2g} mm at the tool (95 %): it "
       "counts as noise, and hides what is smaller; read finer registers to see it",
       1e3 * data.q_step_rad, 1e3 * data.reading_radius_m));
   data.sigma_m = std::hypot(data.sigma_m, data.reading_sigma_m);
   data.sigma_origin += " and the steps of the joint readings";
+}
+
+/// Steps that the readings show and nobody declared are told where they matter at the tip. They do
+/// not count as noise by themselves: poses may have been commanded at such values.
+void TellUndeclaredStep(Dataset& data) {
+  constexpr double kNotable_m = 1e-5;  // where the instrument's noise is not known
+  const auto step = JointStepOf(data.table, data.cell.robot.joints);
+  if (!step) return;
+  const std::vector<double> steps_rad(data.table.rows.size(), step->step_rad);
+  const ReadingError error = ReadingErrorOf(data, steps_rad);
+  const double notable_m = data.sigma_m > 0 ? kNotableShare * data.sigma_m : kNotable_m;
+  if (error.sigma_m < notable_m) return;
+  const double step_deg = step->step_rad / kRadPerDeg;
+  const std::string steps = fmt::format("{:.3g} deg ({:.3g} mrad)", step_deg, 1e3 * step->step_rad);
+  const std::string cost = fmt::format("{:.2g} mm at the tool (95 %)", 1e3 * error.radius_m);
+  data.notes.push_back(
+      step->as_written
+          ? fmt::format(
+                "the joints are written to {} decimals, in steps of {}, which costs {} and "
+                "does not count as noise: write more decimals; where the controller gives no "
+                "more, add the column q_step_deg with {:.6g} in every row",
+                *data.table.q_decimals, steps, cost, step_deg)
+          : fmt::format(
+                "all {} different joint readings are multiples of {}, though {} decimals are "
+                "written and no q_step_deg is declared (by chance with a probability of "
+                "1e{:.0f}): if the controller gives its joints in such steps, that costs {} "
+                "and does not count as noise yet; read finer registers, or add the column "
+                "q_step_deg with {:.6g} in every row; poses that were commanded at such values "
+                "need "
+                "neither",
+                step->readings, steps, *data.table.q_decimals, std::ceil(step->log10_chance), cost,
+                step_deg));
 }
 
 }  // namespace
@@ -290,7 +339,11 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   } else {
     data.sigma_origin = "residual";
   }
-  AddReadingError(data);
+  if (data.table.recorded.q_step) {
+    AddReadingError(data);
+  } else {
+    TellUndeclaredStep(data);
+  }
   SayWhatIsMissing(data);
   return data;
 }

@@ -17,6 +17,7 @@
 #include "app/service/signals.h"
 #include "app/version.h"
 #include "drivers/clock.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -45,7 +46,8 @@ Result<FleetQueue> OpenQueue(const DaemonConfig& config) {
   const std::string folder = FleetFolderOf(config.state_directory);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return Error{fmt::format("{}: {}", folder, failed.message())};
+  if (failed)
+    return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, failed.message()))};
   return FleetQueue::Open(folder + "/queue.sqlite", config.mqtt->queue_bytes);
 }
 

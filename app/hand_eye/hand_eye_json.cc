@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/lens/lens_model.h"
+#include "app/printed_digits.h"
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -60,11 +61,14 @@ Json LensJson(const HandEye& answer) {
 std::string PoseLine(const char* what, const char* frame, const FoundPose& pose) {
   const Vec3 p = kMmPerMetre * pose.X.p, rpy = RollPitchYawFromRotation(pose.X.R) / kRadPerDeg;
   const Vec6 sd = pose.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Vec3 p_sd = kMmPerMetre * sd.head<3>();
+  const double turn_sd = sd.tail<3>().norm() / kRadPerDeg;
+  const int mm = DecimalsFor({p_sd.x(), p_sd.y(), p_sd.z()}, 2), deg = DecimalsFor({turn_sd}, 3);
   return fmt::format(
-      "  {} in the {}: {:.2f}, {:.2f}, {:.2f} mm (+- {:.2f}, {:.2f}, {:.2f}); roll, pitch, yaw "
-      "{:.3f}, {:.3f}, {:.3f} deg (+- {:.3f})\n",
-      what, frame, p.x(), p.y(), p.z(), kMmPerMetre * sd[0], kMmPerMetre * sd[1],
-      kMmPerMetre * sd[2], rpy.x(), rpy.y(), rpy.z(), sd.tail<3>().norm() / kRadPerDeg);
+      "  {} in the {}: {:.{}f}, {:.{}f}, {:.{}f} mm (+- {:.{}f}, {:.{}f}, {:.{}f}); roll, pitch, "
+      "yaw {:.{}f}, {:.{}f}, {:.{}f} deg (+- {:.{}f})\n",
+      what, frame, p.x(), mm, p.y(), mm, p.z(), mm, p_sd.x(), mm, p_sd.y(), mm, p_sd.z(), mm,
+      rpy.x(), deg, rpy.y(), deg, rpy.z(), deg, turn_sd, deg);
 }
 
 }  // namespace
@@ -117,16 +121,17 @@ std::string HandEyeText(const HandEye& answer, const HandEyeOptions& options) {
   if (Found(answer.camera)) {
     text += PoseLine("camera", to_hand ? "base" : "flange", answer.camera);
     text += PoseLine("target", to_hand ? "flange" : "base", answer.target);
+    const int ratio = DecimalsFor({answer.size_ratio_sd}, 4);
     text += fmt::format(
-        "  a point that the camera sees is known to {:.3f} mm (one deviation)\n"
+        "  a point that the camera sees is known to {:.{}f} mm (one deviation)\n"
         "  images that took no part: {:.2f} px and {:.2f} mm off ({:.2f} px and {:.2f} mm by the "
         "linear method)\n"
-        "  noise: corners {:.3f} px, robot {:.3f} mm; the target is {:.4f} +- {:.4f} of its told "
+        "  noise: corners {:.3f} px, robot {:.3f} mm; the target is {:.{}f} +- {:.{}f} of its told "
         "size\n",
-        kMmPerMetre * answer.point_sd_m, answer.adjusted.rms_px,
-        kMmPerMetre * answer.adjusted.position_m, answer.linear.rms_px,
+        kMmPerMetre * answer.point_sd_m, DecimalsFor({kMmPerMetre * answer.point_sd_m}, 3),
+        answer.adjusted.rms_px, kMmPerMetre * answer.adjusted.position_m, answer.linear.rms_px,
         kMmPerMetre * answer.linear.position_m, answer.sigma_px, kMmPerMetre * answer.robot_m,
-        answer.size_ratio, answer.size_ratio_sd);
+        answer.size_ratio, ratio, answer.size_ratio_sd, ratio);
   }
   text += fmt::format("  {} images used, {} refused\n", answer.used.size(), answer.refused.size());
   for (const RefusedView& view : answer.refused)

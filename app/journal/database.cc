@@ -4,6 +4,8 @@
 
 #include <filesystem>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -17,6 +19,28 @@ std::string WithResolvedFolder(const std::string& path) {
   const std::filesystem::path file = std::filesystem::absolute(path, unknown);
   const std::filesystem::path folder = std::filesystem::canonical(file.parent_path(), unknown);
   return unknown ? path : (folder / file.filename()).string();
+}
+
+std::string Remedy(const std::string& path, int code, bool to_write) {
+  switch (code) {
+    case SQLITE_CANTOPEN:
+      return to_write ? WriteRemedy(path) : ReadRemedy(path);
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return WriteRemedy(path);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "; another program writes to it: wait for it, or end it";
+    case SQLITE_FULL:
+      return "; the disk is full: free space (df -h)";
+    case SQLITE_IOERR:
+      return "; the disk reports an error: see journalctl -k";
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return "; move it away, and restore it from the backup";
+    default:
+      return "";
+  }
 }
 
 }  // namespace
@@ -68,9 +92,15 @@ Result<Database> Database::Open(const std::string& path, Mode mode) {
                     "give another state_directory",
                     path)};
   }
-  if (code != SQLITE_OK) return Error{fmt::format("{}: {}", path, sqlite3_errstr(code))};
+  if (code != SQLITE_OK) {
+    return Error{fmt::format("{}: {}{}", path, sqlite3_errstr(code), Remedy(path, code, write))};
+  }
   sqlite3_busy_timeout(handle, kBusyTimeout_ms);
   return database;
+}
+
+std::string Database::Problem() const {
+  return sqlite3_errmsg(handle_.get()) + Remedy(path_, sqlite3_errcode(handle_.get()), true);
 }
 
 bool Database::Run(const char* sql) {
@@ -87,8 +117,11 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
   Statement statement(handle_.get(), sql);
   const int code = statement.Step();
   if (code == SQLITE_ROW) return statement.Integer(0);
-  return Error{fmt::format("{}: cannot be read: {}", path_,
-                           code == SQLITE_DONE ? "what was asked for is not there" : Problem())};
+  return Error{fmt::format(
+      "{}: cannot be read: {}", path_,
+      code == SQLITE_DONE
+          ? "what was asked for is not there; move it away, and restore it from the backup"
+          : Problem())};
 }
 
 std::string NewerSchema(const std::string& path, std::int64_t schema, int known) {

@@ -66,7 +66,8 @@ class Database {
   bool HasMoved();
   /// The first value of the first row. @return why there is none: unreadable, locked, no row
   Result<std::int64_t> IntegerOf(const char* sql);
-  std::string Problem() const { return sqlite3_errmsg(handle_.get()); }
+  /// What the last call failed of, and what to do about it.
+  std::string Problem() const;
   sqlite3* get() const { return handle_.get(); }
   const std::string& path() const { return path_; }
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -73,7 +75,10 @@ Result<JournalReader> JournalReader::Open(const JournalQuery& query) {
                          ? sd_journal_open(&opened, SD_JOURNAL_LOCAL_ONLY)
                          : sd_journal_open_directory(&opened, query.directory.c_str(), 0);
   const std::string where = query.directory.empty() ? "the journal" : query.directory;
-  if (failed < 0) return Error{fmt::format("{}: {}", where, std::strerror(-failed))};
+  if (failed < 0) {
+    return Error{fmt::format("{}: {}{}", where, std::strerror(-failed),
+                             query.directory.empty() ? "" : ReadRemedy(query.directory))};
+  }
   JournalReader reader;
   reader.journal_.reset(opened);
   AddMatches(opened, query);

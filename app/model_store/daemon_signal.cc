@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -50,7 +52,8 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
   std::filesystem::create_directories(state_directory, ignored);
   const std::string path = PidFile(state_directory);
   const auto failed = [&path](const char* what) {
-    return Error{fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
+    const int error = errno;
+    return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
   };
   if (taken != nullptr) *taken = false;
   const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
@@ -58,7 +61,10 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
   struct flock lock = WholeFile();
   if (fcntl(fd, F_SETLK, &lock) != 0) {
     const bool held = errno == EAGAIN || errno == EACCES;
-    const Error why = failed(held ? "is held by another process" : "cannot be locked");
+    const Error why = failed(
+        held
+            ? "is held by another process: end it, or give each daemon a state_directory of its own"
+            : "cannot be locked");
     close(fd);
     if (taken != nullptr) *taken = held;
     return why;

@@ -10,11 +10,14 @@
 #include <cstring>
 #include <filesystem>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
 Error Failed(const std::string& path, std::string_view what) {
-  return Error{fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
+  const int error = errno;
+  return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
 }
 
 bool WriteAll(int fd, std::string_view text) {
@@ -52,7 +55,8 @@ Result<FileLock> FileLock::Take(const std::string& path, Wait wait) {
   FileLock lock(fd);
   while (flock(fd, LOCK_EX | (wait == Wait::kNo ? LOCK_NB : 0)) != 0) {
     if (errno == EINTR) continue;
-    return Failed(path, errno == EWOULDBLOCK ? "is held by another process" : "cannot be locked");
+    return Failed(path, errno == EWOULDBLOCK ? "is held by another process: end that one first"
+                                             : "cannot be locked");
   }
   return lock;
 }

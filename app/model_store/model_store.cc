@@ -15,6 +15,7 @@
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -71,9 +72,14 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   ModelStore store(state_directory + "/models");
   std::error_code error;
   std::filesystem::create_directories(store.folder_, error);
-  if (error) return Error{fmt::format("{}: cannot be made: {}", store.folder_, error.message())};
+  if (error) {
+    return Error{fmt::format("{}: cannot be made: {}{}", store.folder_, error.message(),
+                             WriteRemedy(store.folder_))};
+  }
   static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
-  if (error) return Error{fmt::format("{}: cannot be read: {}", store.folder_, error.message())};
+  if (error) {
+    return Error{fmt::format("{}: {}", store.folder_, CannotBeRead(store.folder_, error.message()))};
+  }
   return store;
 }
 
@@ -145,7 +151,9 @@ int ModelStore::NewestDeclared() const {
 Result<ModelFacts> ModelStore::Facts(int number) const {
   const std::string path = Path(number, ".json");
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return Error{fmt::format("no version {}: {}: {}", number, path, text.error())};
+  if (!text)
+    return Error{
+        fmt::format("no version {}: {}: {}", number, path, CannotBeRead(path, text.error()))};
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: is not what the model store wrote", path)};
@@ -166,7 +174,9 @@ Result<std::string> ModelStore::Text(int number) const {
   const Result<ModelFacts> facts = Facts(number);  // a model without facts was not completed
   if (!facts) return Error{facts.error()};
   const Result<std::string> text = ReadTextFile(ModelFile(number));
-  if (!text) return Error{fmt::format("{}: {}", ModelFile(number), text.error())};
+  if (!text)
+    return Error{
+        fmt::format("{}: {}", ModelFile(number), CannotBeRead(ModelFile(number), text.error()))};
   return *text;
 }
 
@@ -177,7 +187,8 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   ModelFacts complete = facts;
   if (!report.empty()) {
     const Result<std::string> content = ReadTextFile(report);
-    if (!content) return Error{fmt::format("{}: {}", report, content.error())};
+    if (!content)
+      return Error{fmt::format("{}: {}", report, CannotBeRead(report, content.error()))};
     const Result<bool> kept = WriteDurably(ReportFile(number), *content, 0444);
     if (!kept) return Error{kept.error()};
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();

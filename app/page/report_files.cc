@@ -78,7 +78,10 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
     whole = got == bytes.size();
   }
   close(fd);
-  if (!whole) return Error{"that report cannot be read"};
+  if (!whole) {
+    return Error{
+        "that report cannot be read; it is being replaced, or is too large: reload the list"};
+  }
   return bytes;
 }
 

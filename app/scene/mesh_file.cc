@@ -17,6 +17,7 @@
 
 #include "app/config/program_beside.h"
 #include "drivers/clock.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -66,14 +67,14 @@ std::optional<Error> MeshReader::Start(const std::string& file, double unit_m) {
   const auto format = MeshFormatOfName(file);
   if (!format) return Error{fmt::format("its name ends in none of {}", kMeshFormats)};
   const int opened = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  if (opened < 0) return Error{fmt::format("cannot be read: {}", std::strerror(errno))};
+  if (opened < 0) return Error{CannotBeRead(file, std::strerror(errno))};
   struct stat about {};
   std::optional<Error> why;
   found_ = {};
   found_.format = *format;
   unit_m_ = unit_m;
   if (fstat(opened, &about) != 0 || !S_ISREG(about.st_mode)) {
-    why = Error{"cannot be read: no regular file"};
+    why = Error{"cannot be read: no regular file; name a mesh file, no folder and no device"};
   } else if (about.st_size == 0) {
     why = Error{"is empty"};
   } else if (static_cast<std::uint64_t>(about.st_size) > limits_.file_bytes) {
@@ -150,7 +151,9 @@ std::string MeshReader::WhyEnded(int status) const {
         "large",
         Mebibytes(limits_.memory_bytes));
   }
-  if (WEXITSTATUS(status) == 127) return fmt::format("{} cannot be started", program_);
+  if (WEXITSTATUS(status) == 127) {
+    return fmt::format("{} cannot be started; {}", program_, kRestoreProgram);
+  }
   return fmt::format("{} gave no answer that makes sense; is it this version's?", program_);
 }
 

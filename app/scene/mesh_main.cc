@@ -1,5 +1,5 @@
-// plumbline-mesh: reads one mesh file and says what is in it. Started by plumbline and plumblined,
-// which do without it when it dies; linked to the libraries that parse such files.
+// plumbline-mesh: reads one mesh file and says what is in it. Started by plumbline and
+// plumbline-view, which do without it when it dies; linked to the libraries that parse such files.
 //
 //   plumbline-mesh FORMAT TRIANGLES MEMORY_BYTES CPU_S < FILE > ANSWER
 #include <sys/mman.h>
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   const auto format = argc == 5 ? MeshFormatOfWord(argv[1]) : std::nullopt;
   if (!format) {
     std::cerr << "plumbline-mesh " PLUMBLINE_VERSION
-                 ": started by plumbline and plumblined; see plumbline mesh check --help\n";
+                 ": started by plumbline and plumbline-view; see plumbline mesh check --help\n";
     return 2;
   }
   const auto answer =

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include "app/config/text_file.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 
@@ -22,7 +23,7 @@ std::optional<TableNews> ObjectTableFile::Look() {
   TableNews news;
   const auto text = ReadTextFile(path_);
   if (!text) {
-    news.faults.Add({Fault::Severity::kFault, path_, 0, "", "cannot be read: " + text.error()});
+    news.faults.Add({Fault::Severity::kFault, path_, 0, "", CannotBeRead(path_, text.error())});
     return news;
   }
   if (auto table = ObjectTableFromText(*text, path_, tags_, news.faults)) {

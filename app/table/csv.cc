@@ -10,6 +10,7 @@
 #include "app/config/nearest_word.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 namespace {
@@ -104,6 +105,13 @@ double NumberOrNan(std::string_view field) {
   return whole && std::abs(number) <= kLargestNumber ? number : std::nan("");
 }
 
+/// Decimals that a number is written with; nothing where it has an exponent.
+std::optional<int> DecimalsOf(std::string_view field) {
+  if (field.find_first_of("eE") != std::string_view::npos) return std::nullopt;
+  const auto point = field.find('.');
+  return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
+}
+
 /// A column's name as a message tells it: likewise, without quotes.
 std::string ShownName(std::string_view name) {
   const std::string shown = Shown(name);
@@ -146,6 +154,7 @@ class TableReader {
   bool Recorded(Quantity quantity, bool required);
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
+  void CountDecimals();
 
   int joint_count_;
   std::vector<Column> known_;
@@ -355,7 +364,19 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
     }
     row.q_WT.normalize();
   }
+  CountDecimals();
   table_.rows.push_back(std::move(row));
+}
+
+/// Of the angles in the row just read.
+void TableReader::CountDecimals() {
+  if (table_.rows.empty()) table_.q_decimals = 0;
+  for (std::size_t i = 0; i < fields_.size() && table_.q_decimals; ++i) {
+    if (columns_[i].quantity != Quantity::kQ || columns_[i].to_si != kRadPerDeg) continue;
+    const auto decimals = DecimalsOf(fields_[i]);
+    table_.q_decimals =
+        decimals ? std::optional(std::max(*decimals, *table_.q_decimals)) : decimals;
+  }
 }
 
 /// Points that all lie on top of the frame's origin were written in metres.
@@ -405,7 +426,7 @@ std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vecto
                                        FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", "cannot be read: " + text.error()});
+    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
   return TableFromCsv(*text, path, joints, faults);

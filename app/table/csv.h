@@ -54,6 +54,9 @@ struct MeasuredTable {
   std::vector<std::string> further;   ///< recorded columns that the format does not know
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
+  /// Most decimals that a joint's angle is written with; not known of a table that was no file, or
+  /// where an exponent is written.
+  std::optional<int> q_decimals;
 };
 
 /// Reads a table by its text; a pure function. Columns stand in any order, separated by commas;

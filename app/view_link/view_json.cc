@@ -394,7 +394,9 @@ Result<ViewState> ViewOfJson(std::string_view text) {
     if (json) return StateOf(*json);
     return Error{fmt::format("the daemon's state cannot be read: {}", json.error())};
   } catch (const std::exception& why) {
-    return Error{fmt::format("the daemon's state cannot be read: {}", why.what())};
+    return Error{
+        fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",
+                    why.what())};
   }
 }
 

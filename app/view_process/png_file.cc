@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "app/config/text_file.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 
@@ -47,7 +48,7 @@ std::optional<Error> WritePng(const std::string& file, const RgbImage& picture) 
 
 std::optional<Error> KeepPngBytes(const std::string& file, std::string_view bytes) {
   const auto why = WriteStateFile(file, bytes);
-  if (why) return Error{fmt::format("{}: {}", file, why->message)};
+  if (why) return Error{fmt::format("{}: {}", file, CannotBeWritten(file, why->message))};
   return std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "drivers/camera/jpeg_image.h"
+#include "drivers/files/open_failure.h"
 
 namespace plumbline {
 
@@ -32,7 +33,7 @@ bool BeginsAsJpeg(std::istream& file) {
 Result<GreyImage> ReadImage(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
-  if (why) return Error{why.message()};
+  if (why) return Error{CannotBeRead(path, why.message())};
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
   if (BeginsAsJpeg(file)) return ReadJpeg(file);

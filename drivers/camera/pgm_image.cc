@@ -7,6 +7,8 @@
 #include <fstream>
 #include <optional>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -60,12 +62,12 @@ Result<GreyImage> GreyFromPgm(std::string_view bytes) {
 Result<GreyImage> ReadPgm(const std::string& path) {
   std::error_code why;
   const std::uintmax_t size = std::filesystem::file_size(path, why);
-  if (why) return Error{why.message()};
+  if (why) return Error{CannotBeRead(path, why.message())};
   if (size > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::string bytes(size, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return Error{"cannot be read"};
+    return Error{CannotBeRead(path, "shorter than its folder says, or no access")};
   }
   return GreyFromPgm(bytes);
 }

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -17,7 +19,7 @@ constexpr std::uintmax_t kLargestList = std::uintmax_t{64} << 20;
 
 Result<std::vector<SequenceFrame>> FramesOfFolder(const std::string& folder, double rate_hz) {
   const auto names = ImageNames(folder);
-  if (!names) return Error{fmt::format("{}: cannot be read: {}", folder, names.error())};
+  if (!names) return Error{fmt::format("{}: {}", folder, CannotBeRead(folder, names.error()))};
   if (names->empty()) {
     return Error{fmt::format("{}: holds no images (png, jpg, bmp, tif, pgm)", folder)};
   }
@@ -37,7 +39,7 @@ Result<std::vector<SequenceFrame>> FramesOfFile(const std::string& path) {
   if (!why) text << file.rdbuf();
   if (why || !file) {
     return Error{
-        fmt::format("{}: cannot be read: {}", path, why ? why.message() : "it gives nothing")};
+        fmt::format("{}: {}", path, CannotBeRead(path, why ? why.message() : "it gives nothing"))};
   }
   auto frames = SequenceFromCsv(text.str());
   if (!frames) return Error{fmt::format("{}: {}", path, frames.error())};

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
 namespace plumbline {
@@ -93,9 +94,7 @@ std::optional<Error> V4l2Camera::Open() {
   path_ = device->path;
   fd_ = open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
-    return Error{fmt::format(
-        "cannot be opened: {}; {}", std::strerror(errno),
-        errno == EACCES ? "is the user in the group video?" : "is the camera plugged in?")};
+    return Error{CannotBeOpened(errno, kCameraDevice)};
   }
   if (auto why = SetMode(*device)) return why;
   for (std::string& remark : ApplySettings(fd_, options_.settings)) {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
 namespace plumbline {
@@ -56,8 +57,7 @@ std::optional<bool> AskDevice(V4l2Device& device) {
   const int fd = open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   v4l2_capability capability{};
   if (fd < 0 || IoctlAgain(fd, VIDIOC_QUERYCAP, &capability) != 0) {
-    device.problem = fmt::format("cannot be opened: {}{}", std::strerror(errno),
-                                 errno == EACCES ? "; is the user in the group video?" : "");
+    device.problem = CannotBeOpened(errno, kCameraDevice);
     if (fd >= 0) close(fd);
     return std::nullopt;
   }

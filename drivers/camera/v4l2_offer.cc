@@ -6,11 +6,13 @@
 #include <cerrno>
 #include <cstring>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 
 Result<V4l2Offer> OfferOf(const V4l2Device& device) {
   const int fd = open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return Error{std::string("cannot be opened: ") + std::strerror(errno)};
+  if (fd < 0) return Error{CannotBeOpened(errno, kCameraDevice)};
   V4l2Offer offer{ModesOf(fd), ControlsOf(fd)};
   close(fd);
   return offer;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/display/pace.h"
+#include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
 namespace plumbline {
@@ -61,8 +62,7 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
 std::string FramebufferDisplay::Open() {
   fd_ = open(options_.device.c_str(), O_RDWR | O_CLOEXEC);
   if (fd_ < 0) {
-    const char* hint = errno == EACCES ? "; the user must be in the group video" : "";
-    return fmt::format("cannot be opened: {}{}", std::strerror(errno), hint);
+    return CannotBeOpened(errno, kDisplayDevice);
   }
   if (std::string why = ReadMode(mode_); !why.empty()) return why;
   void* memory = mmap(nullptr, mode_.memory_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);

@@ -11,6 +11,8 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -41,8 +43,7 @@ Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, C
 std::string KmsDisplay::Open() {
   card_ = open(options_.card.c_str(), O_RDWR | O_CLOEXEC);
   if (card_ < 0) {
-    const char* hint = errno == EACCES ? "; the user must be in the group video" : "";
-    return fmt::format("cannot be opened: {}{}", std::strerror(errno), hint);
+    return CannotBeOpened(errno, kDisplayDevice);
   }
   if (drmSetClientCap(card_, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
       drmSetClientCap(card_, DRM_CLIENT_CAP_ATOMIC, 1) != 0) {

@@ -15,6 +15,7 @@
 #include <ctime>
 #include <system_error>
 
+#include "drivers/files/open_failure.h"
 #include "drivers/modbus/errno_text.h"
 
 namespace plumbline::modbus {
@@ -35,15 +36,6 @@ const BaudRate* FindBaudRate(int baud) {
   const auto* found = std::find_if(std::begin(kBaudRates), std::end(kBaudRates),
                                    [baud](const BaudRate& rate) { return rate.baud == baud; });
   return found == std::end(kBaudRates) ? nullptr : found;
-}
-
-std::string CannotOpenText(int error) {
-  const char* remedy =
-      error == ENOENT ? "; is the adapter plugged in, and is this its name (ls /dev/serial/by-id)?"
-      : error == EACCES ? "; may its user open it (usually by the group dialout)?"
-      : error == ENOTTY ? "; it is no serial line"
-                        : "";
-  return "cannot be opened: " + std::generic_category().message(error) + remedy;
 }
 
 /// Raw, 8 bits, no flow control, modem lines ignored.
@@ -136,7 +128,7 @@ void RtuSlave::Run() {
 bool RtuSlave::OpenDevice() {
   fd_ = ::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0 || !ConfigureLine(fd_, options_)) {
-    Lost(CannotOpenText(errno));
+    Lost(CannotBeOpened(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -41,7 +43,7 @@ ZoomResult GpioZoom::Lost(const std::string& why) {
 bool GpioZoom::Open() {
   chip_ = gpiod_chip_open_lookup(options_.chip.c_str());
   if (chip_ == nullptr) {
-    Lost(fmt::format("the chip cannot be opened: {}; see gpiodetect", std::strerror(errno)));
+    Lost("the chip " + CannotBeOpened(errno, kGpioChip));
     return false;
   }
   line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(options_.line));
@@ -54,7 +56,7 @@ bool GpioZoom::Open() {
   debounce_ = LineDebounce(options_.debounce_s);
   const int level = gpiod_line_get_value(line_);
   if (level < 0) {
-    Lost(fmt::format("cannot be read: {}", std::strerror(errno)));
+    Lost(fmt::format("cannot be read: {}; check line by gpioinfo", std::strerror(errno)));
     return false;
   }
   debounce_.Edge(level > 0, clock_());

@@ -53,7 +53,8 @@ bool HidZoom::Open() {
   heard_any_ = false;
   if (device_ != nullptr) return true;
   Fail(ZoomResult::kLost,
-       "cannot be opened; is it plugged in, and may its user open /dev/hidraw* (udev rule)?");
+       "cannot be opened; is it plugged in, and may this user open it: ls -l /dev/hidraw* "
+       "(the udev rule gives it to the group plumbline)?");
   return false;
 }
 

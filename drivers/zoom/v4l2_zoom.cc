@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/camera/v4l2_device.h"
+#include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
 namespace plumbline {
@@ -82,7 +83,7 @@ bool V4l2Zoom::Open() {
   }
   fd_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
-    Lost(fmt::format("cannot be opened: {}; is the camera plugged in?", std::strerror(errno)));
+    Lost(CannotBeOpened(errno, kCameraDevice));
     return false;
   }
   if (!HasControl(fd_, V4L2_CID_ZOOM_ABSOLUTE)) {

@@ -12,6 +12,8 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/files/open_failure.h"
+
 namespace plumbline {
 namespace {
 
@@ -29,13 +31,6 @@ const BaudRate* FindBaudRate(int baud) {
     if (rate.baud == baud) return &rate;
   }
   return nullptr;
-}
-
-const char* Remedy(int error) {
-  return error == ENOENT   ? "; is the adapter plugged in, and is this its name?"
-         : error == EACCES ? "; may its user open it (usually by the group dialout)?"
-         : error == ENOTTY ? "; it is no serial line"
-                           : "";
 }
 
 /// Raw, 8N1, no flow control, modem lines ignored.
@@ -96,8 +91,7 @@ ZoomResult ViscaZoom::Lost(const std::string& why) {
 bool ViscaZoom::Open() {
   fd_ = open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0 || !ConfigureLine(fd_, options_.baud)) {
-    const int error = errno;
-    Lost(fmt::format("cannot be opened: {}{}", std::strerror(error), Remedy(error)));
+    Lost(CannotBeOpened(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();

@@ -68,6 +68,30 @@ for document in ("MANUAL.md", "README.md"):
             checked += 1
             if option not in told:
                 faults.append("%s: plumbline %s has no %s" % (document, " ".join([words[0]] + part), option))
+# README.md's table is the list of --help, and each command's help has an example of it.
+table = set(re.findall(r"^\| `plumbline ([a-z-]+)", open("README.md").read(), re.M))
+for command in sorted(table ^ set(commands)):
+    faults.append("README.md: the command %s stands in one of its table and --help only" % command)
+leaves = 0
+for command, told in commands.items():
+    parts = re.findall(r"^  ([a-z][a-z-]+)  ", told.split("ubcommands:", 1)[1], re.M) if "ubcommands:" in told else [None]
+    for part in parts:
+        words = [command] + ([part] if part else [])
+        leaves += 1
+        example = (help_of("plumbline", *words) if part else told).split("Example", 1)
+        if len(example) < 2 or "plumbline " + " ".join(words) not in example[1]:
+            faults.append("plumbline %s --help has no example" % " ".join(words))
+if leaves < 25:
+    faults.append("hardly any command was found: %d" % leaves)
+
+# Trying a cell without a robot: the registers that the virtual cell can serve stand in the manual.
+virtual = help_of("plumbline-virtual-cell")
+profiles = re.search(r"--profile [^\n]*\{([a-z,]+)\}", virtual)
+section = re.search(r"^## Trying a cell without a robot\n(.*?)^## ", open("MANUAL.md").read(), re.M | re.S).group(1)
+for profile in profiles.group(1).split(",") if profiles else ["(none in --help)"]:
+    if not re.search(r"^\| `%s`" % profile, section, re.M):
+        faults.append("MANUAL.md: where the virtual cell is explained, --profile %s is not" % profile)
+
 if checked < 20:
     faults.append("hardly any option was found in the documents: %d" % checked)
 print("\n".join(faults) or "5 pages, %d commands, %d options of the documents" % (len(commands), checked))

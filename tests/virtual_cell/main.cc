@@ -99,7 +99,11 @@ int main(int argc, char** argv) {
   app.add_option("--program", program, "program file, or builtin");
   app.add_option("--hold-at", options.hold_at, "stay at this point, then obey commands");
   app.add_flag("--idle", options.idle, "no program: only obey commands");
-  app.add_option("--profile", profile)->check(CLI::IsMember({"ur", "generic"}));
+  app.add_option("--profile", profile,
+                 "registers served: \"ur\" as profiles universal-robots and universal-robots-fine "
+                 "read them, \"generic\" as profile generic does")
+      ->check(CLI::IsMember({"ur", "generic"}))
+      ->capture_default_str();
   app.add_option("--address", options.address, "address to listen on");
   app.add_option("--port", options.port, "robot's Modbus port, 0: the kernel's choice")
       ->check(CLI::Range(0, 65535));

@@ -280,8 +280,12 @@ TEST_CASE("A faulty cell: exit 1, every fault, no summary") {
 TEST_CASE("A file that cannot be read: exit 1") {
   const test::Answer answer = RunCheck("/nonexistent/cell.toml");
   CHECK(answer.exit_code == 1);
-  CHECK(answer.err == "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
-  CHECK(RunCheck("/").exit_code == 1);
+  CHECK(answer.err ==
+        "/nonexistent/cell.toml: cannot be read: No such file or directory; there is no folder "
+        "/nonexistent: check the path\n");
+  const test::Answer folder = RunCheck("/");
+  CHECK(folder.exit_code == 1);
+  CHECK(folder.err == "/: cannot be read: Is a directory; it is a folder: name a file in it\n");
 }
 
 TEST_CASE("As JSON: faults with their place, apart from warnings") {

@@ -1,13 +1,16 @@
 // plumbline mesh check, through the real reading process beside the test.
 #include "app/cli/mesh_command.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/scene/mesh_format.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/scene/shapes.h"
 #include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
 
 using namespace plumbline;
 using test::RunCommand;
@@ -86,4 +89,28 @@ TEST_CASE("refusals and wrong arguments") {
   CHECK(RunCommand(AddMeshCommand, "mesh check " + good + " --unit furlong").exit_code == 2);
   CHECK(RunCommand(AddMeshCommand, "mesh").exit_code == 2);
   CHECK(RunCommand(AddMeshCommand, "mesh check").exit_code == 2);
+}
+
+TEST_CASE("one set of limits: what the reader enforces, the help and the manual say") {
+  const MeshLimits limits;
+  const std::string triangles = std::to_string(limits.triangles) + " triangles";
+  const std::string file = std::to_string(limits.file_bytes >> 20) + " MiB of file";
+  const std::string memory = std::to_string(limits.memory_bytes >> 20) + " MiB of memory";
+  const std::string processor = std::to_string(limits.cpu_s) + " s of processor time";
+  const std::string whole = std::to_string(static_cast<int>(limits.wall_s)) + " s in all";
+  const auto on_one_line = [](std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+  };
+  const std::string help = on_one_line(RunCommand(AddMeshCommand, "mesh check --help").out);
+  const std::string manual = on_one_line(test::FileText("MANUAL.md"));
+  for (const std::string& limit : {triangles, file, memory, processor, whole}) {
+    CAPTURE(limit);
+    CHECK(help.find(limit) != std::string::npos);
+    CHECK(manual.find(limit) != std::string::npos);
+  }
+  // A looser limit would let a file pass that the overlay refuses.
+  const auto looser = RunCommand(
+      AddMeshCommand, "mesh check a.stl --max-triangles " + std::to_string(limits.triangles + 1));
+  CHECK(looser.exit_code == 2);
 }

@@ -3,18 +3,41 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <sstream>
 #include <string>
 
+#include "app/cli/row_progress.h"
 #include "app/config/cell_reader.h"
 #include "tests/app/cli/run_command.h"
 
 using namespace plumbline;
+
+namespace {
+
+std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; freed or not
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  g_allocated_bytes += bytes;
+  void* const memory = std::malloc(bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 TEST_CASE("example-03 hides nothing: the declared model meets it to its last digits") {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
@@ -239,4 +262,62 @@ TEST_CASE("what is refused leaves an older output as it was, and says so") {
   CHECK_THAT(folder.told, Catch::Contains("out.csv: not written"));
   CHECK(folder.Content("out.csv") == "older\n");
   CHECK(folder.Files() == 3);
+}
+
+TEST_CASE("progress: nothing for two seconds, then a line each ten per cent with the time left") {
+  std::ostringstream told;
+  RowProgress progress(told, false, "poses");
+  for (std::size_t done = 0; done <= 50000; done += 64) {
+    progress.Show(done, 50000, 1e-4 * static_cast<double>(done));  // 5 s in all
+  }
+  CHECK_THAT(told.str(), Catch::StartsWith(" 40 %  20032 of 50000 poses, 3 s left\n 50 %  "));
+  CHECK_THAT(told.str(), Catch::EndsWith(" 90 %  45056 of 50000 poses, 1 s left\n"));
+  const std::string text = told.str();
+  CHECK(std::count(text.begin(), text.end(), '\n') == 6);
+
+  std::ostringstream screen;
+  RowProgress on_terminal(screen, true, "poses");
+  on_terminal.Show(0, 50000, 0);
+  on_terminal.Show(640, 50000, 0.06);
+  on_terminal.Show(25000, 50000, 300);
+  on_terminal.Clear();
+  CHECK(screen.str() ==
+        "\r\033[K  0 %  0 of 50000 poses\r\033[K  1 %  640 of 50000 poses"
+        "\r\033[K 50 %  25000 of 50000 poses, 5 min left\r\033[K");
+}
+
+TEST_CASE("every row is told once as done, in order") {
+  FaultList faults;
+  const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
+  REQUIRE(cell);
+  std::string csv = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
+  for (int k = 0; k < 300; ++k) csv += kGoodRow;
+  const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+  REQUIRE(poses);
+  std::vector<std::size_t> told;
+  REQUIRE(Predict(*cell, *poses, 0.1, [&](std::size_t done) { told.push_back(done); }).ok());
+  CHECK(told == std::vector<std::size_t>{0, 64, 128, 192, 256});
+}
+
+TEST_CASE("work grows with the rows and with the sessions, and not faster") {
+  FaultList faults;
+  auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
+  REQUIRE(cell);
+  const auto allocated_for = [&](int rows, int sessions) {
+    cell->sessions.clear();
+    for (int s = 0; s < sessions; ++s) {
+      cell->sessions.push_back({"s" + std::to_string(s), cell->robot.X_WB, std::nullopt});
+    }
+    std::string csv = "session,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
+    for (int k = 0; k < rows; ++k) csv += "s" + std::to_string(k % sessions) + "," + kGoodRow;
+    const std::size_t before = g_allocated_bytes.load();
+    const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    REQUIRE(poses);
+    const auto predicted = Predict(*cell, *poses, 0.1);
+    REQUIRE(predicted.ok());
+    CHECK(predicted->size() == static_cast<std::size_t>(rows));
+    return static_cast<double>(g_allocated_bytes - before);
+  };
+  CHECK(allocated_for(8000, 1) < 5 * allocated_for(2000, 1));
+  CHECK(allocated_for(800, 800) < 5 * allocated_for(200, 200));
 }

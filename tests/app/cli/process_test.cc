@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -70,6 +71,25 @@ TEST_CASE("output that does not arrive is told, with exit code 2") {
       CHECK(answer.exit_code == 2);
       CHECK_THAT(answer.told, Catch::Contains("standard output cannot be written"));
     }
+  }
+}
+
+TEST_CASE("a program of the package that is missing: which one, and how to get it") {
+  const TemporaryFolder folder;
+  const std::string alone = folder.path() + "/plumbline";
+  std::filesystem::copy_file(PLUMBLINE, alone);
+  std::ofstream(folder.path() + "/gripper.stl") << "solid a\nendsolid a\n";
+  const std::string commands[] = {
+      "snapshot config/plumbline.toml --out " + folder.path() + "/a.png",
+      "distance config/plumbline.toml", "mesh check " + folder.path() + "/gripper.stl"};
+  for (const std::string& command : commands) {
+    CAPTURE(command);
+    const Answer answer = Shell("--version > /dev/null; " + alone + " " + command);
+    CHECK(answer.exit_code != 0);
+    const char* missing = command[0] == 'm' ? "/plumbline-mesh" : "/plumbline-view";
+    CHECK_THAT(answer.told, Catch::Contains(folder.path() + missing + " cannot be started") &&
+                                Catch::Contains("apt install --reinstall plumbline") &&
+                                Catch::Contains("./dev build"));
   }
 }
 

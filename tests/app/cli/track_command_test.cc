@@ -239,7 +239,7 @@ TEST_CASE("A camera that cannot be used is refused with what to do") {
   refused("", 2, "--image FILE or --camera");
   refused("--camera x --image y", 2, "--image FILE or --camera");
   refused("--camera NO-SUCH-SERIAL", 1, "see plumbline cameras");
-  refused("--camera /dev/no-such-video", 1, "is the camera plugged in?");
+  refused("--camera /dev/no-such-video", 1, "is the camera plugged in");
   refused("--camera " + files.Path("none.csv"), 1, "No such file");
   Files::Write(files.Path("bad.csv"), "t_s,file\n0,none.png\n");
   refused("--camera " + files.Path("bad.csv"), 1, "no frame could be used");

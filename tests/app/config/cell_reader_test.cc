@@ -478,7 +478,8 @@ TEST_CASE("A file that cannot be read is a fault") {
   FaultList faults;
   CHECK_FALSE(ReadCell("/nonexistent/cell.toml", faults));
   CHECK(FaultsText(faults) ==
-        "/nonexistent/cell.toml: cannot be read: No such file or directory\n");
+        "/nonexistent/cell.toml: cannot be read: No such file or directory; there is no folder "
+        "/nonexistent: check the path\n");
 }
 
 TEST_CASE("What is inside its range and hardly meant is a warning with what to write") {

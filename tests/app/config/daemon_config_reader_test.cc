@@ -241,7 +241,7 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       // robot
       {"profile = \"profile.toml\"", "profile = \"no.toml\"",
        "robot.profile: \"no.toml\" cannot be read (cell/no.toml: No such file or directory; "
-       "/share/no.toml: No such file or directory)"},
+       "/share/no.toml: No such file or directory); check the name, or copy the file there"},
       {"profile = \"profile.toml\"", "", "@4 robot.profile: missing; expected a text in quotes"},
       {"transport = \"tcp\"", "transport = \"udp\"",
        "robot.transport: \"udp\" is not one of \"tcp\", \"rtu\", \"replay\""},
@@ -459,7 +459,9 @@ TEST_CASE("Transports need what belongs to them") {
         "cell/plumbline.toml:2 robot.replay_file: missing; expected a text in quotes");
   CHECK(fault("transport = \"replay\"\nreplay_file = \"none.csv\"\n") ==
         "cell/plumbline.toml:5 robot.replay_file: \"none.csv\" cannot be read (cell/none.csv: No "
-        "such file or directory; /share/none.csv: No such file or directory)");
+        "such file or directory; /share/none.csv: No such file or directory); check the name, or "
+        "copy "
+        "the file there");
 }
 
 TEST_CASE("PLC and page cannot have one port of one address") {

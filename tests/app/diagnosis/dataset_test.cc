@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
 #include <random>
 #include <set>
 
+#include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
@@ -105,4 +107,36 @@ TEST_CASE("a clock that starts far from zero hides a warm-up, and that is said")
   CHECK_FALSE(told());
   for (MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
   CHECK(told());
+}
+
+TEST_CASE(
+    "joint readings in steps that nobody declared: their cost at the tool, and what to declare") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 0 --seed 8");
+  const auto told = [&data](const char* words) {
+    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+    REQUIRE(dataset);
+    return std::any_of(
+        dataset->notes.begin(), dataset->notes.end(),
+        [words](const std::string& note) { return note.find(words) != std::string::npos; });
+  };
+  data.table.recorded.q_step = false;
+  data.table.q_decimals = 6;
+  CHECK_FALSE(told("q_step_deg"));  // the file's own step is far too fine to matter
+  for (MeasuredRow& row : data.table.rows) {
+    for (double& q : row.q) q = 1e-3 * std::round(q / 1e-3);
+  }
+  CHECK(told("are multiples of 0.0573 deg (1 mrad), though 6 decimals are written"));
+  CHECK(told("mm at the tool (95 %)"));
+  CHECK(told("add the column q_step_deg with 0.0572958 in every row"));
+  data.table.recorded.q_step = true;
+  for (MeasuredRow& row : data.table.rows) row.q_step_rad = 1e-3;
+  CHECK_FALSE(told("are multiples of"));
+  CHECK(told("counts as noise"));
+  // Three decimals in the file are no coarse controller; one decimal costs a millimetre.
+  data.table.recorded.q_step = false;
+  data.table.q_decimals = 1;
+  for (MeasuredRow& row : data.table.rows) {
+    for (double& q : row.q) q = 0.1 * kRadPerDeg * std::round(q / (0.1 * kRadPerDeg));
+  }
+  CHECK(told("are written to 1 decimals, in steps of 0.1 deg"));
 }

@@ -107,5 +107,5 @@ TEST_CASE("a folder that is none is told") {
   query.directory = "/nonexistent";
   const auto reader = JournalReader::Open(query);
   REQUIRE_FALSE(reader);
-  CHECK(reader.error() == "/nonexistent: No such file or directory");
+  CHECK(reader.error() == "/nonexistent: No such file or directory; check the name: ls /");
 }

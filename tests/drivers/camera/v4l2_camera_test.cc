@@ -286,7 +286,7 @@ TEST_CASE("v4l2 camera: in use, of another kind, or without the mode: what to do
   CHECK_THAT(problem(stubborn), Catch::Contains("but the camera took H264 32x32"));
   Cell absent;
   CHECK_THAT(problem(absent, {.device = "/dev/no-such-video"}),
-             Catch::Contains("is the camera plugged in?"));
+             Catch::Contains("is the camera plugged in"));
 }
 
 TEST_CASE("v4l2 camera: a rate that the device does not have is told") {

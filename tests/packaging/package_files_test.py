@@ -1,0 +1,50 @@
+"""Every relative link of an installed document leads to an installed file; ./dev build makes every
+program that is installed; bash finds the completions.
+
+    package_files_test.py CMAKE BUILD"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+cmake, build = sys.argv[1], os.path.abspath(sys.argv[2])
+faults = []
+with tempfile.TemporaryDirectory() as root:
+    installed = subprocess.run(
+        [cmake, "--install", build, "--prefix", "/usr"],
+        env={**os.environ, "DESTDIR": root},
+        capture_output=True,
+        text=True,
+    )
+    if installed.returncode:
+        sys.exit("cmake --install: " + installed.stderr)
+    files = {
+        os.path.relpath(os.path.join(folder, name), root)
+        for folder, _, names in os.walk(root)
+        for name in names
+    }
+    links = 0
+    for document in sorted(name for name in files if name.endswith(".md")):
+        text = open(os.path.join(root, document)).read()
+        for link in re.findall(r"\]\(([^)\s]+)\)", text):
+            if re.match(r"[a-z]+:|#", link):
+                continue
+            links += 1
+            target = os.path.normpath(os.path.join(os.path.dirname(document), link.split("#")[0]))
+            if target not in files:
+                faults.append("%s: its link %s leads to nothing that is installed" % (document, link))
+    if links < 1:
+        faults.append("no link was found in the installed documents")
+
+if "usr/share/bash-completion/completions/plumbline" not in files:
+    faults.append("no completions for bash are installed")
+# What README.md and MANUAL.md have somebody run after ./dev build is there then.
+words = re.search(r"^programs=\((.*)\)$", open("dev").read(), re.M)
+built = set(words.group(1).split()) if words else set()
+programs = {name.split("/")[-1] for name in files if name.startswith("usr/bin/")}
+if programs != built:
+    faults.append("installed, or built by ./dev build, only: %s" % sorted(programs ^ built))
+print("\n".join(faults) or "%d links, %d programs" % (links, len(programs)))
+sys.exit(1 if faults else 0)
