@@ -103,6 +103,22 @@ std::string BitsParagraph(const std::string& word, std::span<const BitMeaning> b
   return Wrapped(text + ".") + "\n\n";
 }
 
+/// `Health reasons (register 25): alarms 1 emergency stop, ...; attention ...; notices ...`
+std::string HealthReasons() {
+  std::string text = "Health reasons (register 25), the gravest first:";
+  HealthSeverity severity = HealthSeverity::kGood;
+  for (int number = 1; number <= static_cast<int>(HealthReason::kRadiusAssumed); ++number) {
+    const auto reason = static_cast<HealthReason>(number);
+    const std::string meaning = Describe(reason);
+    if (meaning.empty()) continue;
+    const bool first = SeverityOf(reason) != severity;
+    severity = SeverityOf(reason);
+    text += first ? fmt::format("{} {}:", number == 1 ? "" : ";", Describe(severity)) : ",";
+    text += fmt::format(" {} {}", number, meaning);
+  }
+  return Wrapped(text + ".") + "\n\n";
+}
+
 std::string BitsAndCodes() {
   return "\n## Bits and codes\n\n" +
          BitsParagraph("Status word (register 11; discrete inputs 0-15)", plc_map::StatusBits()) +
@@ -154,6 +170,7 @@ std::string RegisterMapMarkdown() {
   page += kHead;
   for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
   page += BitsAndCodes();
+  page += HealthReasons();
   page += "Result codes: ";
   for (int code = 0; code <= static_cast<int>(kLastCorrectionCode); ++code) {
     page += fmt::format("{}{} {}", code == 0 ? "" : ", ", code,

@@ -36,7 +36,8 @@ class BranchPreparation {
   void Run();
 
   Machine searching_;
-  std::vector<std::optional<JointVector>> branches_;  ///< one a point; the first found_ are complete
+  std::vector<std::optional<JointVector>>
+      branches_;  ///< one a point; the first found_ are complete
   std::atomic<std::size_t> found_{0};
   std::size_t taken_ = 0;
   std::atomic<bool> stop_{false};

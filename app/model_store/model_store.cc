@@ -78,7 +78,8 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   }
   static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
   if (error) {
-    return Error{fmt::format("{}: {}", store.folder_, CannotBeRead(store.folder_, error.message()))};
+    return Error{
+        fmt::format("{}: {}", store.folder_, CannotBeRead(store.folder_, error.message()))};
   }
   return store;
 }

@@ -68,8 +68,7 @@ namespace {
 /// The version in force in place of the cell file: whether it can be read and used.
 /// @return  the model, where nothing is wrong with it
 std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const ModelState& state,
-                                            const std::string& state_directory,
-                                            FaultList& faults) {
+                                            const std::string& state_directory, FaultList& faults) {
   const std::string file = store.ModelFile(state.applied);
   const Result<std::string> text = store.Text(state.applied);
   FaultList own;

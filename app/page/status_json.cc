@@ -140,7 +140,7 @@ void AddStateTo(Json& json, const ShownNow& now, double now_s) {
                     {"do", RemedyOf(state.health.reason)}};
   json["alarms"] = {{"word", state.alarms},
                     {"says", WordsJson(state.alarms, plc_map::AlarmBits())},
-                    {"do", state.alarms != 0 ? AdviceOf(state.alarms) : ""}};
+                    {"do", state.alarms != 0 ? RemedyOf(state.health.reason) : ""}};
   json["warnings"] = {{"word", state.warnings},
                       {"says", WordsJson(state.warnings, plc_map::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;

@@ -297,6 +297,28 @@ Panel ModelPanel(const ViewState& state) {
   return panel;
 }
 
+/// As the daemon has it; and what was measured here, which it is told of a moment later.
+CellHealth HealthOf(const ViewFacts& facts) {
+  CellHealth health = facts.state->health;
+  const Measured* const measured = facts.measured;
+  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
+  const auto touches = [](const MeasuredPair& pair) {
+    return pair.state == Nearness::kInterference;
+  };
+  const auto blocked = [](const MeasuredSweep& sweep) {
+    return sweep.result && sweep.result->hits;
+  };
+  std::uint16_t warnings = 0;
+  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), touches)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
+  }
+  if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kApproachBlocked);
+  }
+  const CellHealth here = plumbline::HealthOf({.warnings = warnings});
+  return here.severity > health.severity ? here : health;
+}
+
 std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
@@ -349,7 +371,7 @@ PanelLine Headline(const ViewFacts& facts) {
   if (!facts.link_problem.empty() && facts.now_s - state.now_s > kStateOld_s) {
     return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
   }
-  const CellHealth& health = state.health;
+  const CellHealth health = HealthOf(facts);
   const PanelLine line{
       health.reason == HealthReason::kNone
           ? std::string(Describe(health.severity))

@@ -28,7 +28,7 @@ inline constexpr std::uint16_t kDiagnosing = 1 << 4;   ///< the diagnosis is at 
 inline constexpr std::uint16_t kFault = 1 << 5;        ///< journal or diagnosis failed; see the log
 inline constexpr std::uint16_t kQuarantined = 1 << 6;  ///< probes wait for a person's decision
 inline constexpr std::uint16_t kReferenceRefused = 1 << 7;  ///< its probes disagree; no drift watch
-inline constexpr std::uint16_t kStorage = 1 << 8;           ///< the state directory cannot be written
+inline constexpr std::uint16_t kStorage = 1 << 8;  ///< the state directory cannot be written
 }  // namespace loop_state
 
 /// What the loop of probes, monitor and model tells the PLC.

@@ -53,8 +53,8 @@ enum class ArmClass {
 ///
 /// Tool root: a coupling tilts by 0.5 mrad at the moment it is sized for, sigma of ln 0.7.
 /// Pedestal: 3e6, 3e7, 1e8 N m/rad below small, medium and heavy arms, sigma of ln 1.2, 1.2, 0.8:
-/// a table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8, and nobody
-/// says which it is.
+/// a table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8, and
+/// nobody says which it is.
 struct DeflectionPriors {
   ArmClass arm_class = ArmClass::kSmall;
   double rated_payload_kg = 0;

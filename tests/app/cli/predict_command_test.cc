@@ -223,7 +223,7 @@ TEST_CASE("--out - is standard output, as everywhere") {
       test::RunCommand(AddPredictCommand, "predict " + folder.File("cell.toml") + " " +
                                               folder.File("poses.csv") + " --out -");
   CHECK(answer.exit_code == 0);
-  CHECK_THAT(answer.out, Catch::StartsWith("x_mm,y_mm,z_mm,u_mm,extrapolated\n"));
+  CHECK_THAT(answer.out, Catch::StartsWith("x_mm,y_mm,z_mm,u_mm,extrapolated,basis\n"));
   CHECK_FALSE(std::filesystem::exists("-"));
 }
 
@@ -295,7 +295,7 @@ TEST_CASE("every row is told once as done, in order") {
   const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   std::vector<std::size_t> told;
-  REQUIRE(Predict(*cell, *poses, 0.1, [&](std::size_t done) { told.push_back(done); }).ok());
+  REQUIRE(Predict(*cell, *poses, {}, [&](std::size_t done) { told.push_back(done); }).ok());
   CHECK(told == std::vector<std::size_t>{0, 64, 128, 192, 256});
 }
 

@@ -10,15 +10,13 @@ using namespace plumbline;
 namespace {
 
 struct Desk {
-  explicit Desk(bool fitted = false) : fitted_model(fitted) {
+  Desk() {
     snapshot.points.resize(1);
     link.connected = true;
     link.readings = 1;
   }
-  bool fitted_model;
   std::vector<std::string> lines;
-  Reporter reporter{
-      {{7, "left"}}, fitted_model, [this](const LogEntry& entry) { lines.push_back(entry.text); }};
+  Reporter reporter{{{7, "left"}}, [this](const LogEntry& entry) { lines.push_back(entry.text); }};
   Snapshot snapshot;
   RobotLinkStatus link;
 
@@ -32,20 +30,18 @@ struct Desk {
 
 }  // namespace
 
-TEST_CASE("the radius of a point is an assumption, a measured one, or not known") {
-  const auto told = [](bool fitted, double uncertainty_m) {
-    Desk desk(fitted);
+TEST_CASE("a point's radius is logged with its basis") {
+  const auto told = [](RadiusBasis basis) {
+    Desk desk;
     desk.snapshot.input_fault = InputFault::kOk;
     desk.snapshot.points[0].code = CorrectionCode::kOk;
     desk.snapshot.points[0].valid = true;
-    desk.snapshot.points[0].correction.uncertainty_m = uncertainty_m;
+    desk.snapshot.points[0].correction.uncertainty_m = 0.002;
+    desk.snapshot.points[0].correction.basis = basis;
     return desk.Observe().back();
   };
-  CHECK_THAT(told(false, 0.002),
-             Catch::EndsWith("95 % within 2.00 mm (assumed, the model is declared)"));
-  CHECK_THAT(told(true, 0.002), Catch::EndsWith("95 % within 2.00 mm"));
-  CHECK_THAT(told(false, 0),
-             Catch::EndsWith("uncertainty not known: nothing in this model yields"));
+  CHECK_THAT(told(RadiusBasis::kAssumed), Catch::EndsWith("±2.00 mm (95 %, assumed)"));
+  CHECK_THAT(told(RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
 TEST_CASE("each transition is told once") {

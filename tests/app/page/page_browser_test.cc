@@ -144,11 +144,12 @@ TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
   {
     const std::lock_guard lock(telling.scene_mutex);
     scene.scene.state.alarms = alarm::kPayloadUnknown;
+    scene.scene.state.health = HealthOf({.alarms = alarm::kPayloadUnknown});
   }
   CHECK(browser.Becomes("document.getElementById('head').className === 'bad'"));
   CHECK(
       browser.Becomes("document.getElementById('headline').innerText.includes('payload unknown')"));
-  CHECK(browser.Evaluate("document.getElementById('do').innerText === '→ tell the payload'") ==
+  CHECK(browser.Evaluate("document.getElementById('do').innerText === '→ set the payload'") ==
         true);
   CHECK(browser.Evaluate("document.querySelector('#headline .unseen').textContent === 'bad: '") ==
         true);
@@ -166,6 +167,7 @@ TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
     const std::lock_guard lock(telling.scene_mutex);
     telling.silent = false;
     scene.scene.state.alarms = 0;
+    scene.scene.state.health = {};
   }
   CHECK(browser.Becomes("document.getElementById('head').className === 'good'"));
   // plumbline-view goes, and comes back on its port.

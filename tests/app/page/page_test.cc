@@ -87,6 +87,7 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
              Contains("STARTING"));
   CHECK(scene.Get("/healthz").status == 503);
   scene.scene.state.warnings = warning::kDrift;
+  scene.scene.state.health = HealthOf({.warnings = warning::kDrift});
   scene.Tell();
   const PageAnswer answer = scene.Get("/status.json");
   CHECK(answer.Has("Content-Type: application/json"));
@@ -97,7 +98,11 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
   CHECK(json.at("panels").size() == 9);
   CHECK(json.at("panels")[0].at("title") == "Alarms and warnings");
   CHECK(json.at("robot").at("payload_kg") == 40);
+  CHECK(json.at("headline").at("text") ==
+        "ATTENTION: drift: probes no longer agree with the model");
+  CHECK(json.at("health").at("severity") == 2);
   CHECK(json.at("points")[0].at("uncertainty_m") == Approx(0.0003));
+  CHECK(json.at("points")[0].at("basis") == "measured");
   CHECK(json.at("points")[0].at("posture").at("q")[1] == Approx(-100 * kRadPerDeg));
   CHECK(json.at("points")[0].at("posture").at("joints")[1].at("value") == Approx(-100));
   CHECK(json.at("points")[0].at("posture").at("joints")[1].at("unit") == "deg");

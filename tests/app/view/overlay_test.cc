@@ -140,7 +140,7 @@ TEST_CASE("assembly points: where taught, where hit without correction, and with
     return one.points_C.size() > 8 &&
            std::abs((one.points_C[3] - taught_C).norm() - 20 * 0.0003) < 1e-9;
   }));
-  CHECK(composed.Labelled("assembly 1: 4.15 mm off → 0.30 mm"));
+  CHECK(composed.Labelled("assembly 1: corrected 4.15 mm, ±0.30 mm (measured)"));
 }
 
 TEST_CASE("a point without correction is told, not drawn as if it had one") {

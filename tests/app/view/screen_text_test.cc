@@ -84,7 +84,7 @@ void MakeEverythingLong(ViewScene& scene) {
   scene.state.cameras[0].watch.prompt = BoardPrompt::kUpperLeft;
   for (int k = 0; k < 60; ++k) {
     scene.state.cameras[0].bodies.push_back({word + std::to_string(k), {}, false});
-    scene.state.points.push_back({100 + k, false, false, CorrectionCode::kTooLarge, {}, {}, 0});
+    scene.state.points.push_back({.id = 100 + k, .code = CorrectionCode::kTooLarge});
   }
 }
 
@@ -160,7 +160,7 @@ TEST_CASE("all is well: one word, and every panel") {
   }
   CHECK(drawn.Says("valid: the marks are in place"));
   CHECK(drawn.Says("3 seen, threshold by the light"));
-  CHECK(drawn.Says("assembly 1: 4.15 → 0.30 mm"));
+  CHECK(drawn.Says("assembly 1: 4.15 mm, ±0.30 mm (measured)"));
   CHECK(drawn.Says("the zoom changed"));
   CHECK_FALSE(drawn.Says("STALE"));
   CHECK_FALSE(drawn.Says("deflection shown"));
@@ -211,7 +211,10 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);
-    CHECK(Drawn(scene, {1920, 1080}, &table, &measured).Says("gripper / car body: INTERFERENCE"));
+    const Drawn drawn(scene, {1920, 1080}, &table, &measured);
+    CHECK(drawn.Says("gripper / car body: INTERFERENCE"));
+    CHECK(drawn.Says("ALARM: interference"));
+    CHECK_FALSE(drawn.Says("OK"));
     measured.time_s -= 5;
     const Drawn old(scene, {1920, 1080}, &table, &measured);
     CHECK(old.Says("not measured now"));

@@ -65,6 +65,7 @@ struct ViewScene {
       told.code = CorrectionCode::kOk;
       told.translation_B = Vec3(0.001, -0.002, 0.0035);
       told.uncertainty_m = 0.0003;
+      told.basis = RadiusBasis::kMeasured;
       told.q = state.q;
       told.taught = true;
       state.points.push_back(told);

@@ -32,6 +32,7 @@ ViewState FullState() {
   state.status = 0x1009;
   state.alarms = 2;
   state.warnings = 0x100;
+  state.health = HealthOf({.alarms = 2, .warnings = 0x100});
   state.data_age_s = 0.004;
   state.q = JointVector::LinSpaced(6, -1.5, 2.25);
   state.payload_kg = 80;
@@ -45,6 +46,7 @@ ViewState FullState() {
   point.X_BP_command.p = {1.2, -0.4, 0.9};
   point.translation_B = {0.001, 0, 0.004};
   point.uncertainty_m = 2e-4;
+  point.basis = RadiusBasis::kPropagated;
   point.q = JointVector::LinSpaced(6, -1, 1);
   point.taught = point.differs = true;
   state.points = {point};
@@ -117,6 +119,8 @@ TEST_CASE("A state survives the text whole") {
   CHECK_FALSE(back->cameras[0].tags[1].X_CM);
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
   CHECK(back->points[0].q == state.points[0].q);
+  CHECK(back->points[0].basis == RadiusBasis::kPropagated);
+  CHECK(back->health == state.health);
   CHECK(back->points[0].differs);
   CHECK(back->cycle.cycles == 1250);
   CHECK(back->cycle.late == 3);
