@@ -647,10 +647,17 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     CHECK_THAT(unknown.notes[0], Catch::Contains("taken as nothing carried"));
     after.domain.emplace().payload_kg = Interval{0, 60};
     after.domain->q.assign(6, Interval{-10, 10});
-    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {75});
+    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
     REQUIRE(fitted.all.size() == 7);
     CHECK(fitted.all[1].payload_kg == 60);
     CHECK(fitted.all[2].payload_kg == 75);
+    CellModel elsewhere = after;  // a reported load has its centre where the robot says
+    elsewhere.payload_cog_F = Vec3(0, 0, 1.3);
+    CellModel before_elsewhere = before;
+    before_elsewhere.payload_cog_F = elsewhere.payload_cog_F;
+    CHECK(fitted.all[2].Distance_m() ==
+          Approx(MoveOf(config.points[0], 75, before_elsewhere, elsewhere, config.limits))
+              .margin(1e-9));
     CHECK_THAT(fitted.notes[0], Catch::Contains("each of 0, 60, 75 kg"));
   }
   SECTION("a point that a model cannot correct is named, not left out") {
