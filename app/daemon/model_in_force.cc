@@ -26,7 +26,8 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
   const Result<std::string> text = ReadTextFile(config.cell_file);
   if (!text) return Error{text.error()};
   const bool another = before.applied != before.declared;
-  const Result<std::string> former = another ? store.Text(before.declared) : std::string();
+  const bool compared = another && before.declared != 0;
+  const Result<std::string> former = compared ? store.Text(before.declared) : std::string();
   if (!former) {
     warn(
         fmt::format("version {}, the declared one, cannot be read ({}), so that nobody knows "

@@ -137,7 +137,11 @@ struct Station {
     return Command(words);
   }
   void Probes(int count) {
-    for (int i = 0; i < count; ++i) REQUIRE(Probe() == 0);
+    for (int i = 0; i < count; ++i) {
+      const int code = Probe();
+      INFO(daemon.Log());
+      REQUIRE(code == 0);
+    }
   }
   double LastResidual_mm() {
     const auto told = plc.Read(400, 20);

@@ -282,6 +282,18 @@ TEST_CASE("a state that cannot be read is no state, and a person can have it wri
   CHECK(StateOf(store).applied == 2);
 }
 
+TEST_CASE("what was applied before any cell file was declared stays in force, and edits are seen") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Propose("cell 1 corrected", {}, "") == 1);
+  REQUIRE(store.Apply(1).ok());
+  CHECK(*store.Declare("cell 1", "cell.toml") == 2);
+  CHECK(StateOf(store) == ModelState{2, 1, 0, {1}});
+  CHECK(*store.Declare("another cell", "cell.toml") == 3);
+  REQUIRE(StateOf(store).set_aside);
+  CHECK(StateOf(store).set_aside->version == 1);
+}
+
 TEST_CASE("no state is missing where the first version was not completed") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
