@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/cli/reported_loads.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/model_change.h"
@@ -67,7 +68,7 @@ Result<std::string> MovesText(const std::string& state_directory, const std::str
   }
   const PointMoves moves =
       MovesOfPoints(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
-                    static_cast<double>(std::time(nullptr)));
+                    static_cast<double>(std::time(nullptr)), LoadsOfRobot(*config));
   return TextOf(moves, *file) +
          "note: poses that a PLC has corrected by command are not among these points\n";
 }

@@ -56,14 +56,14 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
 }
 
 /// The least and the greatest mass that was carried.
-std::vector<double> Loads(const std::vector<JournalRow>& rows) {
+std::vector<ReportedLoad> Loads(const std::vector<JournalRow>& rows) {
   std::vector<double> masses_kg;
   for (const JournalRow& row : rows) {
     if (row.payload_kg) masses_kg.push_back(*row.payload_kg);
   }
   if (masses_kg.empty()) return {};
   const auto [least, most] = std::minmax_element(masses_kg.begin(), masses_kg.end());
-  return {*least, *most};
+  return {{*least, std::nullopt}, {*most, std::nullopt}};
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
     return Error{config.cell_file + ": " + CannotBeRead(config.cell_file, text.error())};
   }
   const bool another = before.applied != before.declared;
-  const Result<std::string> former = another ? store.Text(before.declared) : std::string();
+  const bool compared = another && before.declared != 0;
+  const Result<std::string> former = compared ? store.Text(before.declared) : std::string();
   if (!former) {
     warn(
         fmt::format("version {}, the declared one, cannot be read ({}), so that nobody knows "

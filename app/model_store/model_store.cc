@@ -235,6 +235,12 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   const Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
 
+  if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was known
+    state.declared = *number;
+    const Result<bool> kept = WriteState(state);
+    if (!kept) return Error{kept.error()};
+    return *number;
+  }
   const bool was_aside = state.set_aside.has_value();
   if (!was_aside && state.applied != state.declared) {
     state.set_aside = SetAside{state.applied, state.declared, {}, 0};

@@ -48,7 +48,7 @@ struct ModelState {
   int applied = 0;           ///< in force
   int proposed = 0;          ///< waiting for a person
   std::vector<int> history;  ///< applied before, oldest first; the last one is the present
-  /// Until a person applies a version, this one or another.
+  /// Until a version is applied, this one or another.
   std::optional<SetAside> set_aside = std::nullopt;
 
   bool operator==(const ModelState&) const = default;
@@ -92,7 +92,8 @@ class ModelStore {
   /// Notes the content of the configured cell file. A text that means the same cell as the version
   /// declared before changes nothing, and nothing is written. Another cell becomes a version of its
   /// own and is in force from then on: somebody edited the cell. Where another version than the
-  /// declared one was applied, it is set aside. @return the version declared
+  /// declared one was applied, it is set aside; one that was applied before any cell file was
+  /// declared stays in force. @return the version declared
   Result<int> Declare(const std::string& text, const std::string& file);
 
   /// Keeps a model as a new version and marks it as proposed.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "firmware-like/effects/catalogue.h"
@@ -13,10 +12,7 @@
 namespace plumbline {
 namespace {
 
-struct Load {
-  double mass_kg = 0;
-  std::optional<Vec3> cog_F;  ///< absent: where the cell has it
-};
+using Load = ReportedLoad;
 
 /// One model of the arm, with the time that its effects read.
 struct Model {
@@ -65,40 +61,62 @@ JointVector MiddleOf(const Robot& robot) {
   return q;
 }
 
-/// Loads of points without their own, by [payload].
-std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& before,
-                                  const CellModel& after, const std::vector<double>& reported_kg,
-                                  std::vector<std::string>& notes) {
+/// Loads that a robot which reports its own may have, each mass once.
+std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
+                                const std::vector<ReportedLoad>& reported) {
   std::vector<Load> loads;
-  if (policy.source == PayloadPolicy::Source::kFixed) {
-    return {{policy.fixed.mass_kg, policy.fixed.cog_F}};
-  }
-  if (policy.source == PayloadPolicy::Source::kTable) {
-    for (const PayloadPolicy::ToolLoad& tool : policy.table) {
-      loads.push_back({tool.mass_kg, tool.cog_F});
-    }
-    return loads;
-  }
-  std::set<double> masses_kg{0};
+  const auto add = [&loads](const Load& load) {
+    const bool plausible = load.mass_kg >= 0 && load.mass_kg <= kLargestPayload_kg;
+    const bool known = std::any_of(loads.begin(), loads.end(), [&load](const Load& other) {
+      return std::abs(other.mass_kg - load.mass_kg) < 1e-3;  // the register's float
+    });
+    if (plausible && !known) loads.push_back(load);
+  };
+  for (const ReportedLoad& load : reported) add(load);
+  add({0, std::nullopt});
   for (const CellModel* cell : {&before, &after}) {
     if (!cell->domain || !cell->domain->payload_kg) continue;
-    masses_kg.insert(std::max(0.0, cell->domain->payload_kg->low));
-    masses_kg.insert(std::max(0.0, cell->domain->payload_kg->high));
+    add({std::max(0.0, cell->domain->payload_kg->low), std::nullopt});
+    add({std::max(0.0, cell->domain->payload_kg->high), std::nullopt});
   }
-  for (const double mass_kg : reported_kg) {
-    if (mass_kg >= 0 && mass_kg <= kLargestPayload_kg) masses_kg.insert(mass_kg);
+  std::sort(loads.begin(), loads.end(),
+            [](const Load& a, const Load& b) { return a.mass_kg < b.mass_kg; });
+  return loads;
+}
+
+std::string ReportedNote(const std::vector<Load>& loads) {
+  const std::string begin =
+      "the robot reports the load (payload.source = \"robot\"), so that the configuration does not "
+      "tell it: taken as ";
+  if (loads.size() == 1 && loads[0].mass_kg == 0) {
+    return begin +
+           "nothing carried, as no other load is known; with one the points may move farther";
   }
-  for (const double mass_kg : masses_kg) loads.push_back({mass_kg, std::nullopt});
-  notes.push_back(
-      masses_kg.size() == 1
-          ? "the robot reports the load (payload.source = \"robot\"), which is not known here: "
-            "taken "
-            "as nothing carried; with a load the points may move farther"
-          : fmt::format(
-                "the robot reports the load (payload.source = \"robot\"), which is not known "
-                "here: taken as each of {:g} kg, nothing carried and what the models and "
-                "their points have seen; another load may move the points farther",
-                fmt::join(masses_kg, ", ")));
+  std::vector<double> masses_kg;
+  for (const Load& load : loads) masses_kg.push_back(load.mass_kg);
+  return fmt::format(
+      "{}each of {:g} kg: nothing, what it is known to have reported, and the ends of what the "
+      "models were fitted to; with another load the points may move farther",
+      begin, fmt::join(masses_kg, ", "));
+}
+
+/// Loads of points without their own, by [payload].
+std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& before,
+                                  const CellModel& after, const std::vector<ReportedLoad>& reported,
+                                  std::vector<std::string>& notes) {
+  std::vector<Load> loads;
+  switch (policy.source) {
+    case PayloadPolicy::Source::kFixed:
+      loads = {{policy.fixed.mass_kg, policy.fixed.cog_F}};
+      break;
+    case PayloadPolicy::Source::kTable:
+      for (const auto& tool : policy.table) loads.push_back({tool.mass_kg, tool.cog_F});
+      break;
+    case PayloadPolicy::Source::kRobot:
+      loads = ReportedLoads(before, after, reported);
+      notes.push_back(ReportedNote(loads));
+      break;
+  }
   return loads;
 }
 
@@ -146,7 +164,7 @@ const PointMove* PointMoves::Largest() const {
 
 PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const CellModel& after, double utc_s,
-                         const std::vector<double>& reported_kg) {
+                         const std::vector<ReportedLoad>& reported) {
   PointMoves moves;
   if (before.robot.size() != after.robot.size()) {
     moves.notes.emplace_back("the two models have not as many joints: no point can be compared");
@@ -158,7 +176,7 @@ PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                   [](const AssemblyPoint& point) { return point.payload_kg.has_value(); });
   std::vector<Load> configured;
   if (!all_have_own) {
-    configured = ConfiguredLoads(config.payload, before, after, reported_kg, moves.notes);
+    configured = ConfiguredLoads(config.payload, before, after, reported, moves.notes);
   }
   std::vector<int> without_posture;
   for (const AssemblyPoint& point : config.points) {

@@ -24,6 +24,12 @@ struct PointMove {
   double Distance_m() const { return (after_B - before_B).norm(); }
 };
 
+/// What the robot is known to have reported as its load.
+struct ReportedLoad {
+  double mass_kg = 0;
+  std::optional<Vec3> cog_F;  ///< absent: where the cell declares it
+};
+
 struct PointMoves {
   std::vector<PointMove> all;      ///< in configured order; a point with each load in question
   std::vector<std::string> notes;  ///< what these numbers rest on, and what they leave out
@@ -34,14 +40,13 @@ struct PointMoves {
 
 /// Corrects every configured point by both cells, each with the loads it is to be reached with: its
 /// own payload_kg, else what [payload] says: the fixed mass, or each tool's. Where the robot
-/// reports the mass, which nobody knows beforehand: nothing carried, the ends of what either cell
-/// was fitted to, and `reported_kg`. Temperatures are not known here and count as absent; times are
+/// reports the mass, which nobody knows beforehand: `reported`, nothing carried, and the ends of
+/// what either cell was fitted to. Temperatures are not known here and count as absent; times are
 /// `utc_s`.
-/// @param config       its points, limits and [payload]; its cell is not read
-/// @param reported_kg  masses that the robot is known to report
+/// @param config  its points, limits and [payload]; its cell is not read
 PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const CellModel& after, double utc_s,
-                         const std::vector<double>& reported_kg = {});
+                         const std::vector<ReportedLoad>& reported = {});
 
 /// A table of the moves, the largest, the points that cannot be compared and why, and the notes.
 /// @param configuration  the file that the points are from

@@ -61,6 +61,7 @@ struct Options {
   std::string loop;  ///< further lines of [loop]
   std::string script = kTrueAnswer;
   std::string profile = "universal-robots-fine";
+  std::string stale_after_ms = "200";
 };
 
 std::string LoopConfigText(const std::string& robot, const std::string& loop,
@@ -101,7 +102,8 @@ struct Station {
       : stand_in(options.script),
         cell(Idle(),
              virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")})),
-        daemon(LoopConfigText(cell.robot(), options.loop, options.profile)),
+        daemon(WithLine(LoopConfigText(cell.robot(), options.loop, options.profile), "robot",
+                        "stale_after_ms", options.stale_after_ms)),
         plc("plumblined", daemon.Plc(), 1, 10),
         tracker("tracker", cell.tracker(), 1, 10) {
     REQUIRE(cell.Tell("payload 60") == "ok");
@@ -135,7 +137,11 @@ struct Station {
     return Command(words);
   }
   void Probes(int count) {
-    for (int i = 0; i < count; ++i) REQUIRE(Probe() == 0);
+    for (int i = 0; i < count; ++i) {
+      const int code = Probe();
+      INFO(daemon.Log());
+      REQUIRE(code == 0);
+    }
   }
   double LastResidual_mm() {
     const auto told = plc.Read(400, 20);
@@ -672,8 +678,42 @@ TEST_CASE("an edited cell file is in force, whatever was applied before") {
   CHECK(plc_again.Read(400, 20).Word(1) == 3);
 }
 
+TEST_CASE("a state of the model store that is lost stops no daemon at work, and starts none") {
+  RunningCell cell(Idle());
+  const TemporaryFolder state;
+  const std::string config = WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "",
+                                      "state_directory", "\"" + state.path() + "\"");
+  const std::string where = " --state " + state.path() + " 2> /dev/null";
+  {
+    DaemonProcess daemon(config);
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    const std::string demo_cell = "tests/virtual_cell/demo/cockpit-cell.toml";
+    REQUIRE(Plumbline("model propose " + demo_cell + where) == 0);
+    REQUIRE(Plumbline("model apply 2" + where) == 0);
+    REQUIRE(Eventually([&] { return plc.Read(400, 20).Word(1) == 2; }));
+    std::ofstream(state.path() + "/models/state.json", std::ios::trunc).close();
+    daemon.Signal(SIGHUP);
+    INFO(daemon.Log());
+    CHECK(daemon.Awaits("configuration not reloaded"));
+    CHECK(daemon.Says("state.json: is empty, so that nobody knows which model was in force"));
+    CHECK(plc.Read(400, 20).Word(1) == 2);
+    CHECK(Eventually([&] { return (plc.Read(2000, 20).Word(1) & 1) != 0; }));
+    CHECK(Plumbline("check " + daemon.ConfigFile()) == 1);
+  }
+  {
+    DaemonProcess daemon(config);
+    CHECK(daemon.Wait() == 1);
+    CHECK(daemon.Says("`plumbline model apply N --state " + state.path() + "`"));
+    CHECK(daemon.Says("not started"));
+  }
+  REQUIRE(Plumbline("model apply 2" + where) == 0);
+  DaemonProcess daemon(config);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  CHECK(Eventually([&] { return plc.Read(400, 20).Word(1) == 2; }));
+}
+
 TEST_CASE("a model comes into force between two cycles: no point is withdrawn, no alarm raised") {
-  Station station({.loop = "diagnose = false\n"});
+  Station station({.loop = "diagnose = false\n", .stale_after_ms = "5000"});  // a busy computer
   const std::string where = " --state " + station.state_directory();
   const std::string corrected = station.stand_in.folder() + "/corrected.toml";
   std::ofstream(corrected) << FileText("tests/virtual_cell/demo/cockpit-cell.toml")
@@ -716,37 +756,58 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
 }
 
 TEST_CASE("`model apply` says where the configured points go, at the load in question") {
-  Station station({.loop = "diagnose = false\n"});
-  const std::string where = " --state " + station.state_directory();
-  const std::string folder = station.stand_in.folder();
-  const std::string corrected = folder + "/corrected.toml", told = folder + "/told.txt";
-  std::ofstream(corrected) << FileText("tests/virtual_cell/demo/cockpit-cell.toml")
-                           << "\n[[effect]]\nid = \"joint_compliance\"\nscope = [\"q2\"]\n"
-                              "parameters = [ { name = \"q2\", value = 2e-6, sd = 1e-9, "
-                              "unit = \"rad/(N m)\" } ]\n";
-  station.daemon.Write(WithLine(LoopConfigText(station.cell.robot(), "diagnose = false\n"),
-                                "payload", "source", "\"fixed\"\nmass_kg = 60.0"));
-  station.daemon.Signal(SIGHUP);
-  REQUIRE(station.daemon.Awaits(" reloaded"));
-  REQUIRE(Plumbline("model propose " + corrected + where + " 2> " + told) == 0);
-  const std::string text = FileText(told);
-  INFO(text);
-  const std::string marker = "the largest move of a configured point is ";
-  REQUIRE(text.find(marker) != std::string::npos);
-  const double told_mm = std::stod(text.substr(text.find(marker) + marker.size()));
-  CHECK(text.find(" at 60 kg") != std::string::npos);
-
-  const auto command = [&](int k) {
-    const auto block = station.plc.Read(2000 + 20 * k, 20);
-    return Vec3(block.Float(3), block.Float(5), block.Float(7));
+  struct Case {
+    const char* name;
+    const char* source;  ///< of [payload]
+    int probes;          ///< in the journal
+    bool port_known;
   };
-  REQUIRE(Eventually([&] { return (station.plc.Read(2020, 20).Word(1) & 1) != 0; }));
-  const std::array<Vec3, 2> before{command(0), command(1)};
-  REQUIRE(Plumbline("model apply 2" + where + " 2> /dev/null") == 0);
-  REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
-  const double true_mm = std::max((command(0) - before[0]).norm(), (command(1) - before[1]).norm());
-  CHECK(true_mm > 1);
-  CHECK(told_mm == Approx(true_mm).margin(0.002));
+  const Case cases[] = {{"a fixed mass", "\"fixed\"\nmass_kg = 60.0", 0, false},
+                        {"the robot reports it, and the daemon is asked", "\"robot\"", 0, true},
+                        {"the robot reported it at probes", "\"robot\"", 2, false}};
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Station station({.loop = "diagnose = false\n"});
+    const std::string where = " --state " + station.state_directory();
+    const std::string folder = station.stand_in.folder();
+    const std::string corrected = folder + "/corrected.toml", told = folder + "/told.txt";
+    std::ofstream(corrected) << FileText("tests/virtual_cell/demo/cockpit-cell.toml")
+                             << "\n[[effect]]\nid = \"joint_compliance\"\nscope = [\"q2\"]\n"
+                                "parameters = [ { name = \"q2\", value = 2e-6, sd = 1e-9, "
+                                "unit = \"rad/(N m)\" } ]\n";
+    station.Probes(c.probes);
+    const auto recorded = static_cast<std::uint32_t>(c.probes);
+    REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == recorded; }));
+    std::string config = WithLine(LoopConfigText(station.cell.robot(), "diagnose = false\n"),
+                                  "payload", "source", c.source);
+    if (c.port_known) {
+      const std::string plc = station.daemon.Plc();
+      config = WithLine(config, "plc", "port", plc.substr(plc.find(':') + 1));
+    }
+    station.daemon.Write(config);
+    station.daemon.Signal(SIGHUP);
+    REQUIRE(station.daemon.Awaits(" reloaded"));
+    REQUIRE(Plumbline("model propose " + corrected + where + " 2> " + told) == 0);
+    const std::string text = FileText(told);
+    INFO(text);
+    const std::string marker = "the largest move of a configured point is ";
+    REQUIRE(text.find(marker) != std::string::npos);
+    const double told_mm = std::stod(text.substr(text.find(marker) + marker.size()));
+    CHECK(text.find(" at 60 kg") != std::string::npos);
+
+    const auto command = [&](int k) {
+      const auto block = station.plc.Read(2000 + 20 * k, 20);
+      return Vec3(block.Float(3), block.Float(5), block.Float(7));
+    };
+    REQUIRE(Eventually([&] { return (station.plc.Read(2020, 20).Word(1) & 1) != 0; }));
+    const std::array<Vec3, 2> before{command(0), command(1)};
+    REQUIRE(Plumbline("model apply 2" + where + " 2> /dev/null") == 0);
+    REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
+    const double true_mm =
+        std::max((command(0) - before[0]).norm(), (command(1) - before[1]).norm());
+    CHECK(true_mm > 1);
+    CHECK(told_mm == Approx(true_mm).margin(0.002));
+  }
 }
 
 TEST_CASE("two daemons do not share a journal") {

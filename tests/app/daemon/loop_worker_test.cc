@@ -195,3 +195,22 @@ TEST_CASE("whether probes are recorded is known only once the journal was opened
   const Working working;
   CHECK(working.link.told.Read()->settled);
 }
+
+TEST_CASE(
+    "a model that moves a configured point too far waits for a person, whatever the probes say") {
+  ModelFacts facts;
+  facts.verdict = "explained";
+  facts.rms_before_mm = 2;
+  facts.rms_after_mm = 0.1;
+  facts.change_mm = 0.3;  // at the probes, with nothing carried
+  LoopConfig loop;
+  loop.max_change_m = 1e-3;
+  CHECK(WhyNotAutomatic(facts, loop, false).empty());
+  CHECK(WhyNotAutomatic(facts, loop, true).find("configured points is not known") !=
+        std::string::npos);
+  facts.points_change_mm = 7.65;
+  CHECK(WhyNotAutomatic(facts, loop, true) ==
+        "it moves a configured point by 7.650 mm, loop.max_change_mm is 1");
+  facts.points_change_mm = 0.9;
+  CHECK(WhyNotAutomatic(facts, loop, true).empty());
+}

@@ -283,6 +283,18 @@ TEST_CASE("a state that cannot be read is no state, and a person can have it wri
   CHECK(StateOf(store).applied == 2);
 }
 
+TEST_CASE("what was applied before any cell file was declared stays in force, and edits are seen") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Propose("cell 1 corrected", {}, "") == 1);
+  REQUIRE(store.Apply(1).ok());
+  CHECK(*store.Declare("cell 1", "cell.toml") == 2);
+  CHECK(StateOf(store) == ModelState{2, 1, 0, {1}});
+  CHECK(*store.Declare("another cell", "cell.toml") == 3);
+  REQUIRE(StateOf(store).set_aside);
+  CHECK(StateOf(store).set_aside->version == 1);
+}
+
 TEST_CASE("no state is missing where the first version was not completed") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
@@ -682,10 +694,17 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     CHECK_THAT(unknown.notes[0], Catch::Contains("taken as nothing carried"));
     after.domain.emplace().payload_kg = Interval{0, 60};
     after.domain->q.assign(6, Interval{-10, 10});
-    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {75});
+    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
     REQUIRE(fitted.all.size() == 7);
     CHECK(fitted.all[1].payload_kg == 60);
     CHECK(fitted.all[2].payload_kg == 75);
+    CellModel elsewhere = after;  // a reported load has its centre where the robot says
+    elsewhere.payload_cog_F = Vec3(0, 0, 1.3);
+    CellModel before_elsewhere = before;
+    before_elsewhere.payload_cog_F = elsewhere.payload_cog_F;
+    CHECK(fitted.all[2].Distance_m() ==
+          Approx(MoveOf(config.points[0], 75, before_elsewhere, elsewhere, config.limits))
+              .margin(1e-9));
     CHECK_THAT(fitted.notes[0], Catch::Contains("each of 0, 60, 75 kg"));
   }
   SECTION("a point that a model cannot correct is named, not left out") {

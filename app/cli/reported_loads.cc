@@ -1,0 +1,76 @@
+#include "app/cli/reported_loads.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "app/journal/journal.h"
+#include "drivers/plc/codec.h"
+#include "drivers/robot/modbus_client.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kTimeout_s = 0.3;
+constexpr std::int64_t kMostRows = 12000;        // as many as a diagnosis takes
+constexpr std::uint16_t kPayloadKnown = 1 << 2;  // of input_validity
+
+/// What the daemon's registers say of the load in force.
+std::optional<ReportedLoad> LoadOfDaemon(const PlcConfig& plc) {
+  if (plc.tcp.port == 0) return std::nullopt;
+  auto client = ModbusClient::Tcp(
+      {IsEveryAddress(plc.tcp.address) ? "127.0.0.1" : plc.tcp.address, plc.tcp.port},
+      plc.tcp.unit_id, kTimeout_s, MonotonicSeconds);
+  if (!client || client.value().Connect() != LinkResult::kOk) return std::nullopt;
+  std::array<std::uint16_t, 3> head{};
+  std::array<std::uint16_t, plc_map::kInputsSize> inputs{};
+  const auto read = [&client](int first, std::span<std::uint16_t> words) {
+    return client.value().Read({RegisterTable::kHolding, first, static_cast<int>(words.size())},
+                               words) == LinkResult::kOk;
+  };
+  if (!read(0, head) || head[0] != plc_map::kMagic || !read(plc_map::kInputs, inputs)) {
+    return std::nullopt;
+  }
+  const auto value = [&](std::string_view name) {
+    for (const MapField& field : plc_map::Fields()) {
+      if (name != field.name) continue;
+      return ValueOfField(field.type, inputs, field.address - plc_map::kInputs, head[2] == 1);
+    }
+    return 0.0;
+  };
+  if ((static_cast<int>(value("input_validity")) & kPayloadKnown) == 0) return std::nullopt;
+  return ReportedLoad{value("payload"),
+                      kMetrePerMm * Vec3(value("cog_x"), value("cog_y"), value("cog_z"))};
+}
+
+}  // namespace
+
+std::vector<ReportedLoad> LoadsOfRobot(const DaemonConfig& config) {
+  std::vector<ReportedLoad> loads;
+  if (config.machine.payload.source != PayloadPolicy::Source::kRobot) return loads;
+  if (const auto now = LoadOfDaemon(config.plc)) loads.push_back(*now);
+
+  const std::string file = config.state_directory + "/journal.sqlite";
+  std::error_code hidden;
+  if (!std::filesystem::exists(file, hidden)) return loads;
+  auto journal = Journal::OpenForReading(file);
+  if (!journal) return loads;
+  std::optional<double> least, most;
+  JournalFilter filter;
+  filter.last = kMostRows;
+  const auto read =
+      journal.value().ForEach(filter, config.machine.cell.robot.joints, [&](const JournalRow& row) {
+        if (!row.payload_kg) return;
+        least = std::min(least.value_or(*row.payload_kg), *row.payload_kg);
+        most = std::max(most.value_or(*row.payload_kg), *row.payload_kg);
+      });
+  if (!read || !least) return loads;
+  loads.push_back({*least, std::nullopt});
+  loads.push_back({*most, std::nullopt});
+  return loads;
+}
+
+}  // namespace plumbline
