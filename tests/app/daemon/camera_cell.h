@@ -17,7 +17,8 @@
 namespace plumbline::test {
 
 inline constexpr int kKnown = 4000, kOtherKnown = 6000, kNever = 9000;
-inline const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
+/// The drawn tool then is where the arm at rest has its tip, within millimetres.
+inline const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.69, -0.13, 1.8)};
 
 inline renderer::Camera CameraAt(int zoom) {
   return renderer::ZoomLens(zoom == kKnown ? 2600 : zoom == kOtherKnown ? 3000 : 2200);
@@ -70,7 +71,7 @@ inline void KeepLenses(const std::string& state, const std::string& serial) {
 inline std::string TagsTable(const std::string& file) {
   return "[tags]\nfile = \"" + file +
          "\"\ntool = \"gripper\"\n"
-         "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2000.0, 100.0, 800.0]\n"
+         "tip_mm = [150.0, 20.0, 10.0]\ncell_xyz_mm = [2690.0, -130.0, 1800.0]\n"
          "cell_rpy_deg = [5.729577951308232, 11.459155902616464, 17.188733853924695]\n";
 }
 

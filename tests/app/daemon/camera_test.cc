@@ -118,7 +118,7 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   CHECK_THAT(status, Catch::Contains("lens 1 of the store"));
 
   REQUIRE(Eventually([&] { return (station.plc->Read(400, 20).Word(0) & 1) != 0; }));
-  REQUIRE(station.Command(11) == 0);
+  REQUIRE(Eventually([&] { return station.Command(11) == 0; }));
   REQUIRE(Eventually([&] { return station.plc->Read(404, 2).Long(0) == 1; }));
   const auto rows = station.Journal();
   REQUIRE(rows.size() == 1);
