@@ -152,9 +152,12 @@ Panel CorrectionPanel(const ViewFacts& facts) {
         point.uncertainty_m > 0 ? Mm(point.uncertainty_m) : std::string("not known");
     panel.lines.push_back({fmt::format("{}: {:.2f} → {}{}", name_of(point.id),
                                        kMmPerMetre * point.translation_B.norm(), after,
-                                       point.extrapolated ? ", extrapolated" : "") +
-                               (point.differs ? ", not the posture taught" : ""),
-                           point.extrapolated || point.differs ? Tone::kAttention : Tone::kGood});
+                                       point.extrapolated ? ", extrapolated" : ""),
+                           point.extrapolated ? Tone::kAttention : Tone::kGood});
+    if (point.differs) {
+      panel.lines.push_back(
+          {fmt::format("{}: other posture", name_of(point.id)), Tone::kAttention});
+    }
   }
   if (facts.carriers.front().tool) {
     const ToolNow& tool = *facts.carriers.front().tool;
