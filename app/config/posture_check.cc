@@ -21,6 +21,10 @@ constexpr NumberRange kAsWritten{-100000, 100000};
 /// than these has one cause, not fifty.
 constexpr std::size_t kMostProblems = 50;
 
+/// So near to near_deg a posture proves that the angles were read as they were meant [rad] or [m]:
+/// a small turn that is read as a large one comes within the bound of another posture by chance.
+constexpr double kProof = 10 * kRadPerDeg;
+
 /// Which angles are read as radians; bits.
 enum Reading { kNearInRad = 1, kPointInRad = 2, kFrameInRad = 4, kBaseInRad = 8, kReadings = 16 };
 
@@ -172,6 +176,11 @@ class PostureCheck {
     if (!point.orientation_free && CouldBeRadians(turn.angles)) possible |= kPointInRad;
     if (framed && CouldBeRadians(frames_[frame].turn.angles)) possible |= kFrameInRad;
     if (robot_ && !in_base && CouldBeRadians(base_.angles)) possible |= kBaseInRad;
+    if (!point.near_q) {  // reached or not is little evidence: the number must look like radians
+      if (!LookLikeRadians(turn.angles)) possible &= ~kPointInRad;
+      if (framed && !LookLikeRadians(frames_[frame].turn.angles)) possible &= ~kFrameInRad;
+      if (!LookLikeRadians(base_.angles)) possible &= ~kBaseInRad;
+    }
     for (int count = 1; count <= std::popcount(static_cast<unsigned>(possible)); ++count) {
       for (int reading = 1; reading < kReadings; ++reading) {
         if ((reading & ~possible) != 0) continue;
@@ -199,12 +208,16 @@ class PostureCheck {
     } else {
       point.X_WP = X_OP;
     }
-    if ((reading & kBaseInRad) == 0)
-      return Solve(machine_, point, payload, BranchSearch::kBrief).as_taught;
+    if ((reading & kBaseInRad) == 0) return Proves(machine_, point, payload);
     MachineConfig other = config_;
     other.cell.robot.X_WB = X_WB;
     Machine machine(other);
-    return Solve(machine, point, payload, BranchSearch::kBrief).as_taught;
+    return Proves(machine, point, payload);
+  }
+
+  static bool Proves(Machine& machine, const AssemblyPoint& point, const Payload& payload) {
+    const Outcome outcome = Solve(machine, point, payload, BranchSearch::kBrief);
+    return outcome.as_taught && outcome.farthest.distance <= kProof;
   }
 
   /// near_deg read as radians, in SI; nothing where it cannot be meant so.
@@ -234,12 +247,12 @@ class PostureCheck {
   std::string JointsText(const JointVector& q) const {
     std::string text;
     for (int i = 0; i < q.size(); ++i) {
-      text += fmt::format("{}{:.1f}", i == 0 ? "" : ", ", InFileUnit(i, q[i]) + 0.0);
+      text += fmt::format("{}{:.1f}", i == 0 ? "" : ", ", InFileUnit(i, q[i]));
     }
     return "[" + text + "]";
   }
 
-  /// "q4 is 90.3 deg away from near_deg", "the point is out of reach".
+  /// "the posture that reaches it is 90 deg away from near_deg on q4".
   std::string WhatIsWrong(const Outcome& outcome) const {
     if (!outcome.reached) {
       return std::string("no corrected point: ") + Describe(outcome.correction.code);
@@ -282,8 +295,8 @@ class PostureCheck {
                     "nearest posture that reaches the point has {:.1f} {}. The daemon commands "
                     "{}. Read the joints at the pendant where the point was taught, or check the "
                     "point's pose and frame",
-                    joint + 1, InFileUnit(joint, (*point.near_q)[joint]) + 0.0,
-                    InFileUnit(joint, outcome.correction.q[joint]) + 0.0, UnitOf(joint),
+                    joint + 1, InFileUnit(joint, (*point.near_q)[joint]),
+                    InFileUnit(joint, outcome.correction.q[joint]), UnitOf(joint),
                     JointsText(outcome.correction.q)));
   }
 

@@ -151,11 +151,14 @@ Panel CorrectionPanel(const ViewFacts& facts) {
       continue;
     }
     panel.lines.push_back(
-        {fmt::format("{}: {:.2f} mm, ±{:.2f} mm ({}{}{})", name_of(point.id),
+        {fmt::format("{}: {:.2f} mm, ±{:.2f} mm ({}{})", name_of(point.id),
                      kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
-                     Describe(point.basis), point.extrapolated ? ", extrapolated" : "",
-                     point.differs ? ", not the posture taught" : ""),
+                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
          ToneOf(point, state)});
+    if (point.differs) {
+      panel.lines.push_back(
+          {fmt::format("{}: other posture", name_of(point.id)), Tone::kAttention});
+    }
   }
   if (facts.carriers.front().tool) {
     const ToolNow& tool = *facts.carriers.front().tool;

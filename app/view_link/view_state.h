@@ -68,7 +68,7 @@ struct ViewPoint {
   Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
   double uncertainty_m = 0;           ///< radius that holds 95 % of the landings
   RadiusBasis basis = RadiusBasis::kUnknown;
-  JointVector q;         ///< of the commanded posture [rad] or [m]
+  JointVector q{};       ///< of the commanded posture [rad] or [m]
   bool taught = false;   ///< the point names the joints where it was taught
   bool differs = false;  ///< the posture is another one
 };

@@ -165,14 +165,22 @@ TEST_CASE("Angles in radians are proved by the point that they lead to") {
 }
 
 TEST_CASE("Small angles that the point confirms are degrees") {
-  // Near the stretched arm every angle is small, and could be radians by its size.
-  const Taught point;
-  std::string config = Config(point, ListText(point.rpy_deg), ListText(kTaught_deg));
-  const Pose X_WO = {RotationFromRollPitchYaw(kDegree * Vec3(0, 0, 3.14)), Vec3(0.1, 0.05, -0.02)};
-  const Taught in_frame(X_WO);
-  config = Config(in_frame, ListText(in_frame.rpy_deg), ListText(kTaught_deg));
-  config = With(config, "frame", "\"table\"");
-  CHECK(Warnings(With(config, "rpy_deg", "[0, 0, 3.14]")).empty());
+  const auto config = [](double turn_deg, const std::vector<double>& near_deg) {
+    const Pose X_WO = {RotationFromRollPitchYaw(kDegree * Vec3(0, 0, turn_deg)),
+                       Vec3(0.1, 0.05, -0.02)};
+    const Taught in_frame(X_WO);
+    const std::string text = Config(in_frame, ListText(in_frame.rpy_deg), ListText(near_deg));
+    return With(With(text, "frame", "\"table\""), "rpy_deg", fmt::format("[0, 0, {}]", turn_deg));
+  };
+  CHECK(Warnings(config(3.14, kTaught_deg)).empty());
+  // 5 rad would be -73.5 degrees: near to a near_deg that is wrong by -60, but not what was meant.
+  std::vector<double> wrong = kTaught_deg;
+  wrong[0] -= 60;
+  const auto warnings = Warnings(config(5, wrong));
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Catch::Contains("point[1].near_deg: warning: ") &&
+                 Catch::Contains("q1: near_deg says -40.0, the nearest posture that reaches"));
 }
 
 TEST_CASE("A point without near_deg: its angles are doubted only where nothing decides") {

@@ -187,6 +187,12 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     CHECK(drawn.Says("→ check the cable to the robot"));
     CHECK(drawn.Says("STALE: the robot's joints are not known"));
   }
+  SECTION("a point in a posture that is not the taught one") {
+    ViewScene scene;
+    CHECK_FALSE(Drawn(scene, {1920, 1080}).Says("other posture"));
+    scene.state.points[1].differs = true;
+    CHECK(Drawn(scene, {1920, 1080}).Says("other posture"));
+  }
   SECTION("a silent daemon") {
     ViewScene scene;
     scene.state.now_s -= 10;
