@@ -35,6 +35,8 @@ namespace {
 
 constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
 constexpr char kRobotLink[] = "robot link";
+/// Ordinary cells have all branches before anybody can ask; the port of a large one does not wait.
+constexpr double kBranchesFirst_s = 0.3;
 
 /// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
 /// the robot's for a name server where it is given by name.
@@ -75,6 +77,12 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const Cycle
   parts->robot = std::move(robot).value();
   parts->model_set_aside = !in_force.set_aside.empty();
   return parts;
+}
+
+void AwaitBranches(CycleParts& parts) {
+  const double until_s = MonotonicSeconds() + kBranchesFirst_s;
+  while (!parts.branches.finished() && MonotonicSeconds() < until_s) SleepSeconds(0.002);
+  parts.branches.HandTo(parts.machine, parts.machine.config().points.size());
 }
 
 void TellModel(const ConfigInForce& in_force) {
@@ -337,6 +345,7 @@ int RunDaemon(const std::string& config_file) {
   if (announced) NoteConfigurationOf(*config);
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
   if (!parts) return 1;
+  AwaitBranches(*parts);
   LoopLink link;
   ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());
   const auto cameras = CameraSide::Open(*config, link, view);
