@@ -228,6 +228,7 @@ void AddReadingError(Dataset& data) {
 /// not count as noise by themselves: poses may have been commanded at such values.
 void TellUndeclaredStep(Dataset& data) {
   constexpr double kNotable_m = 1e-5;  // where the instrument's noise is not known
+  constexpr double kLeastToldPower = -12;
   const auto step = JointStepOf(data.table, data.cell.robot.joints);
   if (!step) return;
   const std::vector<double> steps_rad(data.table.rows.size(), step->step_rad);
@@ -246,14 +247,12 @@ void TellUndeclaredStep(Dataset& data) {
                 *data.table.q_decimals, steps, cost, step_deg)
           : fmt::format(
                 "all {} different joint readings are multiples of {}, though {} decimals are "
-                "written and no q_step_deg is declared (by chance with a probability of "
-                "1e{:.0f}): if the controller gives its joints in such steps, that costs {} "
-                "and does not count as noise yet; read finer registers, or add the column "
-                "q_step_deg with {:.6g} in every row; poses that were commanded at such values "
-                "need "
-                "neither",
-                step->readings, steps, *data.table.q_decimals, std::ceil(step->log10_chance), cost,
-                step_deg));
+                "written and no q_step_deg is declared (by chance with a probability below "
+                "1e{:.0f}): if the controller gives its joints in such steps, that costs {} and "
+                "does not count as noise yet; read finer registers, or add the column q_step_deg "
+                "with {:.6g} in every row; poses that were commanded at such values need neither",
+                step->readings, steps, *data.table.q_decimals,
+                std::max(kLeastToldPower, std::ceil(step->log10_chance)), cost, step_deg));
 }
 
 }  // namespace
