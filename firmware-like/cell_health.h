@@ -48,6 +48,8 @@ enum class HealthReason : std::uint8_t {
   kDecodingUnchecked = 33,  ///< the robot profile offers no tool pose to check the joints by
   kCoarseJoints = 34,       ///< the joint registers' steps cost more than 0.1 mm
   kMassCentresGuessed = 35,
+  kReferenceRefused = 36,  ///< the drift monitor has no reference: its probes disagree
+  kQuarantined = 37,       ///< probes contradict the model and wait for a person
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model waits for approval
   kBoardWanted = 51,      ///< the calibration board is asked for
@@ -68,6 +70,7 @@ struct HealthFacts {
   std::optional<RadiusBasis> weakest_basis{};  ///< of valid points; empty: there is none
   bool fiducial_moved = false;
   bool scene_lost = false, scene_incomplete = false;
+  bool reference_refused = false, quarantined = false;
 };
 
 /// The gravest reason that holds.

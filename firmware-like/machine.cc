@@ -401,6 +401,8 @@ HealthFacts Machine::FactsOf(const MachineInput& input) const {
   }
   facts.scene_lost = input.scene_lost;
   facts.scene_incomplete = input.scene_incomplete;
+  facts.reference_refused = input.reference_refused;
+  facts.quarantined = input.quarantined;
   return facts;
 }
 

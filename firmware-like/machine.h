@@ -59,6 +59,8 @@ struct MachineInput {
   std::uint16_t loop_warnings = 0;   ///< warning bits of what works beside the cycle
   bool scene_lost = false;           ///< interference was supervised and is no longer
   bool scene_incomplete = false;     ///< watched pairs of objects are not measured
+  bool reference_refused = false;    ///< the drift monitor's reference probes disagree
+  bool quarantined = false;          ///< probes wait for a person's decision
   std::array<CameraInput, kMostCameras> cameras;
 };
 

@@ -255,6 +255,8 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   const bool scene_fresh = IsFresh(environment_.scene, begin_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
+  input.reference_refused = (environment_.loop.state & loop_state::kReferenceRefused) != 0;
+  input.quarantined = (environment_.loop.state & loop_state::kQuarantined) != 0;
   parts.branches.HandTo(parts.machine);
   const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);

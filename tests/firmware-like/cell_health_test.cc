@@ -41,6 +41,8 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
   CHECK(HealthOf({.weakest_basis = RadiusBasis::kUnknown}).severity == HealthSeverity::kAttention);
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
+  CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
+  CHECK(HealthOf({.quarantined = true}).reason == HealthReason::kQuarantined);
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
 }
 
@@ -54,5 +56,5 @@ TEST_CASE("each reason has words and, where there is something to do, a remedy")
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 30);
+  CHECK(texts.size() == 32);
 }
