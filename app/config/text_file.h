@@ -22,8 +22,8 @@ Result<std::string> ReadTextFile(const std::string& path);
 /// @return nothing where it worked, else why not ("Permission denied")
 [[nodiscard]] std::optional<Error> WriteTextFile(const std::string& path, std::string_view text);
 
-/// The same for a file that a program of ours keeps in its state directory: no link is followed, one
-/// of that name is replaced. Whoever may write there must not have it write elsewhere as root.
+/// The same for a file that a program of ours keeps in its state directory: no link is followed,
+/// one of that name is replaced. Whoever may write there must not have it write elsewhere as root.
 [[nodiscard]] std::optional<Error> WriteStateFile(const std::string& path, std::string_view text);
 
 /// Why a file of that name could not be written now; nothing where it could. Changes nothing.

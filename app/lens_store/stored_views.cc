@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/json_whole.h"
+#include "app/text/json_text.h"
 
 namespace plumbline {
 namespace {
@@ -85,7 +86,9 @@ std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored) {
 Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes) {
   StoredViews stored;
   try {
-    const Json json = Json::parse(bytes.begin(), bytes.end());
+    const auto read = JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (!read) return Error{read.error()};
+    const Json& json = *read;
     if (json.at("schema") != 1) return Error{"their schema is not 1"};
     stored.board = BoardFrom(json.at("board"));
     for (const Json& view : json.at("views")) {

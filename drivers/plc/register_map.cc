@@ -269,11 +269,13 @@ const std::array kMapFields = {
     MapField{348, kFloat, "q11", "deg", "", Joint<10>},
     MapField{350, kFloat, "q12", "deg", "", Joint<11>},
     // 400-419 probes, drift monitor, model
-    MapField{400, kU16, "loop_state", "bits",
-             "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
-             "taken, 4 diagnosis at work, 5 journal or diagnosis failed, 6 state directory cannot be "
-             "written",
-             [](Source s) -> double { return s.environment.loop.state; }},
+    MapField{
+        400,
+        kU16, "loop_state", "bits",
+        "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
+        "taken, 4 diagnosis at work, 5 journal or diagnosis failed, 6 state directory cannot be "
+        "written",
+        [](Source s) -> double { return s.environment.loop.state; }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.loop.applied; }},
     MapField{402, kU16, "model_proposed", "", "version that waits for approval, 0: none",
