@@ -145,9 +145,11 @@ void LoopWorker::WatchStorage() {
   if (models_.declared == 0) reload_();
 }
 
-/// After something could not be written: is it the directory?
+/// After something could not be written: is it the directory? That it works again is
+/// WatchStorage()'s.
 void LoopWorker::CheckStorage() {
-  if (storage_ == nullptr || Clock::now() - storage_tried_ <= kStorageRetry) return;
+  if (storage_ == nullptr || !storage_->works()) return;
+  if (Clock::now() - storage_tried_ <= kStorageRetry) return;
   storage_tried_ = Clock::now();
   storage_->Check();
   pulse_.Beat();

@@ -65,7 +65,7 @@ class Page {
   };
   Given WhatIsGiven(const httplib::Request& request) const;
   Given WhatHeadersGive(const httplib::Request& request) const;
-  /// After too many wrong tokens; what is given is not even compared.
+  /// After too many wrong tokens of its address; a right one is told nothing else then.
   bool HasToWait(const httplib::Request& request, const Given& given, httplib::Response& response);
   void AskForToken(const httplib::Request& request, httplib::Response& response);
   void Exchange(httplib::Response& response) const;
