@@ -34,6 +34,8 @@ namespace {
 
 constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
 constexpr char kRobotLink[] = "robot link";
+/// Ordinary cells have all branches before anybody can ask; the port of a large one does not wait.
+constexpr double kBranchesFirst_s = 0.3;
 
 /// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
 /// the robot's for a name server where it is given by name.
@@ -60,6 +62,12 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force) {
     return nullptr;
   }
   return std::make_unique<CycleParts>(config, std::move(robot).value(), in_force.models.applied);
+}
+
+void AwaitBranches(CycleParts& parts) {
+  const double until_s = MonotonicSeconds() + kBranchesFirst_s;
+  while (!parts.branches.finished() && MonotonicSeconds() < until_s) SleepSeconds(0.002);
+  parts.branches.HandTo(parts.machine, parts.machine.config().points.size());
 }
 
 void TellModel(const ConfigInForce& in_force) {
@@ -295,6 +303,7 @@ int RunDaemon(const std::string& config_file) {
 
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force);
   if (!parts) return 1;
+  AwaitBranches(*parts);
   LoopLink link;
   ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());
   const auto cameras = CameraSide::Open(*config, link, view);

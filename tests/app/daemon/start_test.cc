@@ -21,7 +21,7 @@ using virtual_cell::VirtualCellOptions;
 
 namespace {
 
-constexpr int kMany = 40;  // half a second of searching
+constexpr int kMany = 80;  // more than the start waits for
 constexpr std::uint16_t kOk = 0, kNoRobot = 8, kPending = 11;
 
 VirtualCellOptions Idle() {
@@ -113,12 +113,13 @@ TEST_CASE("many points are served at once, and become valid as their branches ar
   std::set<std::uint16_t> codes;
   bool first_before_last = false;
   INFO(daemon.Log());
-  REQUIRE(Eventually([&] {
+  const auto last_is_valid = [&] {
     const Block first = Read(plc, 0), last = Read(plc, kMany - 1);
     if (!last.valid) codes.insert(last.code);
     first_before_last = first_before_last || (first.valid && !last.valid);
     return last.valid;
-  }));
+  };
+  REQUIRE((Eventually(last_is_valid) || Eventually(last_is_valid)));
   CHECK(codes.count(kPending) == 1);
   CHECK(first_before_last);
   codes.erase(kPending);
