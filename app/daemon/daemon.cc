@@ -342,7 +342,7 @@ int RunDaemon(const std::string& config_file) {
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 
-  if (announced) NoteConfigurationOf(*config);
+  if (!taken && storage.works()) NoteConfigurationOf(*config);
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
   if (!parts) return 1;
   AwaitBranches(*parts);

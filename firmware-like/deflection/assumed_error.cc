@@ -58,7 +58,10 @@ AssumedError::AssumedError(const CellModel& cell, const LoadedArm& arm, double d
   DrawNormal(random, common.row(0));
   DrawNormal(random, rated_.row(0));
   const Row size = (priors_.rated_sigma_ln * rated_).exp();
-  rated_ = priors_.rated_payload_kg * size;
+  // Without masses the rated payload is known to 0.4; with them its share of T_2 leaves 0.2.
+  constexpr double kRatedSigma_ln = 0.2;
+  rated_ =
+      priors_.rated_payload_kg * (std::max(kRatedSigma_ln, priors_.rated_sigma_ln) * rated_).exp();
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     declared_[i] = cell.robot.joints[k].compliance_rad_per_Nm.value_or(0.0);
@@ -105,17 +108,21 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   constexpr double kMassShare = 0.05, kMass_kg = 0.1;
   constexpr double kCentre_m = 0.02, kCentreShare = 0.1;
   constexpr double kUnstatedCentre_m = 0.05, kUnstatedCentreShare = 0.3;
+  constexpr double kLargestShareOfRated = 1.1;  // arms are overloaded at times
   auto mass = load_change_.row(0);
   if (load.mass_kg) {
     mass = *load.mass_kg * (1 + kMassShare * load_.row(0)) + kMass_kg * load_.row(1);
     mass = mass.max(0.0);
   } else {
-    mass = rated_ * uniform_;
+    mass = kLargestShareOfRated * rated_ * uniform_;
   }
   const Vec3 tip_F = arm.X_FT().p;
   const Vec3 centre_F = load.centre_stated ? load.modelled.cog_F : tip_F;
-  const double sd_m = load.centre_stated ? kCentre_m + kCentreShare * centre_F.norm()
-                                         : kUnstatedCentre_m + kUnstatedCentreShare * tip_F.norm();
+  // Of the distance between two places in space; a third of its square on each axis.
+  const double distance_sd_m = load.centre_stated
+                                   ? kCentre_m + kCentreShare * centre_F.norm()
+                                   : kUnstatedCentre_m + kUnstatedCentreShare * tip_F.norm();
+  const double sd_m = distance_sd_m / std::sqrt(3.0);
   for (int axis = 0; axis < 3; ++axis) {
     load_change_.row(1 + axis) = mass * (centre_F[axis] + sd_m * load_.row(2 + axis)) -
                                  load.modelled.mass_kg * load.modelled.cog_F[axis];

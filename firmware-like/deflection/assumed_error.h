@@ -15,7 +15,7 @@ namespace plumbline {
 ///   undeclared joints, links, coupling, pedestal    priors.h
 ///   declared joints and tool                        `deflection_sd` of the deflection itself
 ///   stated payload        5 % + 0.1 kg; its centre 20 mm + 10 % of its distance from the flange
-///   unstated payload      0 to the rated payload, uniform; its centre at the tip, 50 mm + 30 % of
+///   unstated payload      0 to 1.1 rated payloads, uniform; its centre at the tip, 50 mm + 30 % of
 ///                         the tool's length
 ///   instrument            its sigma, 0.05 mm where none is declared
 /// Covers deflection, load and instrument; not the geometry of the unloaded arm, nor what a cell

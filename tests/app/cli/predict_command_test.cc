@@ -313,7 +313,7 @@ TEST_CASE("work grows with the rows and with the sessions, and not faster") {
     const std::size_t before = g_allocated_bytes.load();
     const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
     REQUIRE(poses);
-    const auto predicted = Predict(*cell, *poses, 0.1);
+    const auto predicted = Predict(*cell, *poses, {});
     REQUIRE(predicted.ok());
     CHECK(predicted->size() == static_cast<std::size_t>(rows));
     return static_cast<double>(g_allocated_bytes - before);

@@ -210,7 +210,8 @@ TEST_CASE("Every value of a configuration arrives in SI") {
   CHECK(config->machine.limits.max_translation_m == Approx(0.02));
   CHECK(config->machine.limits.max_rotation_rad == Approx(kRadPerDeg));
   CHECK(config->machine.limits.min_singular_value == 0.05);
-  CHECK(config->machine.limits.deflection_sd == 0.2);
+  CHECK(config->machine.limits.deviation.share == 0.2);
+  CHECK(config->machine.limits.deviation.stated);
   CHECK(config->robot.connection.push.enabled);
   CHECK(config->push_ids == std::vector<int>{7});
   CHECK(config->robot.connection.push.max_step_m == Approx(0.002));
@@ -557,7 +558,7 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
   CHECK(config->machine.limits.max_rotation_rad ==
         Approx(defaults.machine.limits.max_rotation_rad));
   CHECK(config->machine.limits.min_singular_value == defaults.machine.limits.min_singular_value);
-  CHECK(config->machine.limits.deflection_sd == defaults.machine.limits.deflection_sd);
+  CHECK(config->machine.limits.deviation.share == defaults.machine.limits.deviation.share);
   CHECK(config->robot.connection.push.enabled == defaults.robot.connection.push.enabled);
   CHECK(config->robot.connection.push.max_step_m ==
         Approx(defaults.robot.connection.push.max_step_m));

@@ -84,7 +84,10 @@ void MakeEverythingLong(ViewScene& scene) {
   scene.state.cameras[0].watch.prompt = BoardPrompt::kUpperLeft;
   for (int k = 0; k < 60; ++k) {
     scene.state.cameras[0].bodies.push_back({word + std::to_string(k), {}, false});
-    scene.state.points.push_back({.id = 100 + k, .code = CorrectionCode::kTooLarge});
+    ViewPoint point;
+    point.id = 100 + k;
+    point.code = CorrectionCode::kTooLarge;
+    scene.state.points.push_back(point);
   }
 }
 
