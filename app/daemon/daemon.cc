@@ -336,9 +336,10 @@ int RunDaemon(const std::string& config_file) {
   const std::optional<std::string> taken = storage.Take();
   if (taken) {
     Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
-         fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
-                     config->loop.enabled ? "not started: " : "", *taken,
-                     config->loop.enabled ? "" : ", else `plumbline model` cannot tell it")});
+         fmt::format("{}state directory: {}: {}; end it, or give this daemon a state_directory of "
+                     "its own{}",
+                     config->loop.enabled ? "not started: " : "", config->state_directory, *taken,
+                     config->loop.enabled ? "" : ", else `plumbline model` cannot notify it")});
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 

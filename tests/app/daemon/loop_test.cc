@@ -819,5 +819,5 @@ TEST_CASE("two daemons do not share a journal") {
   REQUIRE(first.Awaits("PLC side on"));
   DaemonProcess second(config);
   CHECK(second.Wait() == 2);
-  CHECK(second.Says("held by another process"));
+  CHECK(second.Says(state.path() + ": another plumblined (process "));
 }

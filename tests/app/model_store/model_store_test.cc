@@ -516,7 +516,9 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   char ready = 0;
   REQUIRE(read(ends[0], &ready, 1) == 1);
   CHECK(ready == 'y');
-  CHECK_FALSE(AnnounceDaemon(folder.path()).ok());  // a second daemon
+  const auto second = AnnounceDaemon(folder.path());
+  REQUIRE_FALSE(second.ok());
+  CHECK(second.error() == fmt::format("another plumblined (process {}) uses it", daemon));
   CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
   int status = 0;
   waitpid(daemon, &status, 0);
