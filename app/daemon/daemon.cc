@@ -56,7 +56,8 @@ double RobotPatience_s(const DaemonConfig& config) {
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const CycleParts* in_use) {
   const DaemonConfig& config = in_force.config;
   if (const auto why_not = WhyNotUsable(config.machine.cell)) {
-    Log({Event::kFileFault, fmt::format("{}: {}", config.cell_file, *why_not)});
+    Log({Event::kFileFault, fmt::format("{}: {}; fix or remove that effect in this file",
+                                        config.cell_file, *why_not)});
     return nullptr;
   }
   const auto refuse = [](const std::string& why) {
@@ -144,7 +145,9 @@ std::optional<PendingReload> ReadAgain(const Running& running) {
   std::unique_ptr<CycleParts> parts =
       in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;
   if (!parts) {
-    Log({Event::kNotReloaded, "configuration not reloaded; the former one stays in force"});
+    Log({Event::kNotReloaded,
+         "Configuration not reloaded; the previous one stays in force. Fix the faults "
+         "reported above, then reload."});
     return std::nullopt;
   }
   return PendingReload{std::move(*in_force), std::move(parts)};
@@ -324,27 +327,29 @@ int RunDaemon(const std::string& config_file) {
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
   LogFaults(faults);
-  if (!in_force) {
+  const auto not_started = [&config_file] {
     Log({Event::kNotStarted,
-         fmt::format("not started: first mend what is told above of {} and of its state directory "
-                     "(`plumbline check` tells the same)",
+         fmt::format("not started: fix the faults reported above in {} and in its state directory; "
+                     "run `plumbline check` to verify",
                      config_file)});
     return 1;
-  }
+  };
+  if (!in_force) return not_started();
   const DaemonConfig* const config = &in_force->config;
   StateStorage storage(config->state_directory, Log);
   const std::optional<std::string> taken = storage.Take();
   if (taken) {
     Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
-         fmt::format("{}state directory: {}; give this daemon a state_directory of its own{}",
-                     config->loop.enabled ? "not started: " : "", *taken,
-                     config->loop.enabled ? "" : ", else `plumbline model` cannot tell it")});
+         fmt::format("{}state directory: {}: {}; end it, or give this daemon a state_directory of "
+                     "its own{}",
+                     config->loop.enabled ? "not started: " : "", config->state_directory, *taken,
+                     config->loop.enabled ? "" : ", else `plumbline model` cannot notify it")});
     if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
   }
 
   if (!taken && storage.works()) NoteConfigurationOf(*config);
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
-  if (!parts) return 1;
+  if (!parts) return not_started();
   AwaitBranches(*parts);
   LoopLink link;
   ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());

@@ -23,11 +23,12 @@ struct ConfigInForce {
 ///
 /// What the store holds and cannot be read is never replaced by the cell file: that is a fault. A
 /// store that is not there, or that cannot be written, is a warning: the cell file is in force
-/// then, or the version that was applied to it.
+/// then, or the version that was applied to it. A store that cannot be opened although it may hold
+/// an applied version is a fault at a reload; at the start the cell file serves, with `set_aside`.
 /// @param state_directory  of the daemon that runs already, in place of what the file says; empty:
-///                         as the file says
+///                         as the file says, at the start
 /// @return nothing where the configuration, its files, the store or the applied version have a
-/// fault
+/// fault, or where the daemon cannot use the applied version (WhyNotUsable)
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
                                                const std::string& state_directory = "");
 

@@ -102,9 +102,12 @@ void StateStorage::KeepBootCount(std::uint16_t count) {
 std::optional<std::string> StateStorage::Try() {
   if (auto why = WhyNotStorable(directory_)) return why;
   if (!mark_) {
-    Result<DaemonMark> mark = AnnounceDaemon(directory_);
+    bool taken = false;
+    Result<DaemonMark> mark = AnnounceDaemon(directory_, &taken);
+    if (!mark && !taken) return mark.error();
     if (!mark) {
-      return fmt::format("{}; give each daemon a state_directory of its own", mark.error());
+      return fmt::format("{}: {}; end it, or give each daemon a state_directory of its own",
+                         directory_, mark.error());
     }
     mark_.emplace(std::move(mark).value());
   }

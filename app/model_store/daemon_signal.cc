@@ -34,6 +34,13 @@ std::optional<pid_t> HolderOf(int fd) {
   return lock.l_pid;
 }
 
+/// "another plumblined (process 812) uses it".
+std::string UsedBy(std::optional<pid_t> holder) {
+  if (!holder) return "another plumblined uses it";  // it has ended since
+  if (*holder <= 0) return "another plumblined (of another container) uses it";
+  return fmt::format("another plumblined (process {}) uses it", *holder);
+}
+
 /// Debian 12's <sys/pidfd.h> is no C++, hence the system calls themselves.
 int OpenProcess(pid_t pid) {
   return static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
@@ -61,10 +68,7 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
   struct flock lock = WholeFile();
   if (fcntl(fd, F_SETLK, &lock) != 0) {
     const bool held = errno == EAGAIN || errno == EACCES;
-    const Error why = failed(
-        held
-            ? "is held by another process: end it, or give each daemon a state_directory of its own"
-            : "cannot be locked");
+    const Error why = held ? Error{UsedBy(HolderOf(fd))} : failed("cannot be locked");
     close(fd);
     if (taken != nullptr) *taken = held;
     return why;

@@ -29,7 +29,8 @@ class DaemonMark {
 /// Taken by the daemon for its whole life, after it blocked SIGHUP: it may be told at once.
 /// The lock is what counts: a full disk that takes no process id leaves the mark valid.
 /// @param taken  becomes true where another daemon has the mark, false where the file failed
-/// @return       the mark, or why there is none
+/// @return       the mark, or why there is none; where another daemon has it the bare cause,
+///               "another plumblined (process 812) uses it", without directory and remedy
 Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken = nullptr);
 
 enum class Notified { kYes, kNoDaemon };

@@ -94,17 +94,21 @@ std::string ModelStore::ReportFile(int number) const {
   return Path(number, ".html");
 }
 
-std::vector<int> ModelStore::Numbers() const {
+Result<std::vector<int>> ModelStore::Numbers() const {
   std::vector<int> numbers;
-  std::error_code ignored;  // an unreadable folder has no versions; told when one is asked for
-  for (const auto& entry : std::filesystem::directory_iterator(folder_, ignored)) {
-    if (entry.path().extension() != ".json") continue;
-    const std::string stem = entry.path().stem().string();
+  std::error_code failed;
+  std::filesystem::directory_iterator entry(folder_, failed);
+  for (; !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+    if (entry->path().extension() != ".json") continue;
+    const std::string stem = entry->path().stem().string();
     int number = 0;
     const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
     if (error == std::errc() && end == stem.data() + stem.size() && number > 0) {
       numbers.push_back(number);
     }
+  }
+  if (failed) {  // not the same as empty: versions that are not seen must not be written over
+    return Error{fmt::format("{}: {}", folder_, CannotBeRead(folder_, failed.message()))};
   }
   std::sort(numbers.begin(), numbers.end());
   return numbers;
@@ -126,12 +130,15 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
         path, what, ModelCommand("list", directory), ModelCommand("apply N", directory))};
   };
   std::error_code hidden;
-  if (!std::filesystem::exists(std::filesystem::symlink_status(path, hidden))) {
-    const std::vector<int> numbers = Numbers();
-    if (numbers.empty()) return ModelState{};
-    return lost(fmt::format("is missing, and {} version{} there", numbers.size(),
-                            numbers.size() == 1 ? " is" : "s are"));
+  const auto type = std::filesystem::symlink_status(path, hidden).type();
+  if (type == std::filesystem::file_type::not_found) {
+    const Result<std::vector<int>> numbers = Numbers();
+    if (!numbers) return Error{numbers.error()};
+    if (numbers->empty()) return ModelState{};
+    return lost(fmt::format("is missing, and {} version{} there", numbers->size(),
+                            numbers->size() == 1 ? " is" : "s are"));
   }
+  if (type == std::filesystem::file_type::none) return lost("cannot be read: " + hidden.message());
   const Result<std::string> text = ReadTextFile(path);
   if (!text) return lost("cannot be read: " + text.error());
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
@@ -140,9 +147,10 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
   return *state;
 }
 
-int ModelStore::NewestDeclared() const {
-  const std::vector<int> numbers = Numbers();
-  for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+Result<int> ModelStore::NewestDeclared() const {
+  const Result<std::vector<int>> numbers = Numbers();
+  if (!numbers) return Error{numbers.error()};
+  for (auto number = numbers->rbegin(); number != numbers->rend(); ++number) {
     const Result<ModelFacts> facts = Facts(*number);
     if (facts && facts->origin == ModelFacts::Origin::kDeclared) return *number;
   }
@@ -162,8 +170,10 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
 }
 
 Result<std::vector<ModelVersion>> ModelStore::Versions() const {
+  const Result<std::vector<int>> numbers = Numbers();
+  if (!numbers) return Error{numbers.error()};
   std::vector<ModelVersion> versions;
-  for (const int number : Numbers()) {
+  for (const int number : *numbers) {
     Result<ModelFacts> facts = Facts(number);
     if (!facts) return Error{facts.error()};
     versions.push_back({number, std::move(facts).value()});
@@ -183,8 +193,22 @@ Result<std::string> ModelStore::Text(int number) const {
 
 Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& facts,
                                    const std::string& report) {
-  const std::vector<int> numbers = Numbers();
-  const int number = numbers.empty() ? 1 : numbers.back() + 1;
+  const Result<std::vector<int>> numbers = Numbers();
+  if (!numbers) return Error{numbers.error()};
+  const int number = numbers->empty() ? 1 : numbers->back() + 1;
+  // A model or report without facts is of a version that was not completed; facts are not.
+  std::error_code hidden;
+  const std::string described_by = Path(number, ".json");
+  const auto type = std::filesystem::symlink_status(described_by, hidden).type();
+  if (type != std::filesystem::file_type::not_found) {
+    return Error{fmt::format(
+        "{}: {}, and a version is never written over; check the folder (ls -l {}; journalctl -k) "
+        "and repeat",
+        described_by,
+        type == std::filesystem::file_type::none ? "cannot be checked: " + hidden.message()
+                                                 : "is there, but was not listed",
+        folder_)};
+  }
   ModelFacts complete = facts;
   if (!report.empty()) {
     const Result<std::string> content = ReadTextFile(report);
@@ -196,7 +220,7 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   }
   const Result<bool> model = WriteDurably(ModelFile(number), text, 0444);
   if (!model) return Error{model.error()};
-  const Result<bool> described = WriteDurably(Path(number, ".json"), JsonFrom(complete), 0444);
+  const Result<bool> described = WriteDurably(described_by, JsonFrom(complete), 0444);
   if (!described) return Error{described.error()};
   return number;
 }
@@ -293,7 +317,9 @@ Result<bool> ModelStore::Apply(int number) {
   if (read) {
     state = *read;
   } else {
-    state.declared = NewestDeclared();
+    const Result<int> declared = NewestDeclared();
+    if (!declared) return Error{declared.error()};
+    state.declared = *declared;
     std::error_code gone;  // where it is missing there is nothing to keep
     std::filesystem::rename(StateFile(), StateFile() + ".damaged", gone);
   }

@@ -80,7 +80,8 @@ class ModelStore {
 
   /// All 0 where the store holds no version yet. An error where state.json is damaged, cannot be
   /// read, is of a newer version, or is missing although there are versions: which one was in force
-  /// is then not known, and the error names the command that decides it.
+  /// is then not known, and the error names the command that decides it. An error, too, where
+  /// state.json is missing and the folder cannot be listed: it may hold versions.
   Result<ModelState> State() const;
   /// All complete versions, ascending.
   Result<std::vector<ModelVersion>> Versions() const;
@@ -115,14 +116,16 @@ class ModelStore {
   /// @param damaged  set where a person may have the state written anew
   Result<ModelState> ReadState(bool& damaged) const;
   /// The version last declared, as far as the versions' facts can be read; 0: none.
-  int NewestDeclared() const;
+  /// @return why the folder cannot be listed
+  Result<int> NewestDeclared() const;
   /// Where there is no state yet, writes an empty one: from now on a missing file is a lost one.
   Result<bool> BeginState();
   std::string Path(int number, const char* suffix) const;
   Result<int> AddVersion(const std::string& text, const ModelFacts& facts,
                          const std::string& report);
   Result<bool> WriteState(const ModelState& state);
-  std::vector<int> Numbers() const;
+  /// Of all complete versions, ascending. @return why the folder cannot be listed
+  Result<std::vector<int>> Numbers() const;
 
   std::string folder_;
 };

@@ -694,7 +694,7 @@ TEST_CASE("a state of the model store that is lost stops no daemon at work, and 
     std::ofstream(state.path() + "/models/state.json", std::ios::trunc).close();
     daemon.Signal(SIGHUP);
     INFO(daemon.Log());
-    CHECK(daemon.Awaits("configuration not reloaded"));
+    CHECK(daemon.Awaits("Configuration not reloaded; the previous one stays in force"));
     CHECK(daemon.Says("state.json: is empty, so that nobody knows which model was in force"));
     CHECK(plc.Read(400, 20).Word(1) == 2);
     CHECK(Eventually([&] { return (plc.Read(2000, 20).Word(1) & 1) != 0; }));
@@ -819,5 +819,5 @@ TEST_CASE("two daemons do not share a journal") {
   REQUIRE(first.Awaits("PLC side on"));
   DaemonProcess second(config);
   CHECK(second.Wait() == 2);
-  CHECK(second.Says("held by another process"));
+  CHECK(second.Says(state.path() + ": another plumblined (process "));
 }

@@ -193,6 +193,75 @@ TEST_CASE("a store that cannot be had or written is no reason to stop correcting
   }
 }
 
+TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps what is in force") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string models = state + "/models";
+  // For root, too, no folder can be reached through a link to itself.
+  std::filesystem::rename(models, models + ".kept");
+  std::filesystem::create_symlink("models", models);
+  const std::string unknown = "whether a model was applied is not known: " + models;
+  FaultList of_reload;
+  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, state));
+  const std::string text = FaultsText(of_reload);
+  INFO(text);
+  CHECK(of_reload.HasFaults());
+  CHECK_THAT(text, Catch::Contains(unknown) &&
+                       Catch::Contains("The cell file is not taken in its place. Make " + models));
+
+  FaultList of_start;
+  const auto started = ReadConfigInForce(applied.file, of_start);
+  REQUIRE(started);
+  CHECK(started->models == ModelState{});
+  CHECK_THAT(started->set_aside, Catch::Contains(unknown) && Catch::Contains("then reload"));
+  CHECK(Warns(of_start, "models are not kept"));
+
+  std::filesystem::remove(models);
+  std::filesystem::rename(models + ".kept", models);
+  FaultList now;
+  const auto in_force = ReadConfigInForce(applied.file, now, state);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+  CHECK(in_force->set_aside.empty());
+}
+
+TEST_CASE("a cell file that is not noted yet and cannot be leaves the applied model in force") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/plumbline.toml";
+  const std::string state = folder.path() + "/state";
+  std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  {
+    auto store = ModelStore::Open(state);
+    REQUIRE(store.ok());
+    const std::string cell = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
+    REQUIRE(store.value().Propose(cell + "\n# version 1\n", {}, "").ok());
+    REQUIRE(store.value().Apply(1).ok());
+  }
+  std::filesystem::remove(state + "/models/lock");
+  std::filesystem::create_directory(state + "/models/lock");  // as on a full or read-only disk
+  FaultList faults;
+  const auto in_force = ReadConfigInForce(file, faults);
+  INFO(FaultsText(faults));
+  REQUIRE(in_force);
+  CHECK(in_force->models == ModelState{0, 1, 0, {1}});
+  CHECK(in_force->set_aside.empty());
+  CHECK(Warns(faults, "the cell file cannot be noted in the model store"));
+  CHECK(Warns(faults, "Version 1 stays in force"));
+}
+
+TEST_CASE("an applied model that the daemon cannot follow is named by its own file") {
+  Applied applied(
+      "\n[[effect]]\nid = \"approach_lag\"\nparameters = [ { name = \"q1\", value = 0.001 } ]\n");
+  const std::string state = applied.folder.path() + "/state";
+  CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
+  const std::string text = FaultsText(applied.faults);
+  INFO(text);
+  CHECK(text.find(state + "/models/0002.toml") != std::string::npos);
+  CHECK(text.find("\"approach_lag\" depends on the robot's last moves") != std::string::npos);
+  CHECK(text.find("`plumbline model rollback --state " + state + "`") != std::string::npos);
+  CHECK(text.find("cockpit-cell.toml") == std::string::npos);
+}
+
 TEST_CASE("an applied model that cannot be used is named, by check as by the daemon") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";

@@ -167,7 +167,7 @@ TEST_CASE("a file nested without end is a fault with its line; the running daemo
   daemon.Write("\n[" + Times(100'000, "a.") + "a]\n" + good);
   daemon.Signal(SIGHUP);
   CHECK(daemon.Awaits("plumbline.toml:2: nested more than 32 levels deep"));
-  CHECK(daemon.Awaits("configuration not reloaded"));
+  CHECK(daemon.Awaits("Configuration not reloaded"));
   const std::string hostile = daemon.folder() + "/cell.toml";
   std::ofstream(hostile) << "a = " << Times(100'000, "[");
   daemon.Write(WithLine(good, "", "cell", "\"" + hostile + "\""));

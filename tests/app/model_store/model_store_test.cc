@@ -327,6 +327,35 @@ TEST_CASE("a folder that cannot be written is an error") {
   CHECK_FALSE(ModelStore::Open(folder.path()).ok());
 }
 
+TEST_CASE("a folder that cannot be listed is not an empty one") {
+  const TemporaryFolder folder;
+  ModelStore store = StoreIn(folder);
+  REQUIRE(*store.Declare("cell 1", "cell.toml") == 1);
+  const std::string models = folder.path() + "/models";
+  std::filesystem::rename(models, models + ".kept");
+  std::string why = "cannot be read: ";
+  SECTION("it is gone") {}
+  SECTION("a file is in its place") {
+    std::ofstream(models) << "a file in the way";
+  }
+  SECTION("nobody knows what state.json is") {
+    std::filesystem::create_symlink("models", models);
+    why = "nobody knows which model was in force";
+  }
+  const auto state = store.State();
+  REQUIRE_FALSE(state.ok());
+  CHECK_THAT(state.error(), Catch::Contains(models) && Catch::Contains(why));
+  CHECK_FALSE(store.Versions().ok());
+  CHECK_FALSE(store.Declare("cell 2", "cell.toml").ok());
+  CHECK_FALSE(store.Propose("cell 2", {}, "").ok());
+  CHECK_FALSE(store.Apply(1).ok());
+
+  std::filesystem::remove(models);
+  std::filesystem::rename(models + ".kept", models);
+  CHECK(StateOf(store) == ModelState{1, 1, 0, {1}});
+  CHECK(*store.Text(1) == "cell 1");
+}
+
 TEST_CASE("a model proposed without its report is not half kept") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
@@ -487,7 +516,9 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   char ready = 0;
   REQUIRE(read(ends[0], &ready, 1) == 1);
   CHECK(ready == 'y');
-  CHECK_FALSE(AnnounceDaemon(folder.path()).ok());  // a second daemon
+  const auto second = AnnounceDaemon(folder.path());
+  REQUIRE_FALSE(second.ok());
+  CHECK(second.error() == fmt::format("another plumblined (process {}) uses it", daemon));
   CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
   int status = 0;
   waitpid(daemon, &status, 0);
