@@ -23,7 +23,7 @@ bool Warning(const HealthFacts& facts) {
   return (facts.warnings & Bit) != 0;
 }
 
-/// The gravest first.
+/// Most severe first.
 constexpr std::array kEntries = {
     Entry{HealthReason::kEmergencyStop, "emergency stop", "make safe, release the emergency stop",
           Alarm<alarm::kEmergencyStop>},
@@ -49,9 +49,9 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kDrift, "drift: probes no longer agree with the model",
           "do not rely on the radius; read the diagnosis", Warning<warning::kDrift>},
     Entry{HealthReason::kModelSetAside, "the applied model is not in force",
-          "plumbline model list says why", Warning<warning::kModelSetAside>},
+          "run plumbline model list", Warning<warning::kModelSetAside>},
     Entry{HealthReason::kRadiusUnknown, "a point's radius has no basis",
-          "declare what the cell leaves open, or measure probes",
+          "fit the model to measured points",
           [](const HealthFacts& facts) { return facts.weakest_basis == RadiusBasis::kUnknown; }},
     Entry{HealthReason::kExtrapolating, "a point lies outside the calibrated range",
           "measure probes there", [](const HealthFacts& facts) { return facts.extrapolating; }},
@@ -66,12 +66,12 @@ constexpr std::array kEntries = {
           [](const HealthFacts& facts) { return facts.scene_lost; }},
     Entry{HealthReason::kStorage, "the state directory cannot be written",
           "free disk space, check its permissions", Warning<warning::kStorage>},
-    Entry{HealthReason::kMonitoringFault, "journal or diagnosis fail", "see the log",
+    Entry{HealthReason::kMonitoringFault, "the journal or the diagnosis has failed", "see the log",
           Warning<warning::kLoopFault>},
     Entry{HealthReason::kTwoMasters, "two clients write commands",
           "let one PLC command; set plc.allow", Warning<warning::kTwoMasters>},
     Entry{HealthReason::kCycleOverrun, "the control cycle is late",
-          "relieve the machine of other load", Warning<warning::kCycleOverrun>},
+          "stop other programs on this computer", Warning<warning::kCycleOverrun>},
     Entry{HealthReason::kPlcHeartbeatLost, "PLC heartbeat lost", "check the PLC",
           Warning<warning::kPlcHeartbeatLost>},
     Entry{HealthReason::kDecodingUnchecked, "joints not checked against a tool pose",
@@ -86,8 +86,10 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kQuarantined, "probes wait in quarantine",
           "plumbline journal quarantine list",
           [](const HealthFacts& facts) { return facts.quarantined; }},
+    Entry{HealthReason::kPointsPending, "points are still being computed", "wait",
+          [](const HealthFacts& facts) { return facts.pending; }},
     Entry{HealthReason::kProposalWaiting, "a corrected model waits for approval",
-          "plumbline model list", Warning<warning::kProposalWaiting>},
+          "run plumbline model list", Warning<warning::kProposalWaiting>},
     Entry{HealthReason::kBoardWanted, "the calibration board is asked for", "show the board",
           Warning<warning::kBoardWanted>},
     Entry{HealthReason::kSceneIncomplete, "some objects are not measured", "see Distances",

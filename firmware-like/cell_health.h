@@ -16,7 +16,7 @@ enum class HealthSeverity : std::uint8_t {
   kAlarm = 3,      ///< do not assemble
 };
 
-/// Why, the gravest first: of two that hold at once the smaller number is shown. The numbers are
+/// Why, most severe first; of two that hold at once the one listed first is shown. The numbers are
 /// those of the register map.
 enum class HealthReason : std::uint8_t {
   kNone = 0,
@@ -50,6 +50,7 @@ enum class HealthReason : std::uint8_t {
   kMassCentresGuessed = 35,
   kReferenceRefused = 36,  ///< the drift monitor has no reference: its probes disagree
   kQuarantined = 37,       ///< probes contradict the model and wait for a person
+  kPointsPending = 38,     ///< some points are still being computed
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model waits for approval
   kBoardWanted = 51,      ///< the calibration board is asked for
@@ -71,9 +72,10 @@ struct HealthFacts {
   bool fiducial_moved = false;
   bool scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;
+  bool pending = false;  ///< a point is still being computed
 };
 
-/// The gravest reason that holds.
+/// The most severe reason that holds.
 CellHealth HealthOf(const HealthFacts& facts);
 
 HealthSeverity SeverityOf(HealthReason reason);

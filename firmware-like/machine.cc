@@ -18,6 +18,8 @@ constexpr double kCoarseReading_m = 1e-4;
 constexpr int kRadiiPerCycle = 16;
 // A radius changes little over these; a point whose temperature creeps need not wait for a new one.
 constexpr double kSameTemperature_K = 0.5, kSameTime_s = 60;
+constexpr double kSameLoad_kg = 0.01, kSameLoadShare = 0.005, kSameCentre_m = 1e-3;
+constexpr double kSamePosture = 0.02;  // [rad] or [m]
 
 std::uint16_t AlarmOf(InputFault fault) {
   switch (fault) {
@@ -98,7 +100,7 @@ void Machine::AwaitTaughtBranches() {
 
 void Machine::TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
   branches_[index].awaited = false;
-  if (found) branches_[index].solution = found;
+  if (found && !branches_[index].solution) branches_[index].solution = found;
 }
 
 void Machine::Prepare() {
@@ -109,7 +111,7 @@ Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
                             const JointVector& seed, BranchSearch search) {
   Correction correction;
   corrector_.Correct(point, payload, ConditionsOf(payload), seed, search, correction);
-  if (correction.code == CorrectionCode::kOk) StateUncertainty(payload, correction);
+  if (correction.code == CorrectionCode::kOk) StateUncertainty(payload, point.p_TP, correction);
   return correction;
 }
 
@@ -132,7 +134,9 @@ void Machine::Prepare(const MachineConfig& former, const Snapshot& last, double 
       branches_[k].solution = correction.q;
       radii_[k] = {{correction.uncertainty_m, correction.basis},
                    CircumstancesOf(*payload),
-                   correction.extrapolated};
+                   correction.extrapolated,
+                   correction.q};
+      branches_[k].awaited = false;
     }
   }
 }
@@ -278,14 +282,18 @@ bool Machine::SameForRadius(const Circumstances& a, const Circumstances& b) {
                        double within) {
     return x.has_value() == y.has_value() && (!x || std::abs(*x - *y) <= within);
   };
-  return a.mass_kg == b.mass_kg && a.cog_F == b.cog_F &&
+  const double load_kg = kSameLoad_kg + kSameLoadShare * std::max(a.mass_kg, b.mass_kg);
+  return std::abs(a.mass_kg - b.mass_kg) <= load_kg &&
+         (a.cog_F - b.cog_F).norm() <= kSameCentre_m &&
          near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
 }
 
-void Machine::StateUncertainty(const Payload& payload, Correction& correction) {
+void Machine::StateUncertainty(const Payload& payload, const Vec3& p_TP,
+                               Correction& correction) {
   const StatedRadius stated =
       uncertainty_.At(corrector_.arm(), correction.q, LoadStatement::Stated(payload),
-                      ConditionsOf(payload), correction.extrapolated);
+                      ConditionsOf(payload), correction.extrapolated, p_TP);
+  if (!stated.known()) correction.code = CorrectionCode::kNotConverged;
   correction.uncertainty_m = stated.radius_m;
   correction.basis = stated.basis;
 }
@@ -356,9 +364,7 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     ++result.solutions;
   }
   result.correction = correction;
-  result.valid = true;
-  result.ever_valid = true;
-  ++result.sequence;
+  result.valid = true;  // until its radius is found not to be known
 }
 
 void Machine::RenewRadii() {
@@ -372,25 +378,32 @@ void Machine::RenewRadii() {
     Radius& radius = radii_[index];
     const Circumstances& now = *branches_[index].circumstances;
     bool holds = radius.of && SameForRadius(*radius.of, now) &&
-                 radius.extrapolated == correction.extrapolated;
+                 radius.extrapolated == correction.extrapolated &&
+                 (radius.q - correction.q).cwiseAbs().maxCoeff() <= kSamePosture;
     if (!holds && left > 0) {
       --left;
       radius_turn_ = (index + 1) % count;
-      StateUncertainty({now.mass_kg, now.cog_F}, correction);
-      radius = {{correction.uncertainty_m, correction.basis}, now, correction.extrapolated};
+      StateUncertainty({now.mass_kg, now.cog_F}, config_.points[index].p_TP, correction);
+      radius = {{correction.uncertainty_m, correction.basis}, now, correction.extrapolated,
+                correction.q};
       holds = true;
     }
     correction.uncertainty_m = radius.stated.radius_m;
     correction.basis = holds ? radius.stated.basis : RadiusBasis::kUnknown;
-    if (radius.of) continue;
-    point.valid = false;  // no point without a stated radius
-    point.code = CorrectionCode::kPending;
+    if (radius.of && radius.stated.known()) {
+      point.ever_valid = true;
+      ++point.sequence;
+    } else {  // no point without a stated radius
+      point.valid = false;
+      point.code = radius.of ? CorrectionCode::kNotConverged : CorrectionCode::kPending;
+    }
   }
 }
 
 HealthFacts Machine::FactsOf(const MachineInput& input) const {
   HealthFacts facts{.alarms = snapshot_.alarms, .warnings = snapshot_.warnings};
   for (const PointResult& point : snapshot_.points) {
+    facts.pending = facts.pending || (!point.valid && point.code == CorrectionCode::kPending);
     if (!point.valid) continue;
     facts.extrapolating = facts.extrapolating || point.correction.extrapolated;
     facts.weakest_basis =

@@ -86,16 +86,17 @@ class Machine {
   /// others.
   void Prepare();
 
-  /// The answer to a point under a payload, solved from `seed` as Prepare() does, with its radius:
-  /// what the cycle will find there. May take milliseconds; not for the cycle.
-  Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
-                     BranchSearch search);
-  /// The same for a machine that follows another one which still runs: each point that is valid
+  /// Prepares the points of a machine that follows another one which still runs: each point valid
   /// there is solved from its present joints, with the payload and the conditions of that moment,
   /// so that it can be valid in the first cycle here.
   /// @param former  that machine's configuration, `last` its newest snapshot
   /// @param utc_s   now, as in MachineInput
   void Prepare(const MachineConfig& former, const Snapshot& last, double utc_s);
+
+  /// The answer to a point under a payload, solved from `seed` as Prepare() does, with its radius:
+  /// what the cycle will find there. May take milliseconds; not for the cycle.
+  Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
+                     BranchSearch search);
 
   /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
   /// result and its probe, the values of the points of equal id (not valid until computed), the
@@ -133,8 +134,9 @@ class Machine {
   void RefreshPoint(std::size_t index, int& searches_left);
   void RenewRadii();
   void Execute(const MachineInput& input);
-  /// Fills in the correction's radius and its basis.
-  void StateUncertainty(const Payload& payload, Correction& correction);
+  /// Fills in the correction's radius and its basis; the code where there is none.
+  /// @param p_TP  the tool point in the tip's frame [m]
+  void StateUncertainty(const Payload& payload, const Vec3& p_TP, Correction& correction);
   /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted;
   /// likewise, without the valid bit, where the probe is quarantined.
   CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
@@ -178,6 +180,7 @@ class Machine {
     StatedRadius stated;
     std::optional<Circumstances> of;
     bool extrapolated = false;
+    JointVector q;  ///< commanded there
   };
   std::vector<Radius> radii_;
   std::size_t radius_turn_ = 0;

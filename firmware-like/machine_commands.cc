@@ -80,6 +80,10 @@ void Machine::Execute(const MachineInput& input) {
         result.code = block.code;
         result.valid = block.valid;
         if (block.valid) result.correction = block.correction;
+        if (block.valid && block.correction.basis == RadiusBasis::kUnknown) {  // its turn may be later
+          const Circumstances& of = *branches_[index].circumstances;
+          StateUncertainty({of.mass_kg, of.cog_F}, known->p_TP, result.correction);
+        }
         return;
       }
       point.X_WP = known->X_WP;
@@ -112,7 +116,9 @@ void Machine::Execute(const MachineInput& input) {
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
-  StateUncertainty(*payload, correction);
+  StateUncertainty(*payload, point.p_TP, correction);
+  result.code = correction.code;
+  if (correction.code != CorrectionCode::kOk) return;
   result.correction = correction;
   result.valid = true;
 }
@@ -215,7 +221,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   told.rotation_B.setZero();
   told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
                                     ConditionsOf(*payload).t_s);
-  StateUncertainty(*payload, told);
+  StateUncertainty(*payload, Vec3::Zero(), told);
   return probe.quarantined ? CorrectionCode::kProbeQuarantined : CorrectionCode::kOk;
 }
 

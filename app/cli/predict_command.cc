@@ -99,9 +99,9 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
   for (const Prediction& one : predictions) weakest = Weakest(weakest, one.radius.basis);
   if (predictions.empty() || weakest > RadiusBasis::kAssumed) return "";
   if (weakest == RadiusBasis::kUnknown) {
-    return "u_mm: some radii have the basis \"unknown\": a prismatic axis that carries weight "
-           "declares no compliance, or a posture does not settle. Do not rely on them; declare it, "
-           "or fit the model to measured points with `plumbline diagnose`";
+    return "u_mm: some radii have the basis \"unknown\": nothing typical is known of an axis of this "
+           "arm, such as a linear one that carries weight. Do not rely on them; fit the model to "
+           "measured points with `plumbline diagnose`";
   }
   return "u_mm: some radii have the basis \"assumed\": typical values stand in for what the cell "
          "does not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "

@@ -41,6 +41,12 @@ void AddWord(MetricsWriter& writer, std::string_view name, std::string_view help
   }
 }
 
+void AddHealth(MetricsWriter& writer, const CellHealth& health) {
+  writer.Begin("health", Type::kGauge,
+               "Health of the cell: 0 good, 1 notice, 2 attention, 3 alarm: do not assemble.");
+  writer.Add(static_cast<double>(health.severity), {{"reason", Describe(health.reason)}});
+}
+
 void AddPoints(MetricsWriter& writer, const ShownNow& now) {
   const auto labels = [&](const ViewPoint& point) {
     const auto name = now.point_names.find(point.id);
@@ -163,6 +169,7 @@ void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
   if (state.temp_C) {
     writer.Gauge("temperature_celsius", "As the robot reports it.", *state.temp_C);
   }
+  AddHealth(writer, now.health);
   AddPoints(writer, now);
   AddLoop(writer, state);
   AddCameras(writer, now, now_s);

@@ -72,6 +72,7 @@ Json PointsJson(const ShownNow& now) {
                   {"name", name == now.point_names.end() ? "" : name->second},
                   {"valid", point.valid},
                   {"reason", std::string(Describe(point.code))},
+                  {"tone", LineJson({"", ToneOf(point, *now.state)}).at("tone")},
                   {"extrapolated", point.extrapolated}};
     if (point.valid) {
       entry["p_B_m"] = ListJson(point.X_BP_command.p);
@@ -134,13 +135,14 @@ void AddStateTo(Json& json, const ShownNow& now, double now_s) {
   const ViewState& state = *now.state;
   json["cell"] = state.cell;
   json["utc_s"] = state.utc_s;
-  json["health"] = {{"severity", static_cast<int>(state.health.severity)},
-                    {"word", Describe(state.health.severity)},
-                    {"reason", Describe(state.health.reason)},
-                    {"do", RemedyOf(state.health.reason)}};
+  const CellHealth& health = now.health;
+  json["health"] = {{"severity", static_cast<int>(health.severity)},
+                    {"word", Describe(health.severity)},
+                    {"reason", Describe(health.reason)},
+                    {"do", RemedyOf(health.reason)}};
   json["alarms"] = {{"word", state.alarms},
                     {"says", WordsJson(state.alarms, plc_map::AlarmBits())},
-                    {"do", state.alarms != 0 ? RemedyOf(state.health.reason) : ""}};
+                    {"do", state.alarms != 0 ? RemedyOf(health.reason) : ""}};
   json["warnings"] = {{"word", state.warnings},
                       {"says", WordsJson(state.warnings, plc_map::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;

@@ -279,8 +279,9 @@ void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& lay
       marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
     }
   }
-  if (state.health.severity == HealthSeverity::kAlarm) {
-    marks.Write(image.x + inset, image.y + inset, std::string("→ ") + RemedyOf(state.health.reason),
+  const CellHealth health = ShownHealth(input.facts);
+  if (health.severity == HealthSeverity::kAlarm) {
+    marks.Write(image.x + inset, image.y + inset, std::string("→ ") + RemedyOf(health.reason),
                 ColourOf(Tone::kBad));
   }
   if (state.cameras.empty()) {

@@ -9,6 +9,7 @@ ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
   now.link_problem = facts.link_problem;
   now.picture_problem = std::move(picture_problem);
   now.headline = Headline(facts);
+  now.health = ShownHealth(facts);
   now.panels = PanelsOf(facts);
   now.own_lines = facts.own_lines;
   if (facts.model != nullptr) {

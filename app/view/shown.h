@@ -20,6 +20,7 @@ struct ShownNow {
   std::string link_problem;                ///< why no states come; empty: they do
   std::string picture_problem;             ///< why nothing is drawn; empty: it is
   PanelLine headline;
+  CellHealth health;  ///< that the headline shows
   std::vector<Panel> panels;
   std::vector<ViewLine> own_lines;         ///< of the viewer's own log
   std::map<int, std::string> point_names;  ///< by id; of points that have one

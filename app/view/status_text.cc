@@ -38,8 +38,10 @@ Tone ToneOf(HealthSeverity severity) {
   return Tone::kBad;
 }
 
-/// A tick is for a point whose radius holds as far as anybody knows.
+}  // namespace
+
 Tone ToneOf(const ViewPoint& point, const ViewState& state) {
+  if (!point.valid) return Tone::kBad;
   constexpr std::uint16_t kDoubts = warning::kDrift | warning::kModelSetAside;
   const bool doubtful =
       point.extrapolated || point.basis == RadiusBasis::kUnknown || (state.warnings & kDoubts) != 0;
@@ -47,17 +49,18 @@ Tone ToneOf(const ViewPoint& point, const ViewState& state) {
   return point.basis == RadiusBasis::kAssumed ? Tone::kPlain : Tone::kGood;
 }
 
+namespace {
+
 void AddBits(std::uint16_t word, std::span<const BitMeaning> bits, Tone tone, Panel& panel) {
   for (const BitMeaning& bit : bits) {
     if ((word & bit.mask) != 0) panel.lines.push_back({bit.meaning, tone});
   }
 }
 
-Panel AlarmPanel(const ViewState& state) {
+Panel AlarmPanel(const ViewState& state, const CellHealth& health) {
   Panel panel{"Alarms and warnings", {}};
-  if (state.health.severity >= HealthSeverity::kAttention) {
-    panel.lines.push_back(
-        {std::string("→ ") + RemedyOf(state.health.reason), ToneOf(state.health.severity)});
+  if (health.severity >= HealthSeverity::kAttention) {
+    panel.lines.push_back({std::string("→ ") + RemedyOf(health.reason), ToneOf(health.severity)});
   }
   AddBits(state.alarms, plc_map::AlarmBits(), Tone::kBad, panel);
   AddBits(state.warnings, plc_map::WarningBits(), Tone::kAttention, panel);
@@ -300,28 +303,6 @@ Panel ModelPanel(const ViewState& state) {
   return panel;
 }
 
-/// As the daemon has it; and what was measured here, which it is told of a moment later.
-CellHealth HealthOf(const ViewFacts& facts) {
-  CellHealth health = facts.state->health;
-  const Measured* const measured = facts.measured;
-  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
-  const auto touches = [](const MeasuredPair& pair) {
-    return pair.state == Nearness::kInterference;
-  };
-  const auto blocked = [](const MeasuredSweep& sweep) {
-    return sweep.result && sweep.result->hits;
-  };
-  std::uint16_t warnings = 0;
-  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), touches)) {
-    warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
-  }
-  if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {
-    warnings = static_cast<std::uint16_t>(warnings | warning::kApproachBlocked);
-  }
-  const CellHealth here = plumbline::HealthOf({.warnings = warnings});
-  return here.severity > health.severity ? here : health;
-}
-
 std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
@@ -368,13 +349,35 @@ std::vector<std::string> StaleBecause(const ViewFacts& facts,
   return reasons;
 }
 
+CellHealth ShownHealth(const ViewFacts& facts) {
+  if (facts.state == nullptr) return {};
+  const CellHealth health = facts.state->health;
+  const Measured* const measured = facts.measured;
+  if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
+  const auto touches = [](const MeasuredPair& pair) {
+    return pair.state == Nearness::kInterference;
+  };
+  const auto blocked = [](const MeasuredSweep& sweep) {
+    return sweep.result && sweep.result->hits;
+  };
+  std::uint16_t warnings = 0;
+  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), touches)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
+  }
+  if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {
+    warnings = static_cast<std::uint16_t>(warnings | warning::kApproachBlocked);
+  }
+  const CellHealth here = HealthOf({.warnings = warnings});
+  return here.severity > health.severity ? here : health;
+}
+
 PanelLine Headline(const ViewFacts& facts) {
   if (facts.state == nullptr) return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
   const ViewState& state = *facts.state;
   if (!facts.link_problem.empty() && facts.now_s - state.now_s > kStateOld_s) {
     return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
   }
-  const CellHealth health = HealthOf(facts);
+  const CellHealth health = ShownHealth(facts);
   const PanelLine line{
       health.reason == HealthReason::kNone
           ? std::string(Describe(health.severity))
@@ -393,7 +396,7 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts) {
             {"Objects", facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}}
                                               : facts.objects}};
   }
-  return {AlarmPanel(*facts.state),
+  return {AlarmPanel(*facts.state, ShownHealth(facts)),
           OfCameras("Lens", facts, "no camera is configured", LensLines),
           OfCameras("Tracking", facts, "off", TrackingLines),
           CorrectionPanel(facts),

@@ -38,6 +38,13 @@ struct ViewFacts {
   std::vector<double> frames_per_s;  ///< of each camera, as they arrived
 };
 
+/// The daemon's health; or, where it is worse, what was measured here and reaches the daemon a moment
+/// later. Good while no state came.
+CellHealth ShownHealth(const ViewFacts& facts);
+
+/// How a point is marked: good only where its radius holds as far as anybody knows.
+Tone ToneOf(const ViewPoint& point, const ViewState& state);
+
 /// The bar at the top: one word for everything, and why.
 PanelLine Headline(const ViewFacts& facts);
 

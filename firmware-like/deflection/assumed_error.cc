@@ -130,26 +130,39 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   mass -= load.modelled.mass_kg;
 }
 
-void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& g_B) {
+void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& p_B,
+                             const Vec3& g_B) {
+  using I = Influence<double>;
   const Posture& posture = state.posture;
   const Pose& X_BF = posture.X_BF();
   Jacobian jacobian;
-  arm.chain().JacobianAt(posture, state.X_BT.p, jacobian);
+  arm.chain().JacobianAt(posture, p_B, jacobian);
   for (int j = 0; j < arm.size(); ++j) {
     const auto k = static_cast<std::size_t>(j);
     const Vec3 lever = jacobian.col(j).head<3>();
     const bool prior = priors_.compliance[k].has_value();
-    if (!prior && declared_[j] == 0 && state.sag[j] == 0) continue;
+    const double tau = state.tau[j];
+    // ds / dtau of a joint that declares how it yields, in the file or by an effect.
+    const double slope = declared_[j] + influence_.Joint(I::kCompliance, j) -
+                         3 * influence_.Joint(I::kHardening, j) * tau * tau;
+    if (!prior && slope == 0) continue;
     // What the axis feels of a force at p: (z x ...) written so that each mass is one product.
     const Vec3& axis = posture.axis_B[k];
     const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
     torque_.setConstant(0);
-    if (arm.chain().type(j) == JointType::kRevolute) {
+    if (arm.chain().type(j) != JointType::kRevolute) {
+      const double along = axis.dot(g_B);
+      for (int l = j; l < arm.size(); ++l) torque_ += along * mass_change_.row(l);
+      torque_ += along * load_change_.row(0);
+    } else {
       for (int l = j; l < arm.size(); ++l) {
         const DeflectionPriors::Link& link = priors_.links[static_cast<std::size_t>(l)];
         const Pose& X_BL = posture.X_BL[static_cast<std::size_t>(l)];
         if (link.mass_sigma_ln > 0) {
           torque_ += torque(X_BL * link.com_L - posture.point_B[k]) * mass_change_.row(l);
+        }
+        if (!link.com_shift_L.isZero(0)) {
+          torque_ += link.mass_kg * torque(X_BL.R * link.com_shift_L);
         }
         if (!link.com_sd_L.isZero(0)) {
           torque_ += link.mass_kg * torque(X_BL.R * link.com_sd_L) * centre_.row(l);
@@ -160,20 +173,21 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
     }
     // Now the sag's change: a joint with a prior has none in the model.
     if (prior) {
-      torque_ = compliance_.row(j) * (state.tau[j] + torque_);
-      for (int a = 0; a < 3; ++a) undeclared_.row(a) += lever[a] * torque_;
+      torque_ = compliance_.row(j) * (tau + torque_);
     } else {
-      torque_ *= declared_[j];
-      for (int a = 0; a < 3; ++a) {
-        undeclared_.row(a) += lever[a] * torque_;
-        declared_error_.row(a) += (lever[a] * state.sag[j]) * share_.row(j);
-      }
+      torque_ *= slope;
+    }
+    // Only what the file declares is off by a share; effects bring their own covariance.
+    const double declared_sag = declared_[j] * tau;
+    for (int a = 0; a < 3; ++a) {
+      undeclared_.row(a) += lever[a] * torque_;
+      declared_error_.row(a) += (lever[a] * declared_sag) * share_.row(j);
     }
   }
 }
 
 void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
-                           const LoadStatement& load, const Vec3& g_F) {
+                           const LoadStatement& load, const Vec3& p_TP, const Vec3& g_F) {
   const Mat3& R_BF = state.posture.X_BF().R;
   if (arm.bends()) {
     const TipCompliance& tip = arm.tip_compliance();
@@ -184,7 +198,7 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
       return factor * (R_BF * both.head<3>());
     };
     const Vec3 by_mass = bend(g_F, (-arm.beam_tip_F()).cross(g_F));
-    const Vec3 declared = R_BF * state.bend_F;
+    const Vec3 declared = R_BF * (state.bend_F - state.tool.root_F.cross(arm.X_FT().p));
     for (int a = 0; a < 3; ++a) {
       undeclared_.row(a) += by_mass[a] * load_change_.row(0);
       declared_error_.row(a) += declared[a] * bend_share_;
@@ -210,13 +224,13 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
       torque_ += Vec3::Unit(c).cross(g_F)[axis] * load_change_.row(1 + c);
     }
     torque_ *= root_tilt_ / sized_Nm;
-    const Vec3 shift_B = R_BF * Vec3::Unit(axis).cross(arm.X_FT().p);
+    const Vec3 shift_B = R_BF * Vec3::Unit(axis).cross(arm.X_FT().p + p_TP);
     for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_B[a] * torque_;
   }
 }
 
 void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
-                           const LoadStatement& load, const Vec3& g_B) {
+                           const LoadStatement& load, const Vec3& p_B, const Vec3& g_B) {
   if (!priors_.base_compliance_rad_per_Nm) return;
   const Posture& posture = state.posture;
   Vec3 moment_kg_m = Vec3::Zero();
@@ -226,12 +240,16 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
   }
   const double load_kg = load.modelled.mass_kg + load_change_.row(0).mean();
   moment_kg_m += (load_kg + arm.loads().tool_mass_kg()) * state.X_BT.p;
-  const Vec3 shift_per_rad = moment_kg_m.cross(g_B).cross(state.X_BT.p);
+  const Vec3 shift_per_rad = moment_kg_m.cross(g_B).cross(p_B);
   for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_per_rad[a] * base_;
 }
 
 AssumedError::Answer AssumedError::At(const LoadedArm& arm, const LoadedState& state,
-                                      const LoadStatement& load, const Mat3& covariance_W) {
+                                      const LoadStatement& load, const Conditions& conditions,
+                                      const Vec3& p_TP, const Mat3& covariance_W) {
+  influence_ = {};
+  AddEffects(arm.effects(), arm.MomentOf(conditions.q, conditions), influence_);
+  const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
   const Vec3 g_B = state.posture.X_BF().R * g_F;
   undeclared_.setZero();
@@ -247,9 +265,9 @@ AssumedError::Answer AssumedError::At(const LoadedArm& arm, const LoadedState& s
     }
   }
   DrawLoad(arm, load);
-  AddJoints(arm, state, g_B);
-  AddTool(arm, state, load, g_F);
-  AddBase(arm, state, load, g_B);
+  AddJoints(arm, state, p_B, g_B);
+  AddTool(arm, state, load, p_TP, g_F);
+  AddBase(arm, state, load, p_B, g_B);
 
   square_ = undeclared_.square().colwise().sum();
   const double undeclared = square_.mean();

@@ -32,8 +32,9 @@ class AssumedError {
   /// Allocates nothing; costs some tens of microseconds.
   /// @param state         the loaded arm in the posture asked for, of the same arm
   /// @param covariance_W  of the effects' parameters [m^2]; see EffectCovariance
+  /// @param p_TP          the tool point in the tip's frame [m]
   Answer At(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
-            const Mat3& covariance_W);
+            const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   const DeflectionPriors& priors() const { return priors_; }
 
@@ -46,11 +47,11 @@ class AssumedError {
   using Load = Eigen::Array<double, 4, kDraws, Eigen::RowMajor>;
 
   void DrawLoad(const LoadedArm& arm, const LoadStatement& load);
-  void AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& g_B);
+  void AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& p_B, const Vec3& g_B);
   void AddTool(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
-               const Vec3& g_F);
+               const Vec3& p_TP, const Vec3& g_F);
   void AddBase(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
-               const Vec3& g_B);
+               const Vec3& p_B, const Vec3& g_B);
 
   DeflectionPriors priors_;
   JointVector declared_;  ///< compliances [rad/(N m)]; 0 where none is declared
@@ -67,6 +68,7 @@ class AssumedError {
   Errors normal_, covered_;  ///< of the instrument, of the effects' covariance
 
   // Of the call under way.
+  Influence<double> influence_;  ///< of the cell's effects
   Load load_change_;
   Row torque_;
   Errors undeclared_, declared_error_;

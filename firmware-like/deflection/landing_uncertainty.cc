@@ -27,22 +27,25 @@ LandingUncertainty::LandingUncertainty(LandingUncertainty&&) noexcept = default;
 
 StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     const LoadStatement& load, const Conditions& conditions,
-                                    bool extrapolated) {
+                                    bool extrapolated, const Vec3& p_TP) {
+  if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_);
-  if (!fitted_) return Assumed(arm, q, load, conditions, effects_W);
+  if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const Mat3 covariance = effects_W + residual_sigma_m_ * residual_sigma_m_ * Mat3::Identity();
   const StatedRadius inside{RadiusHolding95Percent(covariance),
                             held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated};
   if (!extrapolated) return inside;
-  const StatedRadius outside = Assumed(arm, q, load, conditions, Mat3::Zero());
+  const StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
   return {std::hypot(inside.radius_m, outside.radius_m), Weakest(inside.basis, outside.basis)};
 }
 
 StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const JointVector& q,
                                          const LoadStatement& load, const Conditions& conditions,
-                                         const Mat3& covariance_W) {
-  if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
-  const AssumedError::Answer error = assumed_->At(arm, state_, load, covariance_W);
+                                         const Vec3& p_TP, const Mat3& covariance_W) {
+  Conditions moment = conditions;
+  moment.q = q;
+  const AssumedError::Answer error =
+      assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
   if (!assumed_->priors().complete) return {error.radius_m, RadiusBasis::kUnknown};
   const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
   return {error.radius_m, propagated ? RadiusBasis::kPropagated : RadiusBasis::kAssumed};

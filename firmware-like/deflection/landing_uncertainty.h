@@ -25,7 +25,8 @@ class AssumedError;
 /// deviation of the declared deflections was stated and what only priors describe makes the radius
 /// less than a tenth larger; otherwise `assumed`; `unknown` where something has no prior either.
 ///
-/// A fitted model outside its domain: both, in squares, with the weaker basis of the second kind.
+/// A fitted model outside its domain: both, in squares, with the weaker basis; the instrument's noise
+/// then counts twice, which errs on the safe side.
 ///
 /// Holds its own scratch memory: At() allocates nothing and costs some tens of microseconds.
 class LandingUncertainty {
@@ -37,16 +38,20 @@ class LandingUncertainty {
 
   /// @param q             joints commanded [rad]
   /// @param load          what the model computes with, and what is known of it
-  /// @param extrapolated  outside the domain; without meaning where there is none
+  /// @param extrapolated  outside the domain; ignored if the cell has no domain
+  /// @param p_TP          the tool point in the tip's frame [m]; a fitted model's covariance is that
+  ///                      of the tip
+  /// @return              not known() if the loaded posture does not settle
   StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
-                  const Conditions& conditions, bool extrapolated);
+                  const Conditions& conditions, bool extrapolated,
+                  const Vec3& p_TP = Vec3::Zero());
 
  private:
   StatedRadius Assumed(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
-                       const Conditions& conditions, const Mat3& covariance_W);
+                       const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   bool fitted_;
-  bool held_out_;  ///< the domain tells a residual of rows that took no part
+  bool held_out_;  ///< the domain states a held-out residual
   bool deviation_stated_;
   double residual_sigma_m_;
   std::unique_ptr<AssumedError> assumed_;

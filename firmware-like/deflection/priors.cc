@@ -82,7 +82,7 @@ Roles RolesOf(const Chain& chain) {
 }
 
 /// Masses of the links, the declared ones as they are; without any, in proportion only.
-/// @return  true where at least one that the shoulder lifts is declared
+/// @return  true where half of what the shoulder lifts is declared
 bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors) {
   constexpr double kBase = 0.30, kUpperArm = 0.35, kForearm = 0.20, kWrist = 0.15;
   const int n = robot.size();
@@ -93,14 +93,14 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
     if (i == elbow) return kForearm;
     return kWrist / (n - elbow - 1);
   };
-  double known_kg = 0, known_share = 0;
-  bool lifted = false;
+  double known_kg = 0, known_share = 0, lifted_share = 0, all_lifted_share = 0;
   for (int i = 0; i < n; ++i) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (i >= roles.shoulder) all_lifted_share += share(i);
     if (joint.link_mass_kg.value_or(0) <= 0) continue;
     known_kg += *joint.link_mass_kg;
     known_share += share(i);
-    lifted = lifted || i >= roles.shoulder;
+    if (i >= roles.shoulder) lifted_share += share(i);
   }
   const double arm_kg = known_kg > 0 ? known_kg / known_share : 1.0;
   for (int i = 0; i < n; ++i) {
@@ -108,16 +108,22 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
     DeflectionPriors::Link& link = priors.links[static_cast<std::size_t>(i)];
     link.com_L = joint.link_com_m.value_or(MiddleOfLink(robot, i));
     if (!joint.link_com_m) link.com_sd_L = 0.2 * LinkVector(robot, i);
+    // The model puts an undeclared centre at the frame of a proximal (mdh) joint; see loads/gravity.
+    if (joint.link_mass_kg && !joint.link_com_m && robot.convention == DhConvention::kProximal) {
+      link.com_shift_L = link.com_L;
+    }
     link.mass_kg = joint.link_mass_kg.value_or(share(i) * arm_kg);
     link.mass_sigma_ln = joint.link_mass_kg ? 0.0 : 0.35;
   }
-  return lifted;
+  return lifted_share >= 0.5 * all_lifted_share;
 }
 
 /// Gravity torques of some hundred postures: of the links, and of one kilogram at the flange.
 struct TorqueSample {
   Eigen::MatrixXd links, unit;  // a row a posture, a column a joint
 
+  /// Of a prismatic joint: of gravity along it, per kilogram [m/s^2].
+  double LargestPull(int joint) const { return unit.col(joint).cwiseAbs().maxCoeff(); }
   double Largest(int joint, double payload_kg) const {
     return (links.col(joint) + payload_kg * unit.col(joint)).cwiseAbs().maxCoeff();
   }
@@ -138,8 +144,11 @@ TorqueSample SampleTorques(const Robot& robot, const Chain& chain, const Deflect
     }
     chain.Evaluate(q, posture);
     for (int j = 0; j < n; ++j) {
-      if (chain.type(j) != JointType::kRevolute) continue;
       const auto k = static_cast<std::size_t>(j);
+      if (chain.type(j) != JointType::kRevolute) {
+        sample.unit(row, j) = posture.axis_B[k].dot(g_B);
+        continue;
+      }
       const auto torque = [&](const Vec3& p_B) {
         return posture.axis_B[k].dot((p_B - posture.point_B[k]).cross(g_B));
       };
@@ -187,40 +196,48 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
   const bool weighed = FillLinks(robot, roles, priors);
   TorqueSample sample = SampleTorques(robot, chain, priors);
   const double unit_Nm = std::max(1e-9, sample.unit.col(roles.shoulder).cwiseAbs().maxCoeff());
-  const double reach_m = unit_Nm / std::max(1e-9, robot.g_W.norm());
+  // Without a joint that lifts the arm there is no wind-up to go by.
+  constexpr double kLifts = 0.1;
+  const bool lifts = unit_Nm > kLifts * robot.g_W.norm() * chain.Reach();
+  const double reach_m =
+      lifts ? unit_Nm / std::max(1e-9, robot.g_W.norm()) : chain.Reach();
   priors.rated_payload_kg =
       weighed ? sample.Largest(roles.shoulder, 0) / unit_Nm : RatedPayloadByReach(reach_m);
   priors.rated_sigma_ln = weighed ? 0.0 : 0.4;
   if (!weighed) {
     // The links load the stretched shoulder as much as the rated payload does.
-    const double scale =
-        priors.rated_payload_kg * unit_Nm / std::max(1e-9, sample.Largest(roles.shoulder, 0));
-    for (auto& link : priors.links) {
-      if (link.mass_sigma_ln > 0) link.mass_kg *= scale;
+    const double wanted_Nm = priors.rated_payload_kg * unit_Nm;
+    const double links_Nm = sample.Largest(roles.shoulder, 0);
+    if (links_Nm > 0) {
+      const double scale = std::clamp(wanted_Nm / links_Nm, 1e-3, 1e3);
+      for (auto& link : priors.links) {
+        if (link.mass_sigma_ln > 0) link.mass_kg *= scale;
+      }
+      sample = SampleTorques(robot, chain, priors);
     }
-    sample = SampleTorques(robot, chain, priors);
   }
 
   const double shoulder_Nm = sample.Largest(roles.shoulder, priors.rated_payload_kg);
-  priors.arm_class = ClassOf(n, shoulder_Nm);
+  int revolute = 0;
+  for (int i = 0; i < n; ++i) revolute += chain.type(i) == JointType::kRevolute ? 1 : 0;
+  priors.arm_class = ClassOf(revolute, shoulder_Nm);
+  priors.complete = lifts || robot.g_W.isZero(0);
   const ClassFigures figures = FiguresOf(priors.arm_class);
   const double torque_sigma_ln = weighed ? 0.15 : 0.25;
   const double shoulder_sigma = std::hypot(figures.shoulder_rad.sigma_ln, torque_sigma_ln);
   priors.common_sigma_ln = std::sqrt(0.5) * figures.shoulder_rad.sigma_ln;
-  const double shoulder_compliance = figures.shoulder_rad.median / std::max(1e-9, shoulder_Nm);
+  const double typical_Nm = priors.rated_payload_kg * robot.g_W.norm() * reach_m;
+  const double shoulder_compliance =
+      figures.shoulder_rad.median / std::max({1e-9, shoulder_Nm, lifts ? 0.0 : typical_Nm});
 
   Influence<double> effects;
   AddEffects(arm.effects(), arm.MomentOf(JointVector::Zero(n), {}), effects);
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
-  Posture zero;
-  chain.Evaluate(JointVector::Zero(n), zero);
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     if (Declares(robot.joints[k], effects, i)) continue;
     if (chain.type(i) != JointType::kRevolute) {
-      // Only the axes before it turn it; at zero it is as good an example as anywhere.
-      const bool level = std::abs(zero.axis_B[k].dot(g_B)) < 1e-3 * g_B.norm();
-      priors.complete = priors.complete && level;
+      priors.complete = priors.complete && sample.LargestPull(i) <= 1e-3 * g_B.norm();
       continue;
     }
     if (i == roles.shoulder) {

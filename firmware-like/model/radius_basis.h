@@ -34,6 +34,7 @@ constexpr const char* Describe(RadiusBasis basis) {
 struct StatedRadius {
   double radius_m = 0;
   RadiusBasis basis = RadiusBasis::kUnknown;
+  bool known() const { return radius_m > 0; }
 };
 
 /// Deviation of each declared deflection, as a share of it.

@@ -42,6 +42,7 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
+  CHECK(HealthOf({.pending = true}).reason == HealthReason::kPointsPending);
   CHECK(HealthOf({.quarantined = true}).reason == HealthReason::kQuarantined);
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
 }
@@ -56,5 +57,5 @@ TEST_CASE("each reason has words and, where there is something to do, a remedy")
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 32);
+  CHECK(texts.size() == 33);
 }

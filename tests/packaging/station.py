@@ -83,7 +83,7 @@ class Station:
         values = self.cell.values
         try:
             self.bus = self.bus or Modbus(self.port)
-            values["General"] = self.bus.read(0, 24)
+            values["General"] = self.bus.read(0, 26)
             values["Block1"] = self.bus.read(2000, 20)
             values["Result"] = self.bus.read(100, 40)
             self.bus.write(1000, values["Window"])

@@ -83,8 +83,9 @@ function showPoints(points) {
       const name = point.name || "point " + point.id;
       if (!point.valid) return {tone: "bad", text: name + ": no corrected point: " + point.reason};
       const size_mm = 1000 * Math.hypot(...point.translation_B_m);
-      return {tone: point.posture.differs ? "attention" : "good",
-        text: name + ": corrected by " + size_mm.toFixed(2) + " mm" + postureText(point.posture)};
+      const radius_mm = 1000 * point.uncertainty_m;
+      return {tone: point.tone, text: name + ": corrected by " + size_mm.toFixed(2) + " mm, ±" +
+        radius_mm.toFixed(2) + " mm (95 %, " + point.basis + ")" + postureText(point.posture)};
     }));
     if (points.length === 0) target.replaceChildren(element("li", "none", "faded"));
   });

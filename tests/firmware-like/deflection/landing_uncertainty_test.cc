@@ -173,3 +173,46 @@ TEST_CASE("the same posture always has the same radius") {
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   CHECK(Radius(cell, q, false).radius_m == Radius(cell, q, false).radius_m);
 }
+
+TEST_CASE("a joint's compliance weighs the same from the file and from an effect") {
+  CellModel from_file = test::HeavyArm();
+  CellModel from_effect = from_file;
+  from_effect.robot.joints[1].compliance_rad_per_Nm = 1e-12;
+  WrittenEffect effect;
+  effect.id = "joint_compliance";
+  effect.scope = {"q2"};
+  effect.parameters = {{"q2", *from_file.robot.joints[1].compliance_rad_per_Nm, std::nullopt,
+                        "rad/(N m)", ""}};
+  from_effect.effects = {effect};
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  // Without the share of declared deflections, which effects replace by their own covariance.
+  const LoadStatement unstated{{60, *from_file.payload_cog_F}, std::nullopt, false};
+  const double file_m = Radius(from_file, q, false, unstated, {0, true}).radius_m;
+  CHECK(Radius(from_effect, q, false, unstated, {0, true}).radius_m == Approx(file_m).epsilon(1e-3));
+}
+
+TEST_CASE("the radius grows with the lever of the tool point") {
+  const CellModel cell = WithoutCompliance();
+  const LoadedArm arm(cell);
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const LoadStatement load = LoadStatement::Stated({60, *cell.payload_cog_F});
+  LandingUncertainty uncertainty(cell, arm, {});
+  const double tip_m = uncertainty.At(arm, q, load, {}, false).radius_m;
+  CHECK(uncertainty.At(arm, q, load, {}, false, Vec3(0, 0, 2)).radius_m > 1.1 * tip_m);
+}
+
+TEST_CASE("an arm that no joint lifts has no typical values") {
+  CellModel scara = test::HeavyArm();
+  scara.robot.X_WB = Pose{};
+  for (Joint& joint : scara.robot.joints) {
+    joint.alpha_rad = 0;
+    joint.compliance_rad_per_Nm.reset();
+  }
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const StatedRadius radius = Radius(scara, q, false);
+  CHECK(radius.basis == RadiusBasis::kUnknown);
+  CHECK(radius.radius_m < 1);
+}
