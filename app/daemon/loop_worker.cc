@@ -448,7 +448,8 @@ void LoopWorker::ConsiderDiagnosis() {
 
 void LoopWorker::WatchDiagnosis() {
   if (!diagnosis_) return;
-  const std::optional<DiagnosisRun::Outcome> outcome = diagnosis_->Poll(config_);
+  const std::optional<DiagnosisRun::Outcome> outcome =
+      diagnosis_->Poll(config_, [this] { pulse_.Beat(); });
   if (!outcome) return;
   diagnosis_.reset();
   diagnosis_failed_ = !outcome->failure.empty();
