@@ -142,8 +142,7 @@ void LoopWorker::TakeOver(Task task) {
   config_ = std::move(task.config);
   if (!cameras_) cameras_ = config_.vision.cameras;
   models_ = task.models;
-  journal_.reset();
-  monitor_.reset();
+  CloseJournal();
   if (config_.loop.enabled) OpenJournal();
 }
 
@@ -171,27 +170,41 @@ void LoopWorker::CheckStorage() {
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
   if (storage_ != nullptr && !storage_->works()) return;
+  const Result<bool> read = ReadJournal();
+  if (read) return Recovered();
+  CloseJournal();  // a monitor that has seen some of the rows must not judge, nor be reported
+  Fail(read.error());
+}
+
+void LoopWorker::CloseJournal() {
+  journal_.reset();
+  monitor_.reset();
+  alarm_new_ = false;
+}
+
+/// Opens the journal and shows its rows to a new monitor. After an error both may be half set up.
+Result<bool> LoopWorker::ReadJournal() {
   Result<Journal> opened =
       Journal::Open(config_.state_directory + "/journal.sqlite", config_.loop.journal_bytes);
-  if (!opened) return Fail(opened.error());
+  if (!opened) return Error{opened.error()};
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));
   NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbe_s();
-  if (!restart) return Fail(restart.error());
-  if (!last_row) return Fail(last_row.error());
-  if (!last_probe_s) return Fail(last_probe_s.error());
+  if (!restart) return Error{restart.error()};
+  if (!last_row) return Error{last_row.error()};
+  if (!last_probe_s) return Error{last_probe_s.error()};
   // Before the rows are read: a decision made meanwhile is followed at the next look.
   const auto decision = journal.LastDecision();
   const auto waiting = journal.Waiting();
-  if (!decision) return Fail(decision.error());
-  if (!waiting) return Fail(waiting.error());
+  if (!decision) return Error{decision.error()};
+  if (!waiting) return Error{waiting.error()};
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
     const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
-    if (!noted) return Fail(noted.error());
+    if (!noted) return Error{noted.error()};
   }
   JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
@@ -201,7 +214,7 @@ void LoopWorker::OpenJournal() {
         pulse_.Beat();
         Judge(row, true);
       });
-  if (!replayed) return Fail(replayed.error());
+  if (!replayed) return Error{replayed.error()};
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
@@ -217,7 +230,7 @@ void LoopWorker::OpenJournal() {
   if (monitor_->reference_refused()) TellReference();
   if (monitor_->alarm() && alarm_new_) {
     const Result<bool> marked = journal_->Mark(alarm_row_, false, true);
-    if (!marked) return Fail(marked.error());
+    if (!marked) return Error{marked.error()};
     alarm_new_ = false;
     alarm_handled_ = models_.proposed != 0;
     TellAlarm();
@@ -228,7 +241,7 @@ void LoopWorker::OpenJournal() {
   } else {
     alarm_handled_ = false;
   }
-  Recovered();
+  return true;
 }
 
 /// A journal that was moved away takes no more probes; a new one is begun in its place.
@@ -237,8 +250,7 @@ void LoopWorker::LeaveMovedJournal() {
   const auto moved = journal_->Moved();
   if (!moved) return;
   Fail(moved->message);
-  journal_.reset();
-  monitor_.reset();
+  CloseJournal();
   journal_tried_ = Clock::now();
 }
 
@@ -382,8 +394,7 @@ void LoopWorker::FollowDecisions() {
   decisions_read_ = Clock::now();
   const Result<std::int64_t> decision = journal_->LastDecision();
   if (!decision || *decision == decision_) return;
-  journal_.reset();
-  monitor_.reset();
+  CloseJournal();
   OpenJournal();
   if (!journal_) return;
   sink_({Event::kQuarantineDecided,
@@ -430,9 +441,8 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
 }
 
 void LoopWorker::ConsiderDiagnosis() {
-  if (!monitor_ || !monitor_->alarm() || alarm_handled_ || diagnosis_ || !config_.loop.diagnose) {
-    return;
-  }
+  if (!journal_ || !monitor_ || !monitor_->alarm()) return;
+  if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
   const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;

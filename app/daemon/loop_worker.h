@@ -53,6 +53,8 @@ class LoopWorker {
   void Run();
   void TakeOver(Task task);
   void OpenJournal();
+  Result<bool> ReadJournal();
+  void CloseJournal();
   void WatchStorage();
   void CheckStorage();
   bool Take(const LoopEvent& event);

@@ -28,13 +28,14 @@ struct Working {
                     },
                     [] {}};
 
+  DaemonConfig config;
+  ModelState models;
+
   explicit Working(const LoopConfig& loop = {}) {
-    DaemonConfig config;
     config.loop = loop;
     config.machine.cell = test::HeavyArm();
     config.state_directory = folder.path();
     config.loop.enabled = true;
-    ModelState models;
     models.applied = models.declared = 1;
     models.history = {1};
     worker.Configure(config, models);
@@ -133,6 +134,28 @@ TEST_CASE("probes that could not be written until the end are told as lost") {
   REQUIRE(Working::Comes([&] { return !working.Recording(); }));
   working.worker.Stop();
   CHECK(working.Told("2 of the last probes that the PLC was told as taken could not be written"));
+}
+
+TEST_CASE("a journal that cannot be read to its end leaves no monitor that has seen half of it") {
+  LoopConfig loop;
+  loop.reference_probes = 0;
+  loop.diagnose = false;
+  loop.probes_before_diagnosis = 1;
+  Working working(loop);
+  for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
+  REQUIRE(Working::Comes(
+      [&] { return working.Recorded() == 12 && (working.State() & loop_state::kAlarm) != 0; }));
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 12"));
+  working.config.loop.diagnose = true;  // of an alarm that the rows before it would raise
+  working.worker.Configure(working.config, working.models);
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  CHECK((working.State() & (loop_state::kAlarm | loop_state::kRecording)) == 0);
+  CHECK_FALSE(working.Told("diagnosis"));
+  REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kAlarm) != 0; }));
+  CHECK(working.Told("journal works again"));
 }
 
 TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, until it is accepted") {
