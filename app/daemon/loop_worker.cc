@@ -148,8 +148,8 @@ void LoopWorker::TakeOver(Task task) {
 
 /// The journal is opened at once where the directory works again, and models are kept again.
 void LoopWorker::WatchStorage() {
-  if (storage_ == nullptr || Clock::now() - storage_tried_ <= kStorageRetry) return;
-  storage_tried_ = Clock::now();
+  if (storage_ == nullptr || Clock::now() - storage_watched_ <= kStorageRetry) return;
+  storage_watched_ = Clock::now();
   const bool back = storage_->Watch();
   pulse_.Beat();
   if (!back) return;
@@ -157,12 +157,13 @@ void LoopWorker::WatchStorage() {
   if (models_.declared == 0) reload_();
 }
 
-/// After something could not be written: is it the directory? That it works again is
+/// After something could not be written: is it the directory? Only this finds what the file system
+/// does not report of itself: a quota, another owner, a failing disk. That it works again is
 /// WatchStorage()'s.
 void LoopWorker::CheckStorage() {
   if (storage_ == nullptr || !storage_->works()) return;
-  if (Clock::now() - storage_tried_ <= kStorageRetry) return;
-  storage_tried_ = Clock::now();
+  if (Clock::now() - storage_checked_ <= kStorageRetry) return;
+  storage_checked_ = Clock::now();
   storage_->Check();
   pulse_.Beat();
 }

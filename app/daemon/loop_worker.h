@@ -94,7 +94,8 @@ class LoopWorker {
   std::optional<Journal> journal_;
   std::optional<DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
-  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_tried_;
+  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_watched_,
+      storage_checked_;
   /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
   /// otherwise in another's. Nothing: none was judged yet.
   std::optional<std::string> reference_camera_;

@@ -1,7 +1,10 @@
 // The journal's thread, between what the cycle hands over and a journal that another program holds.
 #include "app/daemon/loop_worker.h"
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <future>
 #include <mutex>
 
@@ -15,23 +18,28 @@ using plumbline::test::TemporaryFolder;
 
 namespace {
 
+enum class Storage { kUnwatched, kWatched };
+
 /// A worker with its folder, and what it told.
 struct Working {
   TemporaryFolder folder;
   LoopLink link;
   std::mutex mutex;
   std::string told;
-  LoopWorker worker{link,
-                    [this](const LogEntry& entry) {
-                      const std::lock_guard lock(mutex);
-                      told += entry.text + "\n";
-                    },
-                    [] {}};
+  LogSink sink = [this](const LogEntry& entry) {
+    const std::lock_guard lock(mutex);
+    told += entry.text + "\n";
+  };
+  StateStorage storage{folder.path(), sink};
+  LoopWorker worker;
 
   DaemonConfig config;
   ModelState models;
 
-  explicit Working(const LoopConfig& loop = {}) {
+  explicit Working(const LoopConfig& loop = {}, Storage watched = Storage::kUnwatched)
+      : worker(
+            link, sink, [] {}, watched == Storage::kWatched ? &storage : nullptr) {
+    if (watched == Storage::kWatched) REQUIRE_FALSE(storage.Take());
     config.loop = loop;
     config.machine.cell = test::HeavyArm();
     config.state_directory = folder.path();
@@ -124,6 +132,47 @@ TEST_CASE("a journal that is moved away keeps what it had, and a new one is begu
     REQUIRE(journal);
     CHECK(*journal.value().Count() == 1);
   }
+}
+
+namespace {
+
+/// No file of this process grows beyond a few bytes: as with a quota, a write fails, while the file
+/// system shows room.
+class NoFileGrows {
+ public:
+  NoFileGrows() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit small = before_;
+    small.rlim_cur = 512;
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~NoFileGrows() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  NoFileGrows(const NoFileGrows&) = delete;
+  NoFileGrows& operator=(const NoFileGrows&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("a write that fails while the file system shows room: storage is reported as lost") {
+  Working working({}, Storage::kWatched);
+  {
+    const NoFileGrows no_file_grows;
+    working.Probe();
+    CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) != 0; }));
+    CHECK(working.Recorded() == 0);
+  }
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) == 0; }));
+  CHECK(Working::Comes([&] { return working.Recorded() == 1; }));
+  CHECK(working.Told("state directory cannot be written: "));
+  CHECK(working.Told("File too large; make room on its disk"));
+  CHECK(Working::Comes([&] { return working.Told("state directory can be written again"); }));
 }
 
 TEST_CASE("probes that could not be written until the end are told as lost") {
