@@ -111,7 +111,9 @@ void LoopWorker::Run() {
     WatchDiagnosis();
     pulse_.Beat();
     RefreshModels();
+    pulse_.Beat();
     FollowDecisions();
+    pulse_.Beat();
     LeaveMovedJournal();
     Tell();
   }
@@ -241,6 +243,13 @@ Result<bool> LoopWorker::ReadJournal() {
     alarm_handled_ = alarm_handled_ || models_.proposed != 0;
   } else {
     alarm_handled_ = false;
+  }
+  if (decided_) {
+    sink_({Event::kQuarantineDecided,
+           fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
+                       "drift monitor has read the journal again",
+                       waiting_)});
+    decided_ = false;
   }
   return true;
 }
@@ -389,19 +398,30 @@ void LoopWorker::TellQuarantined(const JournalRow& row) {
 }
 
 /// What a person accepts takes its place among the rows in order of time: the monitor reads them
-/// again.
+/// again. So does a diagnosis, whose rows are others now.
 void LoopWorker::FollowDecisions() {
   if (!journal_ || Clock::now() - decisions_read_ < kDecisionsRefresh) return;
   decisions_read_ = Clock::now();
   const Result<std::int64_t> decision = journal_->LastDecision();
-  if (!decision || *decision == decision_) return;
+  pulse_.Beat();
+  if (!decision) {
+    decisions_fault_ = decision.error();
+    return Fail(decisions_fault_);
+  }
+  if (!decisions_fault_.empty() && fault_ == decisions_fault_) Recovered();
+  decisions_fault_.clear();
+  if (*decision == decision_) return;
+  if (diagnosis_) {
+    sink_({Event::kDiagnosisOutOfDate,
+           "diagnosis ended: probes were accepted or rejected since it started. It starts again "
+           "where the drift alarm remains"});
+    diagnosis_.reset();
+    alarm_handled_ = false;
+    pulse_.Beat();
+  }
+  decided_ = true;
   CloseJournal();
   OpenJournal();
-  if (!journal_) return;
-  sink_({Event::kQuarantineDecided,
-         fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
-                     "drift monitor has read the journal again",
-                     waiting_)});
 }
 
 void LoopWorker::TellAlarm() {

@@ -5,9 +5,12 @@
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <cstdlib>
+#include <fstream>
 #include <future>
 #include <mutex>
 
+#include "app/config/text_file.h"
 #include "app/journal/database.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
@@ -67,6 +70,14 @@ struct Working {
   bool Told(const std::string& words) {
     const std::lock_guard lock(mutex);
     return told.find(words) != std::string::npos;
+  }
+  int Times(const std::string& words) {
+    const std::lock_guard lock(mutex);
+    int times = 0;
+    for (auto at = told.find(words); at != std::string::npos; at = told.find(words, at + 1)) {
+      ++times;
+    }
+    return times;
   }
 
   static bool Comes(const std::function<bool()>& what) {
@@ -233,6 +244,68 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   CHECK((working.State() & loop_state::kQuarantined) == 0);
   CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected"); }));
   CHECK(working.Told("drift alarm: the residual of probes changed"));
+}
+
+TEST_CASE("a decision over probes ends the diagnosis that runs without them, and it starts again") {
+  const TemporaryFolder programs;
+  const std::string program = programs.path() + "/plumbline";
+  std::ofstream(program) << "#!/bin/sh\nexec sleep 600\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  REQUIRE(setenv("PLUMBLINE_PROGRAM", program.c_str(), 1) == 0);
+  LoopConfig loop;
+  loop.reference_probes = 0;
+  loop.probes_before_diagnosis = 1;
+  Working working(loop);
+  {
+    auto store = ModelStore::Open(working.folder.path());
+    REQUIRE(store);
+    const auto cell = ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
+    REQUIRE(cell);
+    REQUIRE(store.value().Declare(*cell, "cell.toml"));
+  }
+  working.Probe(Vec3(0, 0, 0.4), true);
+  for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
+  REQUIRE(Working::Comes([&] { return working.Told("diagnosis started over"); }));
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 13; }));
+  auto person = Journal::Open(working.File());
+  REQUIRE(person);
+  REQUIRE(person.value().Decide({1}, false, 0));
+  CHECK(Working::Comes([&] { return working.Told("diagnosis ended: probes were accepted or"); }));
+  CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected, 0 wait"); }));
+  CHECK(Working::Comes([&] { return working.Times("diagnosis started over") == 2; }));
+  working.worker.Stop();
+  unsetenv("PLUMBLINE_PROGRAM");
+}
+
+TEST_CASE("a decision is reported also where the journal cannot be read at once") {
+  LoopConfig loop;
+  loop.diagnose = false;
+  Working working(loop);
+  working.Probe(Vec3(0, 0, 0.4), true);
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 2; }));
+  auto person = Journal::Open(working.File());
+  REQUIRE(person);
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 2"));
+  REQUIRE(person.value().Decide({1}, false, 0));
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  CHECK_FALSE(working.Told("probes were accepted or rejected"));
+  REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
+  CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected, 0 wait"); }));
+  CHECK(Working::Comes([&] { return working.Recording(); }));
+}
+
+TEST_CASE("decisions that cannot be read are a fault of the journal, which ends by itself") {
+  Working working;
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("ALTER TABLE quarantine_decision RENAME TO elsewhere"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  REQUIRE(other.value().Run("ALTER TABLE elsewhere RENAME TO quarantine_decision"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) == 0; }));
+  CHECK(Working::Comes([&] { return working.Told("journal works again"); }));
 }
 
 TEST_CASE(
