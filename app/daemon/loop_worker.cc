@@ -145,7 +145,12 @@ void LoopWorker::TakeOver(Task task) {
   if (!cameras_) cameras_ = config_.vision.cameras;
   models_ = task.models;
   CloseJournal();
-  if (config_.loop.enabled) OpenJournal();
+  if (config_.loop.enabled) return OpenJournal();
+  // Without a journal nothing of it is reported any more.
+  waiting_ = 0;
+  quarantining_ = decided_ = false;
+  decisions_fault_.clear();
+  fault_.clear();
 }
 
 /// The journal is opened at once where the directory works again, and models are kept again.

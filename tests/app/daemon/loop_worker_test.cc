@@ -246,6 +246,22 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   CHECK(working.Told("drift alarm: the residual of probes changed"));
 }
 
+TEST_CASE("once [loop] is switched off, nothing of its journal is reported") {
+  LoopConfig loop;
+  loop.diagnose = false;
+  Working working(loop);
+  working.Probe(Vec3(0, 0, 0.4), true);
+  REQUIRE(Working::Comes([&] { return working.Quarantined() == 1; }));
+  const Database held = Held(working);
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  working.config.loop.enabled = false;
+  working.worker.Configure(working.config, working.models);
+  CHECK(Working::Comes(
+      [&] { return (working.State() & (loop_state::kFault | loop_state::kQuarantined)) == 0; }));
+  CHECK(working.Quarantined() == 0);
+}
+
 TEST_CASE("a decision over probes ends the diagnosis that runs without them, and it starts again") {
   const TemporaryFolder programs;
   const std::string program = programs.path() + "/plumbline";
