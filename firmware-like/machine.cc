@@ -164,6 +164,8 @@ void Machine::TakeOver(const Machine& former, RobotLinkIs link) {
     return;
   }
   filter_.TakeOver(former.filter_);
+  standstill_ = former.standstill_;
+  snapshot_.probes.standstill = former.snapshot_.probes.standstill;
   snapshot_.robot = former.snapshot_.robot;
   snapshot_.payload = former.snapshot_.payload;
   snapshot_.payload_valid = former.snapshot_.payload_valid;

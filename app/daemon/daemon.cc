@@ -101,10 +101,6 @@ std::vector<Reporter::PointName> PointNames(const DaemonConfig& config) {
   return names;
 }
 
-Reporter ReporterFor(const DaemonConfig& config) {
-  return {PointNames(config), Log};
-}
-
 /// For `plumbline model apply`, which says by how much these points move.
 void NoteConfigurationOf(const DaemonConfig& config) {
   if (const auto noted = NoteConfiguration(config.state_directory, config.file); !noted) {
@@ -190,11 +186,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
   running.view.Configure(fresh);
   running.robot_patience_s = RobotPatience_s(fresh);
   running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
-  if (link_kept) {
-    reporter.Configure(PointNames(fresh));
-  } else {
-    reporter = ReporterFor(fresh);
-  }
+  reporter.Configure(PointNames(fresh), link_kept);
   Log({Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
   TellModel(*in_force);
 }
@@ -262,7 +254,7 @@ void KeepTogether(Running& running, double now_s) {
 
 /// Tells transitions until a signal ends the daemon.
 void Watch(int signals, Running& running) {
-  Reporter reporter = ReporterFor(running.started);
+  Reporter reporter(PointNames(running.started), Log);
   UtcClock clock = running.loop.clock();
   Watchdog watchdog;
   std::optional<PendingReload> pending;

@@ -119,7 +119,8 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
                       std::move(rows).value());
 }
 
-std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& config) {
+std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& config,
+                                                        const std::function<void()>& step) {
   const auto ended = process_.Poll();
   const std::chrono::duration<double> spent = Clock::now() - began_;
   Outcome outcome;
@@ -131,7 +132,7 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& conf
   } else if (!ended->empty()) {
     outcome.failure = *ended;
   } else {
-    const Result<Outcome> taken = Take(config);
+    const Result<Outcome> taken = Take(config, step);
     if (taken) return *taken;
     outcome.failure = taken.error();
   }
@@ -141,7 +142,8 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& conf
 }
 
 /// Turns the files of a finished diagnosis into a proposal.
-Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) const {
+Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
+                                                 const std::function<void()>& step) const {
   const std::string folder = Folder(config);
   const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
@@ -174,11 +176,12 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
   for (const JournalRow& row : rows_) {
     poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
   }
+  step();
   const Result<double> change_m = LargestChange(config.machine.cell, *cell, poses);
   if (change_m) facts.change_mm = 1e3 * *change_m;
   const PointMoves moves =
       MovesOfPoints(config.machine, config.machine.cell, CellOfSession(*cell, ""),
-                    ComputerUtcSeconds(), Loads(rows_));
+                    ComputerUtcSeconds(), Loads(rows_), step);
   const bool all_compared = std::all_of(moves.all.begin(), moves.all.end(),
                                         [](const PointMove& move) { return move.Compared(); });
   if (const PointMove* const largest = moves.Largest(); largest != nullptr && all_compared) {
@@ -187,6 +190,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config) con
   facts.from = fmt::format("drift alarm of row {} of the journal", alarm_row_);
   facts.based_on = applied_model_;
 
+  step();
   Result<ModelStore> store = ModelStore::Open(config.state_directory);
   if (!store) return Error{store.error()};
   const std::string report = folder + "/report.html";

@@ -37,7 +37,9 @@ class DiagnosisRun {
   };
   /// Nothing while it runs; asked no more after an outcome.
   /// @param config  in force now: its limits hold
-  std::optional<Outcome> Poll(const DaemonConfig& config);
+  /// @param step    called between the steps that turn a finished diagnosis into a proposal; they
+  ///                take seconds together where there are many points
+  std::optional<Outcome> Poll(const DaemonConfig& config, const std::function<void()>& step);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -47,7 +49,7 @@ class DiagnosisRun {
         applied_model_(applied_model),
         alarm_row_(alarm_row),
         rows_(std::move(rows)) {}
-  Result<Outcome> Take(const DaemonConfig& config) const;
+  Result<Outcome> Take(const DaemonConfig& config, const std::function<void()>& step) const;
 
   DiagnosisProcess process_;
   Clock::time_point began_ = Clock::now();

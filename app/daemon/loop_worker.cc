@@ -111,7 +111,9 @@ void LoopWorker::Run() {
     WatchDiagnosis();
     pulse_.Beat();
     RefreshModels();
+    pulse_.Beat();
     FollowDecisions();
+    pulse_.Beat();
     LeaveMovedJournal();
     Tell();
   }
@@ -142,15 +144,19 @@ void LoopWorker::TakeOver(Task task) {
   config_ = std::move(task.config);
   if (!cameras_) cameras_ = config_.vision.cameras;
   models_ = task.models;
-  journal_.reset();
-  monitor_.reset();
-  if (config_.loop.enabled) OpenJournal();
+  CloseJournal();
+  if (config_.loop.enabled) return OpenJournal();
+  // Without a journal nothing of it is reported any more.
+  waiting_ = 0;
+  quarantining_ = decided_ = false;
+  decisions_fault_.clear();
+  fault_.clear();
 }
 
 /// The journal is opened at once where the directory works again, and models are kept again.
 void LoopWorker::WatchStorage() {
-  if (storage_ == nullptr || Clock::now() - storage_tried_ <= kStorageRetry) return;
-  storage_tried_ = Clock::now();
+  if (storage_ == nullptr || Clock::now() - storage_watched_ <= kStorageRetry) return;
+  storage_watched_ = Clock::now();
   const bool back = storage_->Watch();
   pulse_.Beat();
   if (!back) return;
@@ -158,12 +164,13 @@ void LoopWorker::WatchStorage() {
   if (models_.declared == 0) reload_();
 }
 
-/// After something could not be written: is it the directory? That it works again is
+/// After something could not be written: is it the directory? Only this finds what the file system
+/// does not report of itself: a quota, another owner, a failing disk. That it works again is
 /// WatchStorage()'s.
 void LoopWorker::CheckStorage() {
   if (storage_ == nullptr || !storage_->works()) return;
-  if (Clock::now() - storage_tried_ <= kStorageRetry) return;
-  storage_tried_ = Clock::now();
+  if (Clock::now() - storage_checked_ <= kStorageRetry) return;
+  storage_checked_ = Clock::now();
   storage_->Check();
   pulse_.Beat();
 }
@@ -171,27 +178,41 @@ void LoopWorker::CheckStorage() {
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
   if (storage_ != nullptr && !storage_->works()) return;
+  const Result<bool> read = ReadJournal();
+  if (read) return Recovered();
+  CloseJournal();  // a monitor that has seen some of the rows must not judge, nor be reported
+  Fail(read.error());
+}
+
+void LoopWorker::CloseJournal() {
+  journal_.reset();
+  monitor_.reset();
+  alarm_new_ = false;
+}
+
+/// Opens the journal and shows its rows to a new monitor. After an error both may be half set up.
+Result<bool> LoopWorker::ReadJournal() {
   Result<Journal> opened =
       Journal::Open(config_.state_directory + "/journal.sqlite", config_.loop.journal_bytes);
-  if (!opened) return Fail(opened.error());
+  if (!opened) return Error{opened.error()};
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));
   NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbe_s();
-  if (!restart) return Fail(restart.error());
-  if (!last_row) return Fail(last_row.error());
-  if (!last_probe_s) return Fail(last_probe_s.error());
+  if (!restart) return Error{restart.error()};
+  if (!last_row) return Error{last_row.error()};
+  if (!last_probe_s) return Error{last_probe_s.error()};
   // Before the rows are read: a decision made meanwhile is followed at the next look.
   const auto decision = journal.LastDecision();
   const auto waiting = journal.Waiting();
-  if (!decision) return Fail(decision.error());
-  if (!waiting) return Fail(waiting.error());
+  if (!decision) return Error{decision.error()};
+  if (!waiting) return Error{waiting.error()};
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
     const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
-    if (!noted) return Fail(noted.error());
+    if (!noted) return Error{noted.error()};
   }
   JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
@@ -201,7 +222,7 @@ void LoopWorker::OpenJournal() {
         pulse_.Beat();
         Judge(row, true);
       });
-  if (!replayed) return Fail(replayed.error());
+  if (!replayed) return Error{replayed.error()};
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
@@ -217,7 +238,7 @@ void LoopWorker::OpenJournal() {
   if (monitor_->reference_refused()) TellReference();
   if (monitor_->alarm() && alarm_new_) {
     const Result<bool> marked = journal_->Mark(alarm_row_, false, true);
-    if (!marked) return Fail(marked.error());
+    if (!marked) return Error{marked.error()};
     alarm_new_ = false;
     alarm_handled_ = models_.proposed != 0;
     TellAlarm();
@@ -228,7 +249,14 @@ void LoopWorker::OpenJournal() {
   } else {
     alarm_handled_ = false;
   }
-  Recovered();
+  if (decided_) {
+    sink_({Event::kQuarantineDecided,
+           fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
+                       "drift monitor has read the journal again",
+                       waiting_)});
+    decided_ = false;
+  }
+  return true;
 }
 
 /// A journal that was moved away takes no more probes; a new one is begun in its place.
@@ -237,8 +265,7 @@ void LoopWorker::LeaveMovedJournal() {
   const auto moved = journal_->Moved();
   if (!moved) return;
   Fail(moved->message);
-  journal_.reset();
-  monitor_.reset();
+  CloseJournal();
   journal_tried_ = Clock::now();
 }
 
@@ -376,20 +403,30 @@ void LoopWorker::TellQuarantined(const JournalRow& row) {
 }
 
 /// What a person accepts takes its place among the rows in order of time: the monitor reads them
-/// again.
+/// again. So does a diagnosis, whose rows are others now.
 void LoopWorker::FollowDecisions() {
   if (!journal_ || Clock::now() - decisions_read_ < kDecisionsRefresh) return;
   decisions_read_ = Clock::now();
   const Result<std::int64_t> decision = journal_->LastDecision();
-  if (!decision || *decision == decision_) return;
-  journal_.reset();
-  monitor_.reset();
+  pulse_.Beat();
+  if (!decision) {
+    decisions_fault_ = decision.error();
+    return Fail(decisions_fault_);
+  }
+  if (!decisions_fault_.empty() && fault_ == decisions_fault_) Recovered();
+  decisions_fault_.clear();
+  if (*decision == decision_) return;
+  if (diagnosis_) {
+    sink_({Event::kDiagnosisOutOfDate,
+           "diagnosis ended: probes were accepted or rejected since it started. It starts again "
+           "where the drift alarm remains"});
+    diagnosis_.reset();
+    alarm_handled_ = false;
+    pulse_.Beat();
+  }
+  decided_ = true;
+  CloseJournal();
   OpenJournal();
-  if (!journal_) return;
-  sink_({Event::kQuarantineDecided,
-         fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
-                     "drift monitor has read the journal again",
-                     waiting_)});
 }
 
 void LoopWorker::TellAlarm() {
@@ -430,9 +467,8 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
 }
 
 void LoopWorker::ConsiderDiagnosis() {
-  if (!monitor_ || !monitor_->alarm() || alarm_handled_ || diagnosis_ || !config_.loop.diagnose) {
-    return;
-  }
+  if (!journal_ || !monitor_ || !monitor_->alarm()) return;
+  if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
   const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
@@ -448,7 +484,8 @@ void LoopWorker::ConsiderDiagnosis() {
 
 void LoopWorker::WatchDiagnosis() {
   if (!diagnosis_) return;
-  const std::optional<DiagnosisRun::Outcome> outcome = diagnosis_->Poll(config_);
+  const std::optional<DiagnosisRun::Outcome> outcome =
+      diagnosis_->Poll(config_, [this] { pulse_.Beat(); });
   if (!outcome) return;
   diagnosis_.reset();
   diagnosis_failed_ = !outcome->failure.empty();

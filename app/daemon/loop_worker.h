@@ -53,6 +53,8 @@ class LoopWorker {
   void Run();
   void TakeOver(Task task);
   void OpenJournal();
+  Result<bool> ReadJournal();
+  void CloseJournal();
   void WatchStorage();
   void CheckStorage();
   bool Take(const LoopEvent& event);
@@ -92,7 +94,8 @@ class LoopWorker {
   std::optional<Journal> journal_;
   std::optional<DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
-  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_tried_;
+  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_watched_,
+      storage_checked_;
   /// Whose probes the monitor compares: the marks' places err alike in each probe of one camera,
   /// otherwise in another's. Nothing: none was judged yet.
   std::optional<std::string> reference_camera_;
@@ -105,7 +108,9 @@ class LoopWorker {
   bool alarm_new_ = false;  ///< found in rows that were accepted since, and not logged yet
   /// Of the journal: probes that wait for a person's decision, and the newest decision followed.
   std::int64_t waiting_ = 0, decision_ = 0;
-  bool quarantining_ = false;  ///< the newest probe was quarantined, and that was logged
+  bool decided_ = false;         ///< a decision was found, and not logged: the journal is not read
+  std::string decisions_fault_;  ///< why decisions could not be read; empty: they could
+  bool quarantining_ = false;    ///< the newest probe was quarantined, and that was logged
   bool diagnosis_failed_ = false;
   std::string fault_;   ///< of the journal; empty: none
   bool waits_ = false;  ///< an event could not be written, and stands in the queue

@@ -73,9 +73,18 @@ std::string FaultText(const ProbeIntake& probes) {
 Reporter::Reporter(std::vector<PointName> points, LogSink sink)
     : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
 
-void Reporter::Configure(std::vector<PointName> points) {
+void Reporter::Configure(std::vector<PointName> points, bool link_kept) {
   points_ = std::move(points);
   codes_.assign(points_.size(), std::nullopt);
+  if (link_kept) return;
+  connected_.reset();
+  link_since_s_ = 0;
+  link_changes_ = push_changes_ = 0;
+  link_told_.clear();
+  link_later_.clear();
+  link_later_since_s_ = 0;
+  input_fault_.reset();
+  input_since_s_ = 0;
 }
 
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,

@@ -21,9 +21,9 @@ class Reporter {
 
   Reporter(std::vector<PointName> points, LogSink sink);
 
-  /// For another configuration over the same robot link: its points are told anew, the link and the
-  /// trust in it are not.
-  void Configure(std::vector<PointName> points);
+  /// For another configuration: its points are reported anew; the robot link and the trust in its
+  /// input only where the link is another. Warnings and probes go on in the machine, and here.
+  void Configure(std::vector<PointName> points, bool link_kept);
 
   /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);

@@ -63,7 +63,8 @@ bool LooksUnwritable(const std::string& directory) {
   struct statvfs about {};
   if (statvfs(directory.c_str(), &about) != 0) return true;
   const auto free_bytes = static_cast<std::uint64_t>(about.f_bavail) * about.f_frsize;
-  return (about.f_flag & ST_RDONLY) != 0 || free_bytes < kTrialBytes;
+  const bool no_inode = about.f_files > 0 && about.f_favail == 0;  // 0 of 0: it does not count them
+  return (about.f_flag & ST_RDONLY) != 0 || free_bytes < kTrialBytes || no_inode;
 }
 
 }  // namespace

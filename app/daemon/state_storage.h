@@ -39,7 +39,8 @@ class StateStorage {
   /// @return  whether this daemon may write there now
   bool Check();
   /// Every few seconds: checks again where the directory did not work, and where its file system
-  /// has become full or read-only. @return whether it works again since the last call
+  /// has become full, out of inodes or read-only. @return whether it works again since the last
+  /// call
   bool Watch();
   bool works() const { return works_; }
 

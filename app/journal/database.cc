@@ -11,6 +11,9 @@ namespace {
 
 constexpr int kBusyTimeout_ms = 5000;  // the daemon and a command may write at the same time
 
+constexpr const char* kDamagedRemedy =
+    "; restore it from the backup, or move it away to start a new one";
+
 constexpr std::string_view kInMemory = ":memory:";
 
 /// SQLite refuses a link anywhere in the path; only that of the file itself is meant.
@@ -37,7 +40,7 @@ std::string Remedy(const std::string& path, int code, bool to_write) {
       return "; the disk reports an error: see journalctl -k";
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-      return "; move it away, and restore it from the backup";
+      return kDamagedRemedy;
     default:
       return "";
   }
@@ -117,11 +120,10 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
   Statement statement(handle_.get(), sql);
   const int code = statement.Step();
   if (code == SQLITE_ROW) return statement.Integer(0);
-  return Error{fmt::format(
-      "{}: cannot be read: {}", path_,
-      code == SQLITE_DONE
-          ? "what was asked for is not there; move it away, and restore it from the backup"
-          : Problem())};
+  return Error{fmt::format("{}: cannot be read: {}", path_,
+                           code == SQLITE_DONE
+                               ? fmt::format("what was asked for is not there{}", kDamagedRemedy)
+                               : Problem())};
 }
 
 std::string NewerSchema(const std::string& path, std::int64_t schema, int known) {

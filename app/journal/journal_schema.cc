@@ -83,8 +83,7 @@ PRAGMA user_version = 5;
 std::optional<Error> WhyNoJournal(Database& database) {
   // A file that is no database shows it at the first reading.
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
-    return Error{fmt::format("{}: {}; move it away to begin a new journal", database.path(),
-                             database.Problem())};
+    return Error{fmt::format("{}: {}", database.path(), database.Problem())};
   }
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");

@@ -164,7 +164,8 @@ const PointMove* PointMoves::Largest() const {
 
 PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const CellModel& after, double utc_s,
-                         const std::vector<ReportedLoad>& reported) {
+                         const std::vector<ReportedLoad>& reported,
+                         const std::function<void()>& step) {
   PointMoves moves;
   if (before.robot.size() != after.robot.size()) {
     moves.notes.emplace_back("the two models have not as many joints: no point can be compared");
@@ -188,6 +189,7 @@ PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
     const std::vector<Load> own{
         {point.payload_kg.value_or(0), by_policy ? config.payload.fixed.cog_F : std::nullopt}};
     for (const Load& load : point.payload_kg ? own : configured) {
+      if (step) step();
       moves.all.push_back(MoveOf(point, load, model_before, model_after));
     }
   }

@@ -1,6 +1,7 @@
 // How far the corrected commands of the configured points move from one model to another.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,9 +45,11 @@ struct PointMoves {
 /// what either cell was fitted to. Temperatures are not known here and count as absent; times are
 /// `utc_s`.
 /// @param config  its points, limits and [payload]; its cell is not read
+/// @param step    called before each point with each load, which takes up to tens of milliseconds
 PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const CellModel& after, double utc_s,
-                         const std::vector<ReportedLoad>& reported = {});
+                         const std::vector<ReportedLoad>& reported = {},
+                         const std::function<void()>& step = {});
 
 /// A table of the moves, the largest, the points that cannot be compared and why, and the notes.
 /// @param configuration  the file that the points are from

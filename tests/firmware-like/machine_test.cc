@@ -916,6 +916,22 @@ TEST_CASE("a probe is refused while a joint moves, and taken once the robot stan
   }
 }
 
+TEST_CASE("over the same link another model's machine knows whether the robot moves") {
+  ProbingCell cell;
+  const Vec3 tip_W = cell.PredictedTip();
+  const bool moving = GENERATE(true, false);
+  if (moving) cell.input.robot.q[1] += 1e-3;
+  REQUIRE(cell.Next().probes.standstill != moving);
+  Machine next(cell.config);
+  next.Prepare();
+  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  CHECK(next.snapshot().probes.standstill != moving);
+  cell.machine.emplace(std::move(next));
+  CHECK((cell.Probe(tip_W).result.code == CorrectionCode::kRobotMoving) == moving);
+  for (double t = 0; t < 0.25; t += kPeriod_s) cell.Next();
+  CHECK(cell.Next().probes.standstill);
+}
+
 TEST_CASE("before the journal is open a probe is answered pending, and without one not recorded") {
   ProbingCell cell;
   cell.input.probes_recorded = false;

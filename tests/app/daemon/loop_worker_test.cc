@@ -1,10 +1,16 @@
 // The journal's thread, between what the cycle hands over and a journal that another program holds.
 #include "app/daemon/loop_worker.h"
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
 #include <future>
 #include <mutex>
 
+#include "app/config/text_file.h"
 #include "app/journal/database.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
@@ -15,26 +21,32 @@ using plumbline::test::TemporaryFolder;
 
 namespace {
 
+enum class Storage { kUnwatched, kWatched };
+
 /// A worker with its folder, and what it told.
 struct Working {
   TemporaryFolder folder;
   LoopLink link;
   std::mutex mutex;
   std::string told;
-  LoopWorker worker{link,
-                    [this](const LogEntry& entry) {
-                      const std::lock_guard lock(mutex);
-                      told += entry.text + "\n";
-                    },
-                    [] {}};
+  LogSink sink = [this](const LogEntry& entry) {
+    const std::lock_guard lock(mutex);
+    told += entry.text + "\n";
+  };
+  StateStorage storage{folder.path(), sink};
+  LoopWorker worker;
 
-  explicit Working(const LoopConfig& loop = {}) {
-    DaemonConfig config;
+  DaemonConfig config;
+  ModelState models;
+
+  explicit Working(const LoopConfig& loop = {}, Storage watched = Storage::kUnwatched)
+      : worker(
+            link, sink, [] {}, watched == Storage::kWatched ? &storage : nullptr) {
+    if (watched == Storage::kWatched) REQUIRE_FALSE(storage.Take());
     config.loop = loop;
     config.machine.cell = test::HeavyArm();
     config.state_directory = folder.path();
     config.loop.enabled = true;
-    ModelState models;
     models.applied = models.declared = 1;
     models.history = {1};
     worker.Configure(config, models);
@@ -58,6 +70,14 @@ struct Working {
   bool Told(const std::string& words) {
     const std::lock_guard lock(mutex);
     return told.find(words) != std::string::npos;
+  }
+  int Times(const std::string& words) {
+    const std::lock_guard lock(mutex);
+    int times = 0;
+    for (auto at = told.find(words); at != std::string::npos; at = told.find(words, at + 1)) {
+      ++times;
+    }
+    return times;
   }
 
   static bool Comes(const std::function<bool()>& what) {
@@ -125,6 +145,47 @@ TEST_CASE("a journal that is moved away keeps what it had, and a new one is begu
   }
 }
 
+namespace {
+
+/// No file of this process grows beyond a few bytes: as with a quota, a write fails, while the file
+/// system shows room.
+class NoFileGrows {
+ public:
+  NoFileGrows() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit small = before_;
+    small.rlim_cur = 512;
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~NoFileGrows() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  NoFileGrows(const NoFileGrows&) = delete;
+  NoFileGrows& operator=(const NoFileGrows&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("a write that fails while the file system shows room: storage is reported as lost") {
+  Working working({}, Storage::kWatched);
+  {
+    const NoFileGrows no_file_grows;
+    working.Probe();
+    CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) != 0; }));
+    CHECK(working.Recorded() == 0);
+  }
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) == 0; }));
+  CHECK(Working::Comes([&] { return working.Recorded() == 1; }));
+  CHECK(working.Told("state directory cannot be written: "));
+  CHECK(working.Told("File too large; make room on its disk"));
+  CHECK(Working::Comes([&] { return working.Told("state directory can be written again"); }));
+}
+
 TEST_CASE("probes that could not be written until the end are told as lost") {
   Working working;
   const Database held = Held(working);
@@ -133,6 +194,28 @@ TEST_CASE("probes that could not be written until the end are told as lost") {
   REQUIRE(Working::Comes([&] { return !working.Recording(); }));
   working.worker.Stop();
   CHECK(working.Told("2 of the last probes that the PLC was told as taken could not be written"));
+}
+
+TEST_CASE("a journal that cannot be read to its end leaves no monitor that has seen half of it") {
+  LoopConfig loop;
+  loop.reference_probes = 0;
+  loop.diagnose = false;
+  loop.probes_before_diagnosis = 1;
+  Working working(loop);
+  for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
+  REQUIRE(Working::Comes(
+      [&] { return working.Recorded() == 12 && (working.State() & loop_state::kAlarm) != 0; }));
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 12"));
+  working.config.loop.diagnose = true;  // of an alarm that the rows before it would raise
+  working.worker.Configure(working.config, working.models);
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  CHECK((working.State() & (loop_state::kAlarm | loop_state::kRecording)) == 0);
+  CHECK_FALSE(working.Told("diagnosis"));
+  REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kAlarm) != 0; }));
+  CHECK(working.Told("journal works again"));
 }
 
 TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, until it is accepted") {
@@ -161,6 +244,84 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   CHECK((working.State() & loop_state::kQuarantined) == 0);
   CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected"); }));
   CHECK(working.Told("drift alarm: the residual of probes changed"));
+}
+
+TEST_CASE("once [loop] is switched off, nothing of its journal is reported") {
+  LoopConfig loop;
+  loop.diagnose = false;
+  Working working(loop);
+  working.Probe(Vec3(0, 0, 0.4), true);
+  REQUIRE(Working::Comes([&] { return working.Quarantined() == 1; }));
+  const Database held = Held(working);
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  working.config.loop.enabled = false;
+  working.worker.Configure(working.config, working.models);
+  CHECK(Working::Comes(
+      [&] { return (working.State() & (loop_state::kFault | loop_state::kQuarantined)) == 0; }));
+  CHECK(working.Quarantined() == 0);
+}
+
+TEST_CASE("a decision over probes ends the diagnosis that runs without them, and it starts again") {
+  const TemporaryFolder programs;
+  const std::string program = programs.path() + "/plumbline";
+  std::ofstream(program) << "#!/bin/sh\nexec sleep 600\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  REQUIRE(setenv("PLUMBLINE_PROGRAM", program.c_str(), 1) == 0);
+  LoopConfig loop;
+  loop.reference_probes = 0;
+  loop.probes_before_diagnosis = 1;
+  Working working(loop);
+  {
+    auto store = ModelStore::Open(working.folder.path());
+    REQUIRE(store);
+    const auto cell = ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
+    REQUIRE(cell);
+    REQUIRE(store.value().Declare(*cell, "cell.toml"));
+  }
+  working.Probe(Vec3(0, 0, 0.4), true);
+  for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
+  REQUIRE(Working::Comes([&] { return working.Told("diagnosis started over"); }));
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 13; }));
+  auto person = Journal::Open(working.File());
+  REQUIRE(person);
+  REQUIRE(person.value().Decide({1}, false, 0));
+  CHECK(Working::Comes([&] { return working.Told("diagnosis ended: probes were accepted or"); }));
+  CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected, 0 wait"); }));
+  CHECK(Working::Comes([&] { return working.Times("diagnosis started over") == 2; }));
+  working.worker.Stop();
+  unsetenv("PLUMBLINE_PROGRAM");
+}
+
+TEST_CASE("a decision is reported also where the journal cannot be read at once") {
+  LoopConfig loop;
+  loop.diagnose = false;
+  Working working(loop);
+  working.Probe(Vec3(0, 0, 0.4), true);
+  working.Probe();
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 2; }));
+  auto person = Journal::Open(working.File());
+  REQUIRE(person);
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 2"));
+  REQUIRE(person.value().Decide({1}, false, 0));
+  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  CHECK_FALSE(working.Told("probes were accepted or rejected"));
+  REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
+  CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected, 0 wait"); }));
+  CHECK(Working::Comes([&] { return working.Recording(); }));
+}
+
+TEST_CASE("decisions that cannot be read are a fault of the journal, which ends by itself") {
+  Working working;
+  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("ALTER TABLE quarantine_decision RENAME TO elsewhere"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  REQUIRE(other.value().Run("ALTER TABLE elsewhere RENAME TO quarantine_decision"));
+  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) == 0; }));
+  CHECK(Working::Comes([&] { return working.Told("journal works again"); }));
 }
 
 TEST_CASE(

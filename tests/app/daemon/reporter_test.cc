@@ -148,6 +148,26 @@ TEST_CASE("refused probes are told once a reason, with a remedy, and when they a
   CHECK(desk.Observe().empty());
 }
 
+TEST_CASE("another robot link is reported anew, a refused probe of before is not") {
+  const bool link_kept = GENERATE(false, true);
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.snapshot.points[0].code = CorrectionCode::kUnreachable;
+  desk.snapshot.probes.refused = 3;
+  desk.snapshot.probes.fault = ProbeFault::kZero;
+  desk.link.changes = desk.link.push_changes = 1;
+  REQUIRE(desk.Observe().size() > 3);
+  REQUIRE(desk.Observe().empty());
+  if (!link_kept) desk.link.changes = desk.link.push_changes = 0;  // it counts its own
+  desk.reporter.Configure({{8, "right"}}, link_kept);
+  std::vector<std::string> expected = {"robot link up", "robot input trusted"};
+  if (link_kept) expected.clear();
+  expected.emplace_back("point 8 (right) has no correction: out of reach");
+  CHECK(desk.Observe() == expected);
+  desk.snapshot.probes.fault = ProbeFault::kNone;
+  CHECK(desk.Observe() == std::vector<std::string>{"probes are taken again; 3 refused before"});
+}
+
 TEST_CASE(
     "that there is one master again is told; that there are two is told with their addresses") {
   Desk desk;

@@ -46,6 +46,17 @@ void FillUp(const std::string& folder) {
   close(fd);
 }
 
+/// Leaves room for bytes, and none for another file.
+void UseUpInodes(const std::string& folder) {
+  std::filesystem::create_directory(folder + kBallast);
+  for (int k = 0; k < 1000; ++k) {
+    const std::string file = fmt::format("{}{}/{}", folder, kBallast, k);
+    const int fd = open(file.c_str(), O_WRONLY | O_CREAT, 0600);
+    if (fd < 0) return;
+    close(fd);
+  }
+}
+
 bool MayMount() {
   const TemporaryFolder folder;
   const pid_t child = fork();
@@ -170,4 +181,19 @@ TEST_CASE("a disk that fills up while the daemon runs: the next probes are refus
   CHECK(Eventually([&] { return !station.Warned(); }));
   REQUIRE(Eventually([&] { return (station.plc.Read(400, 1).Word(0) & 1) != 0; }));
   CHECK(station.Probe() == 0);
+}
+
+TEST_CASE("a disk without a free inode is reported, though it has room for bytes") {
+  if (!MayMount()) return;
+  Station station([](const std::string& folder) {
+    if (mount("small", folder.c_str(), "tmpfs", MS_REMOUNT, "nr_inodes=100") != 0) _exit(124);
+  });
+  REQUIRE(Eventually([&] { return station.PointValid(); }));
+  REQUIRE_FALSE(station.Warned());
+  UseUpInodes(station.Inside());
+  CHECK(Eventually([&] { return station.Warned(); }));
+  CHECK(station.Probe() == kStorageCode);
+  CHECK(station.PointValid());
+  std::filesystem::remove_all(station.Inside(kBallast));
+  CHECK(Eventually([&] { return !station.Warned(); }));
 }

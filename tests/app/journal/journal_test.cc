@@ -134,7 +134,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   };
   const Case cases[] = {
       {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
-       "not a database"},
+       "not a database; restore it from the backup, or move it away to start a new one"},
       {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 6"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
        "no plumbline journal"},
@@ -152,6 +152,18 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   CHECK_FALSE(Journal::OpenForReading(folder.path() + "/none").ok());
   CHECK_FALSE(std::filesystem::exists(folder.path() + "/none"));
   CHECK_FALSE(Journal::Open(folder.path() + "/no/folder").ok());
+}
+
+TEST_CASE("a journal that another program holds is not to be moved away") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/journal.sqlite";
+  auto other = Database::Open(path, Database::Mode::kWrite);
+  REQUIRE(other);
+  REQUIRE(other.value().Run("CREATE TABLE t (a); BEGIN EXCLUSIVE"));
+  const auto journal = Journal::OpenForReading(path);
+  REQUIRE_FALSE(journal.ok());
+  CHECK_THAT(journal.error(), Catch::Contains("another program writes to it: wait for it"));
+  CHECK_THAT(journal.error(), !Catch::Contains("move it away"));
 }
 
 TEST_CASE("rows of another arm are named, not misread") {

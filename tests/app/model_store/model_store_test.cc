@@ -738,6 +738,15 @@ TEST_CASE("a model's change is told at the configured points, with the configure
               .margin(1e-9));
     CHECK_THAT(fitted.notes[0], Catch::Contains("each of 0, 60, 75 kg"));
   }
+  SECTION("a step is reported before each point with each load, also where there is no answer") {
+    config.payload.source = PayloadPolicy::Source::kTable;
+    config.payload.table = {{1, 10, std::nullopt}, {2, 80, std::nullopt}};
+    config.points[0].X_WP.p = Vec3(100, 0, 0);  // out of reach: searched thoroughly
+    int steps = 0;
+    const PointMoves moves = MovesOfPoints(config, before, after, 0, {}, [&steps] { ++steps; });
+    CHECK(moves.all.size() == 5);
+    CHECK(steps == 5);
+  }
   SECTION("a point that a model cannot correct is named, not left out") {
     config.payload.source = PayloadPolicy::Source::kFixed;
     after.payload_cog_F.reset();
