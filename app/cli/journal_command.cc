@@ -379,7 +379,9 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
       "A probe farther from where the model has the tip than any plausible effect explains is "
       "kept,\n"
       "but neither forms a reference, nor is watched for drift, nor diagnosed, before it is\n"
-      "accepted.");
+      "accepted.\n\n"
+      "Examples:\n  plumbline journal quarantine list\n"
+      "  plumbline journal quarantine accept 812");
   CLI::App* list =
       add_to(*quarantine, "list", "Prints the probes that wait for a decision", ListQuarantine,
              "Example:\n  plumbline journal quarantine list\n\nExit codes as `show`.");

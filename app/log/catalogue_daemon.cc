@@ -17,7 +17,8 @@ constexpr EventEntry kEntries[] = {
      "a fault of a file: nothing starts, or the former configuration stays",
      "what it says; `plumbline check` tells the same"},
     {Event::kFileWarning, "file-warning", LogLevel::kWarning, "d29dfd20f41747fb80608e2d57fbacfc",
-     "service", "FILE:LINE KEY: warning: ...", "a file says something that is seldom meant",
+     "service", "FILE:LINE KEY: warning: ...",
+     "a configuration value is probably not what was intended",
      "what it says; for `near_deg` and points that are not reached see \"The posture of a point\"; "
      "for lengths, masses, compliances and payloads the section after it; where nothing yields, "
      "give the tool as a beam, or compliances"},

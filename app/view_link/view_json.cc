@@ -392,7 +392,9 @@ Result<ViewState> ViewOfJson(std::string_view text) {
   try {
     const Result<Json> json = JsonFromText<Json>(text);
     if (json) return StateOf(*json);
-    return Error{fmt::format("the daemon's state cannot be read: {}", json.error())};
+    return Error{
+        fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",
+                    json.error())};
   } catch (const std::exception& why) {
     return Error{
         fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",

@@ -1,4 +1,4 @@
-// How far the tip may land off because of what the cell leaves open: a sample from the priors.
+// Landing error due to undeclared parameters, sampled from their priors.
 #pragma once
 
 #include "firmware-like/deflection/load_statement.h"
@@ -15,7 +15,8 @@ namespace plumbline {
 ///   undeclared joints, links, coupling, pedestal    priors.h
 ///   declared joints and tool                        `deflection_sd` of the deflection itself
 ///   stated payload        5 % + 0.1 kg; its centre 20 mm + 10 % of its distance from the flange
-///   unstated payload      0 to 1.1 rated payloads, uniform; its centre at the tip, 50 mm + 30 % of
+///   (RMS in space) unstated payload      0 to 1.1 rated payloads, uniform; its centre at the tip,
+///   50 mm + 30 % of
 ///                         the tool's length
 ///   instrument            its sigma, 0.05 mm where none is declared
 /// Covers deflection, load and instrument; not the geometry of the unloaded arm, nor what a cell

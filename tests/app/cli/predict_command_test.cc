@@ -190,7 +190,7 @@ TEST_CASE("a payload that is not recorded is no zero: told, and every row is ext
                              "signal; did you mean payload_kg?") &&
                  Catch::Contains("payload is not recorded and is taken as 0 kg") &&
                  Catch::Contains("1 extrapolated"));
-  CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1\n"));
+  CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1,assumed\n"));
   folder.WritePoses(kGoodRow);
   CHECK(folder.Run("out.csv") == 0);
   CHECK_THAT(folder.told, !Catch::Contains("not recorded") && Catch::Contains("0 extrapolated"));

@@ -91,7 +91,9 @@ TEST_CASE("metrics of a cell in which everything is well") {
   CHECK(read.Value("plumbline_point_valid" + labels) == 1);
   CHECK(read.Value("plumbline_point_correction_meters" + labels) ==
         Approx(point.translation_B.norm()));
-  CHECK(read.Value("plumbline_point_uncertainty_meters" + labels) == Approx(0.0003));
+  const std::string with_basis = labels.substr(0, labels.size() - 1) + ",basis=\"measured\"}";
+  CHECK(read.Value("plumbline_point_uncertainty_meters" + with_basis) == Approx(0.0003));
+  CHECK(read.Value("plumbline_health{reason=\"\"}") == 0);
 }
 
 TEST_CASE("an old state, or none, leaves no number that looks like a present one") {
