@@ -13,6 +13,10 @@
 namespace plumbline {
 namespace {
 
+/// The daemon's main thread reads the configuration while the service manager waits for its sign of
+/// life: by count of points, so that it takes no longer than that with any configuration.
+constexpr std::size_t kPosturesChecked = 20;
+
 /// What the store says once the cell file is noted in it.
 struct Noted {
   ModelState models;
@@ -60,7 +64,7 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
 
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
                                                const std::string& state_directory) {
-  std::optional<DaemonConfig> declared = ReadDaemonConfig(path, faults);
+  std::optional<DaemonConfig> declared = ReadDaemonConfig(path, faults, kPosturesChecked);
   if (!declared) return std::nullopt;
   const std::string asked = declared->state_directory;
   if (!state_directory.empty()) declared->state_directory = state_directory;
@@ -103,7 +107,7 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
   const Result<std::string> text = ReadTextFile(path);
   FaultList own;
   std::optional<DaemonConfig> applied;
-  if (text) applied = DaemonConfigFromText(*text, path, files, own);
+  if (text) applied = DaemonConfigFromText(*text, path, files, own, 0);
   if (!applied) {
     AddFaultsOfModelStore(directory, "", faults);
     if (!faults.HasFaults()) faults.Append(own);  // what only the configuration beside it tells
