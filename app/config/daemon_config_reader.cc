@@ -258,7 +258,7 @@ void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  const FileSource& files,
                                                  const std::string& data_directory,
-                                                 FaultList& faults) {
+                                                 FaultList& faults, std::size_t postures) {
   FaultList own;
   FaultList of_others;
   TomlDocument document(text, file, own);
@@ -330,7 +330,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
       TomlDocument cell(cell_text, config.cell_file, of_others);
       const bool own_base = config.machine.cell.sessions.empty();
       WarnOfUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
-                             config.machine);
+                             config.machine, postures);
     }
   }
   own.SortByLine();
@@ -348,22 +348,24 @@ std::string InstalledDataDirectory() {
 }
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
-                                                 const FileSource& files, FaultList& faults) {
-  return DaemonConfigFromText(text, file, files, InstalledDataDirectory(), faults);
+                                                 const FileSource& files, FaultList& faults,
+                                                 std::size_t postures) {
+  return DaemonConfigFromText(text, file, files, InstalledDataDirectory(), faults, postures);
 }
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
-                                                 FaultList& faults) {
-  return DaemonConfigFromText(text, file, ReadTextFile, InstalledDataDirectory(), faults);
+                                                 FaultList& faults, std::size_t postures) {
+  return DaemonConfigFromText(text, file, ReadTextFile, InstalledDataDirectory(), faults, postures);
 }
 
-std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults) {
+std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
+                                             std::size_t postures) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
     faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
-  return DaemonConfigFromText(*text, path, faults);
+  return DaemonConfigFromText(*text, path, faults, postures);
 }
 
 }  // namespace plumbline

@@ -8,6 +8,7 @@
 
 #include "app/config/daemon_config.h"
 #include "app/config/fault.h"
+#include "app/config/posture_check.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -25,23 +26,29 @@ using FileSource = std::function<Result<std::string>(const std::string& path)>;
 /// A relative path in it is looked for beside the configuration file, then in `data_directory`.
 /// A profile or cell that is only a name ("ur10") stands for cells/ur10.toml or profiles/....
 ///
-/// @param file    path of the configuration, used in faults and to find the other files
-/// @param faults  gets the faults and warnings of all three files, each with its own place
-/// @return        the configuration; nothing where any of the three has a fault
+/// @param file      path of the configuration, used in faults and to find the other files
+/// @param faults    gets the faults and warnings of all three files, each with its own place
+/// @param postures  of how many points the posture is checked, as of WarnOfUnlikelyPostures(): a
+///                  thread that is watched cannot wait for a thousand
+/// @return          the configuration; nothing where any of the three has a fault
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  const FileSource& files,
                                                  const std::string& data_directory,
-                                                 FaultList& faults);
+                                                 FaultList& faults,
+                                                 std::size_t postures = kEveryPosture);
 
 /// The same with the installed data directory.
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
-                                                 const FileSource& files, FaultList& faults);
+                                                 const FileSource& files, FaultList& faults,
+                                                 std::size_t postures = kEveryPosture);
 
 /// The same with the files of this machine and the installed data directory.
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
-                                                 FaultList& faults);
+                                                 FaultList& faults,
+                                                 std::size_t postures = kEveryPosture);
 
 /// DaemonConfigFromText of a file's content; a file that cannot be read is a fault.
-std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults);
+std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
+                                             std::size_t postures = kEveryPosture);
 
 }  // namespace plumbline

@@ -77,9 +77,15 @@ class PostureCheck {
     if (robot_) base_ = WrittenTurn::Of(*robot_, "base_rpy_deg");
   }
 
-  void Run() {
+  void Run(std::size_t most) {
     const std::vector<TomlTable> tables = root_.Tables("point");
     for (std::size_t k = 0; k < tables.size() && k < config_.points.size(); ++k) {
+      if (k == most) {
+        root_.AddWarning("point", fmt::format("the postures of the first {} points were checked "
+                                              "here; `plumbline check` checks the other {}, too",
+                                              most, config_.points.size() - most));
+        return;
+      }
       if (problems_ >= kMostProblems) {
         root_.AddWarning("point", fmt::format("more than {} points are not reached as they were "
                                               "taught; those after id {} are not checked until "
@@ -360,8 +366,8 @@ class PostureCheck {
 }  // namespace
 
 void WarnOfUnlikelyPostures(const TomlTable& root, const std::optional<TomlTable>& robot,
-                            const MachineConfig& config) {
-  if (!config.points.empty()) PostureCheck(root, robot, config).Run();
+                            const MachineConfig& config, std::size_t most) {
+  if (most > 0 && !config.points.empty()) PostureCheck(root, robot, config).Run(most);
 }
 
 }  // namespace plumbline

@@ -15,6 +15,10 @@
 namespace plumbline {
 namespace {
 
+/// The daemon's main thread reads the configuration while the service manager waits for its sign of
+/// life: by count of points, so that it takes no longer than that with any configuration.
+constexpr std::size_t kPosturesChecked = 20;
+
 /// What the store says once the cell file is noted in it.
 struct Noted {
   ModelState models;
@@ -109,7 +113,8 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
     if (content) texts[file] = *content;
     return content;
   };
-  std::optional<DaemonConfig> declared = DaemonConfigFromText(*text, path, keep, faults);
+  std::optional<DaemonConfig> declared =
+      DaemonConfigFromText(*text, path, keep, faults, kPosturesChecked);
   if (!declared) return std::nullopt;
   const std::string asked = declared->state_directory;
   if (!state_directory.empty()) declared->state_directory = state_directory;
@@ -155,7 +160,7 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
     return file == declared->cell_file ? store->Text(state.applied) : ReadTextFile(file);
   };
   FaultList own;
-  std::optional<DaemonConfig> applied = DaemonConfigFromText(*text, path, files, own);
+  std::optional<DaemonConfig> applied = DaemonConfigFromText(*text, path, files, own, 0);
   if (applied) {
     if (const auto why_not = WhyNotUsable(applied->machine.cell)) {
       own.Add(

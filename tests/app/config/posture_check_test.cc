@@ -70,14 +70,16 @@ std::string Config(const Taught& point, const std::string& rpy, const std::strin
 }
 
 /// The warnings of a configuration that has no faults, without the bare cell's own.
-std::vector<std::string> Warnings(const std::string& config, const std::string& cell = Ur10()) {
+std::vector<std::string> Warnings(const std::string& config, const std::string& cell = Ur10(),
+                                  std::size_t postures = kEveryPosture) {
   const FileSource files = [&](const std::string& path) -> Result<std::string> {
     if (path == "ur10.toml") return cell;
     if (path == "generic.toml") return ReadTextFile("config/profiles/generic.toml");
     return Error{"No such file or directory"};
   };
   FaultList faults;
-  const auto read = DaemonConfigFromText(config, "plumbline.toml", files, "/nonexistent", faults);
+  const auto read =
+      DaemonConfigFromText(config, "plumbline.toml", files, "/nonexistent", faults, postures);
   CAPTURE(FaultsText(faults));
   CHECK(read);
   std::vector<std::string> warnings = Texts(faults, Fault::Severity::kWarning);
@@ -107,6 +109,26 @@ TEST_CASE("An axis of near_deg that is 90 degrees off is named with both its val
                                  "point has -60.0 deg") &&
                  Catch::Contains("[20.0, -100.0, 110.0, -60.0, -80.0, 30.0]") &&
                  Catch::Contains("Read the joints at the pendant"));
+}
+
+TEST_CASE("Where only some postures are checked, the others are named as not checked") {
+  const Taught point;
+  std::vector<double> wrong = kTaught_deg;
+  wrong[3] += 90;
+  std::string config = Config(point, ListText(point.rpy_deg), ListText(wrong));
+  for (const int id : {4, 5}) {
+    config += fmt::format(
+        "[[point]]\nid = {}\nframe = \"measurement\"\nxyz_mm = {}\nrpy_deg = {}\nnear_deg = {}\n",
+        id, ListText(point.xyz_mm), ListText(point.rpy_deg), ListText(wrong));
+  }
+  CHECK(Warnings(config).size() == 3);
+  CHECK(Warnings(config, Ur10(), 3).size() == 3);
+  CHECK(Warnings(config, Ur10(), 0).empty());
+  const auto some = Warnings(config, Ur10(), 1);
+  REQUIRE(some.size() == 2);
+  const bool first = some[0].find("first 1 point") != std::string::npos;
+  CHECK_THAT(some[first ? 0 : 1], Catch::Contains("`plumbline check` checks the other 2, too"));
+  CHECK_THAT(some[first ? 1 : 0], Catch::Contains("point[1].near_deg: warning: "));
 }
 
 TEST_CASE("Angles in radians are proved by the point that they lead to") {

@@ -1,5 +1,7 @@
 #include "app/daemon/model_in_force.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -64,6 +66,23 @@ bool Warns(const FaultList& faults, const std::string& words) {
 }
 
 }  // namespace
+
+TEST_CASE("a daemon with many points checks the postures of some, once") {
+  Applied applied("\n# version 2\n");
+  std::string text = DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  for (int id = 100; id < 130; ++id) {
+    text += fmt::format("\n[[point]]\nid = {}\nname = \"p{}\"\nxyz_mm = [2000, 0, 1500]\n", id, id);
+  }
+  std::ofstream(applied.file) << text;
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+  const std::string told = FaultsText(applied.faults);
+  CAPTURE(told);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+  const auto at = told.find("the postures of the first 20 points were checked here");
+  REQUIRE(at != std::string::npos);
+  CHECK(told.find("points were checked here", at + 40) == std::string::npos);
+}
 
 TEST_CASE("what is not known of the declared version keeps the applied one in force") {
   Applied applied("\n# version 2\n");
