@@ -290,8 +290,7 @@ bool Machine::SameForRadius(const Circumstances& a, const Circumstances& b) {
          near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
 }
 
-void Machine::StateUncertainty(const Payload& payload, const Vec3& p_TP,
-                               Correction& correction) {
+void Machine::StateUncertainty(const Payload& payload, const Vec3& p_TP, Correction& correction) {
   const StatedRadius stated =
       uncertainty_.At(corrector_.arm(), correction.q, LoadStatement::Stated(payload),
                       ConditionsOf(payload), correction.extrapolated, p_TP);
@@ -386,8 +385,8 @@ void Machine::RenewRadii() {
       --left;
       radius_turn_ = (index + 1) % count;
       StateUncertainty({now.mass_kg, now.cog_F}, config_.points[index].p_TP, correction);
-      radius = {{correction.uncertainty_m, correction.basis}, now, correction.extrapolated,
-                correction.q};
+      radius = {
+          {correction.uncertainty_m, correction.basis}, now, correction.extrapolated, correction.q};
       holds = true;
     }
     correction.uncertainty_m = radius.stated.radius_m;

@@ -80,7 +80,8 @@ void Machine::Execute(const MachineInput& input) {
         result.code = block.code;
         result.valid = block.valid;
         if (block.valid) result.correction = block.correction;
-        if (block.valid && block.correction.basis == RadiusBasis::kUnknown) {  // its turn may be later
+        if (block.valid &&
+            block.correction.basis == RadiusBasis::kUnknown) {  // its turn may be later
           const Circumstances& of = *branches_[index].circumstances;
           StateUncertainty({of.mass_kg, of.cog_F}, known->p_TP, result.correction);
         }

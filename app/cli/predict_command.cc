@@ -99,7 +99,8 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
   for (const Prediction& one : predictions) weakest = Weakest(weakest, one.radius.basis);
   if (predictions.empty() || weakest > RadiusBasis::kAssumed) return "";
   if (weakest == RadiusBasis::kUnknown) {
-    return "u_mm: some radii have the basis \"unknown\": nothing typical is known of an axis of this "
+    return "u_mm: some radii have the basis \"unknown\": nothing typical is known of an axis of "
+           "this "
            "arm, such as a linear one that carries weight. Do not rely on them; fit the model to "
            "measured points with `plumbline diagnose`";
   }

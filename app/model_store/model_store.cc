@@ -138,9 +138,11 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
     return lost(fmt::format("is missing, and {} version{} there", numbers->size(),
                             numbers->size() == 1 ? " is" : "s are"));
   }
-  if (type == std::filesystem::file_type::none) return lost("cannot be read: " + hidden.message());
+  if (type == std::filesystem::file_type::none) {
+    return lost(CannotBeRead(path, hidden.message()));
+  }
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return lost("cannot be read: " + text.error());
+  if (!text) return lost(CannotBeRead(path, text.error()));
   if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) return lost(text->empty() ? "is empty" : "is damaged");

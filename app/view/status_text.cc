@@ -137,7 +137,7 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
 
 Panel CorrectionPanel(const ViewFacts& facts) {
   const ViewState& state = *facts.state;
-  Panel panel{"Correction ±95 % radius", {}};
+  Panel panel{"Correction ±radius (95 %), mm", {}};
   const auto name_of = [&](int id) {
     if (facts.model != nullptr) {
       for (const AssemblyPoint& point : facts.model->config.machine.points) {
@@ -154,7 +154,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
       continue;
     }
     panel.lines.push_back(
-        {fmt::format("{}: {:.2f} ±{:.2f} mm, {}{}", name_of(point.id),
+        {fmt::format("{}: {:.2f} ±{:.2f} {}{}", name_of(point.id),
                      kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
                      Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
          ToneOf(point, state)});

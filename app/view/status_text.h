@@ -38,8 +38,8 @@ struct ViewFacts {
   std::vector<double> frames_per_s;  ///< of each camera, as they arrived
 };
 
-/// The daemon's health; or, where it is worse, what was measured here and reaches the daemon a moment
-/// later. Good while no state came.
+/// The daemon's health; or, where it is worse, what was measured here and reaches the daemon a
+/// moment later. Good while no state came.
 CellHealth ShownHealth(const ViewFacts& facts);
 
 /// How a point is marked: good only where its radius holds as far as anybody knows.

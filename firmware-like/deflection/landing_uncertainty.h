@@ -25,8 +25,8 @@ class AssumedError;
 /// deviation of the declared deflections was stated and what only priors describe makes the radius
 /// less than a tenth larger; otherwise `assumed`; `unknown` where something has no prior either.
 ///
-/// A fitted model outside its domain: both, in squares, with the weaker basis; the instrument's noise
-/// then counts twice, which errs on the safe side.
+/// A fitted model outside its domain: both, in squares, with the weaker basis; the instrument's
+/// noise then counts twice, which errs on the safe side.
 ///
 /// Holds its own scratch memory: At() allocates nothing and costs some tens of microseconds.
 class LandingUncertainty {
@@ -39,12 +39,12 @@ class LandingUncertainty {
   /// @param q             joints commanded [rad]
   /// @param load          what the model computes with, and what is known of it
   /// @param extrapolated  outside the domain; ignored if the cell has no domain
-  /// @param p_TP          the tool point in the tip's frame [m]; a fitted model's covariance is that
+  /// @param p_TP          the tool point in the tip's frame [m]; a fitted model's covariance is
+  /// that
   ///                      of the tip
   /// @return              not known() if the loaded posture does not settle
   StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
-                  const Conditions& conditions, bool extrapolated,
-                  const Vec3& p_TP = Vec3::Zero());
+                  const Conditions& conditions, bool extrapolated, const Vec3& p_TP = Vec3::Zero());
 
  private:
   StatedRadius Assumed(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,

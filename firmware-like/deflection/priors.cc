@@ -108,7 +108,8 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
     DeflectionPriors::Link& link = priors.links[static_cast<std::size_t>(i)];
     link.com_L = joint.link_com_m.value_or(MiddleOfLink(robot, i));
     if (!joint.link_com_m) link.com_sd_L = 0.2 * LinkVector(robot, i);
-    // The model puts an undeclared centre at the frame of a proximal (mdh) joint; see loads/gravity.
+    // The model puts an undeclared centre at the frame of a proximal (mdh) joint; see
+    // loads/gravity.
     if (joint.link_mass_kg && !joint.link_com_m && robot.convention == DhConvention::kProximal) {
       link.com_shift_L = link.com_L;
     }
@@ -199,8 +200,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
   // Without a joint that lifts the arm there is no wind-up to go by.
   constexpr double kLifts = 0.1;
   const bool lifts = unit_Nm > kLifts * robot.g_W.norm() * chain.Reach();
-  const double reach_m =
-      lifts ? unit_Nm / std::max(1e-9, robot.g_W.norm()) : chain.Reach();
+  const double reach_m = lifts ? unit_Nm / std::max(1e-9, robot.g_W.norm()) : chain.Reach();
   priors.rated_payload_kg =
       weighed ? sample.Largest(roles.shoulder, 0) / unit_Nm : RatedPayloadByReach(reach_m);
   priors.rated_sigma_ln = weighed ? 0.0 : 0.4;

@@ -61,8 +61,8 @@ struct DeflectionPriors {
   /// Of the rated payload; where it is not 0 all link masses go with it, and compliances inversely.
   double rated_sigma_ln = 0;
   int shoulder = 0;
-  /// False where a source has no prior: a prismatic axis that carries weight, an arm without a joint
-  /// that lifts it (SCARA, gantry), whose links and bearings bend instead.
+  /// False where a source has no prior: a prismatic axis that carries weight, an arm without a
+  /// joint that lifts it (SCARA, gantry), whose links and bearings bend instead.
   bool complete = true;
 
   /// [rad/(N m)]; empty: declared, by the cell or by an effect of it, or prismatic.
@@ -73,7 +73,7 @@ struct DeflectionPriors {
     double mass_kg = 0;            ///< declared, or the median
     double mass_sigma_ln = 0;      ///< 0: declared
     Vec3 com_L = Vec3::Zero();     ///< in the frame after the joint [m]
-Vec3 com_sd_L = Vec3::Zero();  ///< one direction along which it is uncertain [m]
+    Vec3 com_sd_L = Vec3::Zero();  ///< one direction along which it is uncertain [m]
     /// com_L less the centre that the model assumes, where a mass is declared without one [m].
     Vec3 com_shift_L = Vec3::Zero();
   };

@@ -114,8 +114,8 @@ std::vector<WrittenEffect> EffectsOf(const ModelStore& store, int version) {
 TEST_CASE("points miss, the effect is named, its model applied, the points hit") {
   Station station(virtual_cell::Effects({virtual_cell::EffectFromText(kHidden)}));
   CHECK(station.LargestError() > 2);
-  CHECK(StatusText(station.daemon.Plc())
-            .find("version 1 in force, declared, 0 effects") != std::string::npos);
+  CHECK(StatusText(station.daemon.Plc()).find("version 1 in force, declared, 0 effects") !=
+        std::string::npos);
   CHECK(station.Probe(16));
   const int version = station.client.AwaitProposal(240);
   INFO(station.daemon.Log());

@@ -163,7 +163,7 @@ TEST_CASE("all is well: one word, and every panel") {
   }
   CHECK(drawn.Says("valid: the marks are in place"));
   CHECK(drawn.Says("3 seen, threshold by the light"));
-  CHECK(drawn.Says("assembly 1: 4.15 ±0.30 mm, measured"));
+  CHECK(drawn.Says("assembly 1: 4.15 ±0.30 measured"));
   CHECK(drawn.Says("the zoom changed"));
   CHECK_FALSE(drawn.Says("STALE"));
   CHECK_FALSE(drawn.Says("deflection shown"));

@@ -181,15 +181,16 @@ TEST_CASE("a joint's compliance weighs the same from the file and from an effect
   WrittenEffect effect;
   effect.id = "joint_compliance";
   effect.scope = {"q2"};
-  effect.parameters = {{"q2", *from_file.robot.joints[1].compliance_rad_per_Nm, std::nullopt,
-                        "rad/(N m)", ""}};
+  effect.parameters = {
+      {"q2", *from_file.robot.joints[1].compliance_rad_per_Nm, std::nullopt, "rad/(N m)", ""}};
   from_effect.effects = {effect};
   JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   // Without the share of declared deflections, which effects replace by their own covariance.
   const LoadStatement unstated{{60, *from_file.payload_cog_F}, std::nullopt, false};
   const double file_m = Radius(from_file, q, false, unstated, {0, true}).radius_m;
-  CHECK(Radius(from_effect, q, false, unstated, {0, true}).radius_m == Approx(file_m).epsilon(1e-3));
+  CHECK(Radius(from_effect, q, false, unstated, {0, true}).radius_m ==
+        Approx(file_m).epsilon(1e-3));
 }
 
 TEST_CASE("the radius grows with the lever of the tool point") {
