@@ -16,7 +16,7 @@
 namespace plumbline {
 namespace {
 
-constexpr NumberRange kScale{-1e9, 1e9};
+constexpr NumberRange kScaleRange{-1e9, 1e9};
 constexpr int kLastRegister = 65535;
 
 /// A unit of the file: SI value = factor * value + shift.
@@ -60,9 +60,9 @@ class ProfileReader {
     value.type = ReadType(table, units.size() > 0).value_or(value.type);
     value.order = ReadOrder(table).value_or(value.order);
     if (units.size() > 0) {
-      const double scale = table.Number("scale", kScale).value_or(1);
+      const double scale = table.Number("scale", kScaleRange).value_or(1);
       if (scale == 0) table.AddFault("scale", "makes every reading the same");
-      const double offset = table.Number("offset", kScale).value_or(0);
+      const double offset = table.Number("offset", kScaleRange).value_or(0);
       const Unit unit = table.RequiredOneOf<Unit>("unit", units).value_or(Unit{});
       value.scale = unit.factor * scale;
       value.offset = unit.factor * offset + unit.shift;
@@ -160,7 +160,7 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
       RegisterValue turn;
       turn.table = values.front().table;
       turn.type = RegisterType::kInt16;
-      turn.scale = table.Number("revolutions_scale", kScale).value_or(1);
+      turn.scale = table.Number("revolutions_scale", kScaleRange).value_or(1);
       if (turn.scale == 0) table.AddFault("revolutions_scale", "makes every reading the same");
       turns = reader.AtAddresses(table, "revolutions", static_cast<int>(values.size()), turn);
     }
