@@ -105,8 +105,13 @@ struct Station {
 
   /// A probe of the tip as predicted. @return its result code
   int Probe() {
-    std::vector<std::uint16_t> words(40);
-    words[0] = 6;
+    std::vector<std::uint16_t> words = {6, 0};
+    const auto reported = plc.Read(318, 6);  // the unloaded tip, which is near enough
+    for (const std::uint16_t word :
+         virtual_cell::WordsFromFloats({reported.Float(0), reported.Float(2), reported.Float(4)})) {
+      words.push_back(word);
+    }
+    words.resize(40);
     words[39] = ++sequence;
     plc.Write(1000, words);
     INFO(daemon.Log());
