@@ -13,7 +13,6 @@ import tempfile
 from station import Station
 
 BIN = sys.argv[1]
-CELL = "tests/virtual_cell/demo/cockpit-cell.toml"
 
 
 def told(*words):
@@ -46,7 +45,7 @@ with tempfile.TemporaryDirectory() as scratch:
         station.until(lambda v: v["MayInsert"])
         station.give_probe()
         corrected = scratch + "/corrected.toml"
-        text = open(CELL).read()
+        text = open(station.folder + "/cell.toml").read()
         found = re.search(r"compliance_rad_per_Nm = ([0-9.e-]+)", text)
         open(corrected, "w").write(text[:found.start(1)] + "%g" % (1.1 * float(found.group(1))) + text[found.end(1):])
         told("model", "propose", corrected, "--state", state)
