@@ -8,18 +8,6 @@
 
 namespace plumbline {
 
-Mat3 DeflectionCovariance(const LoadedArm& arm, const LoadedState& state, double deflection_sd) {
-  Jacobian jacobian;
-  arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
-  const Vec3 bend_B = state.posture.X_BF().R * state.bend_F;
-  Mat3 covariance = bend_B * bend_B.transpose();
-  for (int i = 0; i < arm.size(); ++i) {
-    const Vec3 shift_B = jacobian.col(i).head<3>() * state.sag[i];
-    covariance += shift_B * shift_B.transpose();
-  }
-  return deflection_sd * deflection_sd * covariance;
-}
-
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution) {
   Jacobian jacobian;
   arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);

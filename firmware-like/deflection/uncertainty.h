@@ -7,13 +7,6 @@
 
 namespace plumbline {
 
-/// Covariance of the tip position [m^2] in B when every source of deflection (each joint's sag, the
-/// tool's bend) is uncertain by `deflection_sd` of itself, independently:
-///   C = sd^2 (sum_i (J_i s_i)(J_i s_i)^T + (R bend)(R bend)^T)
-/// A declared compliance carries no deviation of its own; the share is an assumption that stands
-/// until the model is identified from measured points.
-Mat3 DeflectionCovariance(const LoadedArm& arm, const LoadedState& state, double deflection_sd);
-
 /// Covariance of a point of the posture [m^2] when each joint is read in steps of `resolution`
 /// [rad]: uniform within a step, variance resolution^2 / 12.
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution);
