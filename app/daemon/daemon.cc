@@ -34,6 +34,8 @@ namespace plumbline {
 namespace {
 
 constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
+/// Reloads that follow one another put off the points of none of them for longer.
+constexpr double kLongestPostponed_s = 10;
 constexpr char kRobotLink[] = "robot link";
 /// Ordinary cells have all branches before anybody can ask; the port of a large one does not wait.
 constexpr double kBranchesFirst_s = 0.3;
@@ -122,6 +124,7 @@ struct Running {
   const ServiceManager& manager;
   Lifeline lifeline;
   double robot_patience_s;  ///< of the link in force
+  DaemonAtWork at_work;
   OneProcessor processor{};
 };
 
@@ -134,9 +137,8 @@ struct PendingReload {
 
 std::optional<PendingReload> ReadAgain(const Running& running) {
   const std::string& file = running.file;
-  const DaemonConfig& started = running.started;
   FaultList faults;
-  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, started.state_directory);
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running.at_work);
   LogFaults(faults);
   std::unique_ptr<CycleParts> parts =
       in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;
@@ -184,6 +186,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
     running.manager.Feed();
   });
   running.view.Configure(fresh);
+  running.at_work.models = in_force->models;
   running.robot_patience_s = RobotPatience_s(fresh);
   running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
   reporter.Configure(PointNames(fresh), link_kept);
@@ -258,6 +261,8 @@ void Watch(int signals, Running& running) {
   UtcClock clock = running.loop.clock();
   Watchdog watchdog;
   std::optional<PendingReload> pending;
+  double pending_since_s = 0;  // of the first signal that it answers
+  bool read_again = false;     // a signal came, and the pending one goes first
   const auto reloaded = [&running] { running.manager.Ready("configuration read again"); };
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
@@ -271,14 +276,24 @@ void Watch(int signals, Running& running) {
         return;
       }
       running.manager.Reloading();
-      pending.reset();  // of a file that has changed since
-      pending = ReadAgain(running);
-      if (!pending) reloaded();
+      if (!pending) pending_since_s = MonotonicSeconds();
+      // A file that has changed since takes the pending one's place, but not for ever.
+      read_again = pending && MonotonicSeconds() - pending_since_s > kLongestPostponed_s;
+      if (!read_again) {
+        pending.reset();
+        pending = ReadAgain(running);
+        if (!pending) reloaded();
+      }
     }
     if (pending && pending->parts->branches.finished()) {
       Reload(std::move(*pending), running, reporter);
       pending.reset();
-      reloaded();
+      if (read_again) {
+        read_again = false;
+        pending_since_s = MonotonicSeconds();
+        pending = ReadAgain(running);
+      }
+      if (!pending) reloaded();
     }
     const double now_s = MonotonicSeconds();
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
@@ -387,8 +402,16 @@ int RunDaemon(const std::string& config_file) {
                    config->plc.tcp.address, (*plc)->server().port())});
   TellModel(*in_force);
   malloc_trim(0);
-  Running running{
-      config_file, *config, loop, worker, view, **plc, manager, {}, RobotPatience_s(*config)};
+  Running running{config_file,
+                  *config,
+                  loop,
+                  worker,
+                  view,
+                  **plc,
+                  manager,
+                  {},
+                  RobotPatience_s(*config),
+                  DaemonAtWork{config->state_directory, in_force->models, !taken}};
   AddThreads(*config, loop, worker, running.lifeline);
   (*cameras)->AddTo(running.lifeline);
   (*plc)->AddTo(running.lifeline);

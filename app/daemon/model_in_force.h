@@ -18,18 +18,28 @@ struct ConfigInForce {
   std::string set_aside;
 };
 
+/// A daemon that reads its configuration again.
+struct DaemonAtWork {
+  std::string state_directory;  ///< that it started with, in place of what the file says now
+  ModelState models = {};       ///< in force
+  /// False: another daemon keeps the journal and the models of that directory.
+  bool owns_directory = true;
+};
+
 /// Reads the configuration, notes its cell file in the model store of its state directory, and
 /// reads it once more with the applied version where that is another one.
 ///
 /// What the store holds and cannot be read is never replaced by the cell file: that is a fault. A
 /// store that is not there, or that cannot be written, is a warning: the cell file is in force
-/// then, or the version that was applied to it. A store that cannot be opened although it may hold
-/// an applied version is a fault at a reload; at the start the cell file serves, with `set_aside`.
-/// @param state_directory  of the daemon that runs already, in place of what the file says; empty:
-///                         as the file says, at the start
+/// then, or the version that was applied to it. Two cases are faults at a reload, while at the
+/// start the cell file serves, with `set_aside`: a store that cannot be opened although it may hold
+/// an applied version, and one that has become empty since a version of it came into force, as when
+/// its file system is no longer mounted. Nothing is noted in a directory that another daemon owns:
+/// its applied version serves the same cell and no other.
+/// @param at_work  nothing at the start
 /// @return nothing where the configuration, its files, the store or the applied version have a
 /// fault, or where the daemon cannot use the applied version (WhyNotUsable)
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
-                                               const std::string& state_directory = "");
+                                               const std::optional<DaemonAtWork>& at_work = {});
 
 }  // namespace plumbline

@@ -80,6 +80,15 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
   return mark;
 }
 
+std::optional<std::string> OtherDaemonOf(const std::string& state_directory) {
+  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (fd < 0) return std::nullopt;
+  const std::optional<pid_t> holder = HolderOf(fd);
+  close(fd);
+  if (!holder) return std::nullopt;
+  return UsedBy(holder);
+}
+
 Result<Notified> NotifyDaemon(const std::string& state_directory) {
   const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
   if (fd < 0) return Notified::kNoDaemon;

@@ -1,6 +1,7 @@
 // How a command finds the daemon of a state directory.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "firmware-like/result.h"
@@ -32,6 +33,11 @@ class DaemonMark {
 /// @return       the mark, or why there is none; where another daemon has it the bare cause,
 ///               "another plumblined (process 812) uses it", without directory and remedy
 Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken = nullptr);
+
+/// Which other process has the daemon's mark on that directory: "another plumblined (process 812)
+/// uses it"; nothing where none has. Asked before this process takes the mark, never afterwards: it
+/// opens the file, and closing it would free the lock.
+std::optional<std::string> OtherDaemonOf(const std::string& state_directory);
 
 enum class Notified { kYes, kNoDaemon };
 /// Sends SIGHUP to the daemon of that directory; takes no lock, so that a daemon may start at the

@@ -90,7 +90,9 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
        fmt::format("version {} is in force, but cannot be used, and the cell file is not taken in "
                    "its place; choose another by {} or {}",
                    state.applied, ModelCommand("rollback", state_directory),
-                   ModelCommand(fmt::format("apply {}", state.declared), state_directory))});
+                   ModelCommand(state.declared != 0 ? fmt::format("apply {}", state.declared)
+                                                    : std::string("apply N"),
+                                state_directory))});
   return std::nullopt;
 }
 

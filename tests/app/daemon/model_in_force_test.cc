@@ -51,7 +51,7 @@ TEST_CASE("a daemon at work keeps its state directory, and the model that is app
   const std::string state = applied.folder.path() + "/state";
   std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"), "",
                                           "state_directory", "\"elsewhere\"");
-  const auto in_force = ReadConfigInForce(applied.file, applied.faults, state);
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults, DaemonAtWork{state});
   REQUIRE(in_force);
   CHECK(in_force->config.state_directory == state);
   CHECK(in_force->asked_state_directory == applied.folder.path() + "/elsewhere");
@@ -221,7 +221,7 @@ TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps 
   std::filesystem::create_symlink("models", models);
   const std::string unknown = "whether a model was applied is not known: " + models;
   FaultList of_reload;
-  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, state));
+  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, DaemonAtWork{state}));
   const std::string text = FaultsText(of_reload);
   INFO(text);
   CHECK(of_reload.HasFaults());
@@ -238,10 +238,60 @@ TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps 
   std::filesystem::remove(models);
   std::filesystem::rename(models + ".kept", models);
   FaultList now;
-  const auto in_force = ReadConfigInForce(applied.file, now, state);
+  const auto in_force = ReadConfigInForce(applied.file, now, DaemonAtWork{state});
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK(in_force->set_aside.empty());
+}
+
+TEST_CASE("a store whose file system is gone does not put the cell file in force at a reload") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const auto started = ReadConfigInForce(applied.file, applied.faults);
+  REQUIRE(started);
+  const DaemonAtWork at_work{state, started->models};
+  std::filesystem::rename(state + "/models", state + "/models.kept");
+  FaultList gone;
+  CHECK_FALSE(ReadConfigInForce(applied.file, gone, at_work));
+  INFO(FaultsText(gone));
+  CHECK_THAT(FaultsText(gone), Catch::Contains("is empty, although version 2 of it is in force") &&
+                                   Catch::Contains("Mount its file system again"));
+  std::filesystem::remove_all(state + "/models");
+  std::filesystem::rename(state + "/models.kept", state + "/models");
+  FaultList back;
+  const auto again = ReadConfigInForce(applied.file, back, at_work);
+  REQUIRE(again);
+  CHECK(again->models.applied == 2);
+}
+
+TEST_CASE("in a directory that another daemon owns nothing is noted") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const auto as_of_disk = [&state] { return FileText(state + "/models/state.json"); };
+  const std::string before = as_of_disk();
+  const DaemonAtWork second{state, {}, false};
+  FaultList same_cell;
+  const auto same = ReadConfigInForce(applied.file, same_cell, second);
+  REQUIRE(same);
+  CHECK(same->models.applied == 2);
+
+  const std::string own_cell = applied.folder.path() + "/own-cell.toml";
+  std::ofstream(own_cell) << WithLine(applied.cell, "payload", "cog_mm", "[0.0, 0.0, 700.0]");
+  std::string text = DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  std::ofstream(applied.file) << WithLine(text, "", "cell", "\"" + own_cell + "\"");
+  FaultList other_cell;
+  const auto other = ReadConfigInForce(applied.file, other_cell, second);
+  INFO(FaultsText(other_cell));
+  REQUIRE(other);
+  CHECK(other->models == ModelState{});
+  CHECK(other->config.machine.cell.payload_cog_F->z() == Approx(0.7));
+  CHECK(Warns(other_cell, "belongs to another cell"));
+  CHECK(as_of_disk() == before);
+
+  std::ofstream(applied.file) << text + "\n[loop]\nenabled = true\n";
+  FaultList loop;
+  CHECK_FALSE(ReadConfigInForce(applied.file, loop, second));
+  CHECK_THAT(FaultsText(loop), Catch::Contains("[loop] cannot be turned on here"));
 }
 
 TEST_CASE("a cell file that is not noted yet and cannot be leaves the applied model in force") {
