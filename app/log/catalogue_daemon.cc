@@ -30,8 +30,9 @@ constexpr EventEntry kEntries[] = {
      ""},
     {Event::kNotReloaded, "not-reloaded", LogLevel::kError, "3ce54784ff8245b393e99f9f9e3b03a6",
      "service", "configuration not reloaded",
-     "the new file, or the model store, has faults, told above; the former stays in force",
-     "mend them"},
+     "the new file, or the model store, has the faults logged before this line; the previous "
+     "configuration stays in force",
+     "fix them, then reload"},
     {Event::kNeedsRestart, "needs-restart", LogLevel::kWarning, "27c49cc026b049018201e0553adafe12",
      "service", "needs a restart: ...", "SIGHUP does not change what it names",
      "`systemctl restart plumbline`"},
@@ -179,7 +180,7 @@ constexpr EventEntry kEntries[] = {
     {Event::kModelSetAside, "model-set-aside", LogLevel::kWarning,
      "749e9eab0a0649cc993826bfd73025dd", "loop",
      "model version N is set aside: ..., whether a model was applied is not known: ...",
-     "the cell file means another cell than the one that version was applied to, by the keys told; "
+     "the cell file means another cell than the one that version was applied to, by the keys named; "
      "points are corrected by the cell file alone. Warning bit 13, at every start too, until a "
      "version is applied",
      "`plumbline model apply N` takes it all the same, `plumbline model apply` of the declared one "
