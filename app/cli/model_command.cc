@@ -234,16 +234,18 @@ int Propose(const ModelOptions& options) {
   return kExitOk;
 }
 
-int TellDaemon(const ModelOptions& options, int number) {
-  const Result<Notified> told = NotifyDaemon(options.state);
-  if (!told) {
-    return Fail(fmt::format("version {} is chosen, but {}; send it SIGHUP, or restart it", number,
-                            told.error()),
+int NotifyAndReport(const ModelOptions& options, int number) {
+  const Result<Notified> notified = NotifyDaemon(options.state);
+  if (!notified) {
+    return Fail(fmt::format("version {} is applied, but {}; send it SIGHUP, or restart it", number,
+                            notified.error()),
                 kExitUsage);
   }
-  std::cout << fmt::format("version {} is in force{}\n", number,
-                           *told == Notified::kYes ? "; the daemon was told"
-                                                   : " from the daemon's next start (none runs)");
+  std::cout << fmt::format("version {} is applied{}\n", number,
+                           *notified == Notified::kYes
+                               ? "; the daemon was asked to take it up (`plumbline status` shows "
+                                 "the model in force)"
+                               : ": in force from the daemon's next start (none runs)");
   return kExitOk;
 }
 
@@ -267,7 +269,7 @@ int ApplyVersion(const ModelOptions& options, int number) {
   }
   const Result<bool> applied = store.value().Apply(number);
   if (!applied) return Fail(applied.error(), kExitUsage);
-  return TellDaemon(options, number);
+  return NotifyAndReport(options, number);
 }
 
 int Apply(const ModelOptions& options) {
@@ -293,7 +295,7 @@ int RollBack(const ModelOptions& options) {
   }
   const Result<int> number = store.value().RollBack();
   if (!number) return Fail(number.error(), history.size() < 2 ? kExitFault : kExitUsage);
-  return TellDaemon(options, *number);
+  return NotifyAndReport(options, *number);
 }
 
 }  // namespace
