@@ -170,6 +170,13 @@ void Changes::Add(const Effect& effect) {
                      Value(effect, "centre"), Value(effect, "width"), Value(effect, "second")});
   } else if (id == "velocity_squared") {
     each_joint(viscous_squared);
+  } else if (id == "two_drivers") {
+    for (const Parameter& p : effect.parameters) {
+      const std::size_t term = p.name[0] == 'p' ? 0 : p.name[0] == 't' ? 1 : 2;
+      weather_m[term][p.name[1] - 'x'] += p.value * 1e-3;
+    }
+  } else if (id == "temperature_payload") {
+    warm_payload_m_per_K_kg += Xyz(effect) * 1e-3;
   } else if (id == "air_pressure") {
     pressure_m_per_bar += Xyz(effect) * 1e-3;
   } else {
