@@ -150,7 +150,7 @@ def summary(rows):
          " and ".join(share(sum(r.get(k, 0) for r in rows), sum(r.get("points", 0) for r in rows))
                       for k in ("measured_inside_u", "inside_u"))),
         ("runs that ended without an answer", "0", rate(rows, "error"))]
-    return [line for line in lines if line[2] != "-"]
+    return [line for line in lines if line[2].strip("- and")]
 
 
 def markdown(rows):

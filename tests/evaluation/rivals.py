@@ -171,8 +171,12 @@ def ridge(data):
 
 def lasso(data):
     """Every effect at once, the strength by inner cross-validation over blocks of time."""
+    import warnings
+    from sklearn.exceptions import ConvergenceWarning
     from sklearn.linear_model import LassoCV
     from sklearn.model_selection import PredefinedSplit
+    # Weak penalties may end before they converge; which is taken, held-out error decides all the same.
+    warnings.simplefilter("ignore", ConvergenceWarning)
     columns, residual, scale = penalised(data)
     split = PredefinedSplit(blocks_in_time(len(residual) // 3))
     model = LassoCV(fit_intercept=False, cv=split, n_alphas=60, max_iter=3000, tol=1e-3)

@@ -173,7 +173,8 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
            changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
            changes_.lag[i] * row.last_move_rad[i] - changes_.latency_s * row.qd_rad_s[i] -
            changes_.inertia[i] * row.qdd_rad_s2[i] -
-           changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]);
+           changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]) +
+           changes_.warm_payload[i] * row.payload_kg * (row.temp_C - cell_.reference_temperature_C);
   }
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);

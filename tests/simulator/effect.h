@@ -61,7 +61,7 @@ struct Changes {
   Changes(const Effects& effects, int joints);
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
-      inertia, viscous_squared, a_m, d_m, alpha_rad;
+      inertia, viscous_squared, warm_payload, a_m, d_m, alpha_rad;
   std::vector<Frame> frames;
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;

@@ -216,7 +216,8 @@ const std::vector<std::string> kOutside = {"creep",
                                            "velocity_squared",
                                            "air_pressure",
                                            "two_drivers",
-                                           "temperature_payload"};
+                                           "temperature_payload",
+                                           "temperature_payload_joint"};
 
 /// What several effects at once are drawn from.
 const std::vector<std::string> kUsual = {
@@ -273,6 +274,9 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
     }
     hidden.effects = {weather};
     hidden.drivers = {"air_pressure_bar", "temp_C"};
+  } else if (family == "temperature_payload_joint") {
+    hidden.effects = {PerJoint(family, {joint}, "rad/(K kg)", 1e-6, true, random)};
+    hidden.drivers = {"temp_C", "payload_kg"};
   } else if (family == "temperature_payload") {
     hidden.effects = {Plain(family, Direction(random))};
     for (Parameter& p : hidden.effects[0].parameters) {
