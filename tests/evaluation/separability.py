@@ -44,7 +44,8 @@ def read_columns(prefix):
 class Blocks:
     """Column blocks of the effects at one data set, in mm per unit, (3 rows, parameters)."""
 
-    def __init__(self, heads, values, rows):
+    def __init__(self, heads, values, rows, seen=slice(None)):
+        """seen: which of the 3 rows' coordinates were measured"""
         self.columns = {}
         for head, value in zip(heads, values):
             name = head["id"]
@@ -52,9 +53,9 @@ class Blocks:
                 name += "/" + head["name"].split("_")[1]
             label = head["name"] if name in WHOLE or name in ("link_geometry", "gear_periodic") \
                 else head["scope"][0]
-            self.columns[name, label] = value
-        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], 3)
-        self.session = np.repeat([r.get("session", "") for r in rows], 3)
+            self.columns[name, label] = value[seen]
+        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], 3)[seen]
+        self.session = np.repeat([r.get("session", "") for r in rows], 3)[seen]
 
     def of(self, name):
         return {k[1]: v for k, v in self.columns.items() if k[0] == name}
@@ -219,8 +220,9 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
             "twins": twins, "confusable": sorted(confusable)}
 
 
-def judge(folder, simulate, keys_of):
-    """Judges the data set in a folder that plumbline-simulate wrote."""
+def judge(folder, simulate, keys_of, measured=None):
+    """Judges the data set in a folder that plumbline-simulate wrote, by the rows of `measured` (else of
+    measured.csv): of a row that lacks coordinates only those that it has."""
     with open(os.path.join(folder, "truth.json")) as file:
         truth = json.load(file)
     if not truth["effects"]:
@@ -228,14 +230,16 @@ def judge(folder, simulate, keys_of):
     if truth["n_train"] > MANY_ROWS:
         return {"class": "separable", "optional": [[] for _ in truth["effects"]]}
     place = lambda name: os.path.join(folder, name)
-    rows = table(place("measured.csv"))
+    measured = measured or place("measured.csv")
+    rows = table(measured)
+    seen = np.array([bool(row[c]) for row in rows for c in ("x_mm", "y_mm", "z_mm")])
 
     def tips(effects):
         with open(place("with.json"), "w") as file:
             json.dump({"effects": effects, "nuisances": truth["nuisances"]}, file)
         subprocess.run([simulate, "--predict", "--with", place("with.json"), "--cell", place("cell.toml"),
-                        "--poses", place("measured.csv"), "--out", place("tips.csv")], check=True)
-        return points(place("tips.csv")).ravel()
+                        "--poses", measured, "--out", place("tips.csv")], check=True)
+        return points(place("tips.csv")).ravel()[seen]
 
     still = tips([])
     cycles = set(CYCLES)
@@ -244,8 +248,10 @@ def judge(folder, simulate, keys_of):
     fields = [tips([effect]) - still for effect in truth["effects"]]
     tips([])  # leaves with.json with the nuisances alone
     subprocess.run([simulate, "--columns", "--cell", place("cell.toml"), "--measured",
-                    place("measured.csv"), "--with", place("with.json"), "--out", place("columns"),
+                    measured, "--with", place("with.json"), "--out", place("columns"),
                     "--cycles", ",".join(f"{c:g}" for c in sorted(cycles))], check=True)
-    blocks = Blocks(*read_columns(place("columns")), rows)
+    blocks = Blocks(*read_columns(place("columns")), rows, seen)
     keys = [keys_of(effect) for effect in truth["effects"]]
-    return judge_blocks(truth, keys, blocks, fields, truth["sigma"] * 1e3)
+    # Nobody can see below the noise, nor claim to see below what it is declared to be.
+    sigma_mm = 1e3 * max(truth["sigma"], truth.get("declared_sigma", 0.0))
+    return judge_blocks(truth, keys, blocks, fields, sigma_mm)

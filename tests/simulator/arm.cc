@@ -101,6 +101,10 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
   base += changes_.sine_m *
           std::sin(2.0 * M_PI * row.t_s / changes_.sine_period_s + changes_.sine_phase_rad);
   base += changes_.pressure_m_per_bar * (row.pressure_bar - 1.0);
+  const double pressure = (row.pressure_bar - 1.0) / 0.01;
+  const double warmth = (row.temp_C - cell_.reference_temperature_C) / 10.0;
+  base += changes_.weather_m[0] * pressure + changes_.weather_m[1] * warmth +
+          changes_.weather_m[2] * pressure * warmth;
 
   Walker walker{base, Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitX())),
                 Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitY())),
@@ -169,7 +173,8 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
            changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
            changes_.lag[i] * row.last_move_rad[i] - changes_.latency_s * row.qd_rad_s[i] -
            changes_.inertia[i] * row.qdd_rad_s2[i] -
-           changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]);
+           changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]) +
+           changes_.warm_payload[i] * row.payload_kg * (row.temp_C - cell_.reference_temperature_C);
   }
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);
@@ -248,6 +253,8 @@ Vector3d Arm::Tip(const Row& row) const {
     const double warm_K = row.temp_C - cell_.reference_temperature_C;
     tip.z() += changes_.growth_mm_per_K2 * 1e-3 * warm_K * warm_K;
   }
+  tip += changes_.warm_payload_m_per_K_kg * row.payload_kg *
+         (row.temp_C - cell_.reference_temperature_C);
   for (const Changes::Frame& frame : changes_.frames) {
     if (frame.session.empty() || frame.session == row.session) tip += frame.tip_m;
   }

@@ -67,7 +67,7 @@ Effects EffectsFromJson(const nlohmann::json& list) {
 Changes::Changes(int joints) {
   for (Eigen::VectorXd* vector :
        {&offset, &gear_ratio, &compliance, &hardening, &backlash_load, &backlash_move, &lag,
-        &inertia, &viscous_squared, &a_m, &d_m, &alpha_rad}) {
+        &inertia, &viscous_squared, &warm_payload, &a_m, &d_m, &alpha_rad}) {
     vector->setZero(joints);
   }
 }
@@ -170,6 +170,15 @@ void Changes::Add(const Effect& effect) {
                      Value(effect, "centre"), Value(effect, "width"), Value(effect, "second")});
   } else if (id == "velocity_squared") {
     each_joint(viscous_squared);
+  } else if (id == "two_drivers") {
+    for (const Parameter& p : effect.parameters) {
+      const std::size_t term = p.name[0] == 'p' ? 0 : p.name[0] == 't' ? 1 : 2;
+      weather_m[term][p.name[1] - 'x'] += p.value * 1e-3;
+    }
+  } else if (id == "temperature_payload_joint") {
+    each_joint(warm_payload);
+  } else if (id == "temperature_payload") {
+    warm_payload_m_per_K_kg += Xyz(effect) * 1e-3;
   } else if (id == "air_pressure") {
     pressure_m_per_bar += Xyz(effect) * 1e-3;
   } else {
