@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/words.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
@@ -61,17 +62,13 @@ void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& di
     if (block.empirical()) continue;
     Add(pool, static_cast<int>(b), costs[block.id], effects[block.id]);
   }
-  // The pool has the lines of the joints that followed the residual best only.
-  const std::string periodic = "gear_periodic";
-  const bool searched =
-      std::any_of(candidates.searched.begin(), candidates.searched.end(),
-                  [&](const Effect* effect) { return effect->traits().id == periodic; });
-  if (searched && costs.contains(periodic)) {
+  // The pool has only the shapes that followed the residual best.
+  for (const Effect* effect : candidates.searched) {
+    const std::string id(effect->traits().id);
+    if (!costs.contains(id)) continue;
     Pool every(pool.problem());
-    for (int joint = 0; joint < pool.problem().data().cell.robot.size(); ++joint) {
-      for (const double cycles : {1.0, 2.0}) {
-        Add(every, every.Add(PeriodicBlock(joint, cycles, 1)), costs[periodic], effects[periodic]);
-      }
+    for (const Block& block : ShapeSearchOf(*effect)->Everywhere(pool.problem().data())) {
+      Add(every, every.Add(block), costs[id], effects[id]);
     }
   }
   std::vector<std::string> hidden;
