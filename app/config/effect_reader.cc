@@ -118,7 +118,8 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
   if (entry == nullptr && !effect.id.empty()) {
     std::string ids;
     for (const Effect* known : Catalogue()) ids += std::string(known->traits().id) + ", ";
-    table.AddFault("id", "is not an effect; known are " + ids + std::string(Empirical().traits().id));
+    table.AddFault("id",
+                   "is not an effect; known are " + ids + std::string(Empirical().traits().id));
   }
   effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
   for (const std::string& joint : effect.scope) {

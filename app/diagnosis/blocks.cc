@@ -19,6 +19,15 @@ double LargestCarried(int entry) {
   return 0.05;                          // of base or tip [m]
 }
 
+/// True where the twist of link i stands between two axes, and they are parallel to about a degree.
+bool ParallelAxesAt(const Robot& robot, int i) {
+  constexpr double kLeastSine = 0.02;
+  const bool proximal = robot.convention == DhConvention::kProximal;
+  const int other = proximal ? i - 1 : i + 1;
+  if (other < 0 || other >= robot.size()) return false;
+  return std::abs(std::sin(robot.joints[static_cast<std::size_t>(i)].alpha_rad)) < kLeastSine;
+}
+
 }  // namespace
 
 double LargestPlausible(const EffectTraits& traits, int spec) {
@@ -42,7 +51,11 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
       continue;
     }
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-      block.term.parameters.push_back({spec, joint});
+      if (parameter.parallel_axes_only && !ParallelAxesAt(data.cell.robot, joint)) continue;
+      if (!IsOfTwoJoints(parameter)) block.term.parameters.push_back({spec, joint});
+      for (int of = 0; of < joint && IsOfTwoJoints(parameter); ++of) {
+        block.term.parameters.push_back({spec, joint, 1, of});
+      }
     }
   }
   const bool one_by_one = traits.per_joint || traits.one_by_one;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/words.h"
@@ -13,11 +14,14 @@
 namespace plumbline {
 namespace {
 
+/// Joint, spec and second joint of a size.
+using SizeName = std::tuple<int, int, int>;
+
 /// Of one effect, over all its blocks.
 struct Seen {
-  double least_m = 0;                        ///< 0: nothing of it is visible
-  std::set<std::pair<int, int>> hidden;      ///< (joint, spec) of sizes, by a block
-  std::set<std::pair<int, int>> not_hidden;  ///< by another block
+  double least_m = 0;             ///< 0: nothing of it is visible
+  std::set<SizeName> hidden;      ///< by a block
+  std::set<SizeName> not_hidden;  ///< by another block
 };
 
 void Add(const Pool& pool, int block, double cost, Seen& seen) {
@@ -26,7 +30,7 @@ void Add(const Pool& pool, int block, double cost, Seen& seen) {
   for (std::size_t k = 0; k < least_m.size(); ++k) {
     const TermParameter& parameter =
         of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
-    const std::pair<int, int> name(parameter.joint, parameter.spec);
+    const SizeName name(parameter.joint, parameter.spec, parameter.of);
     (least_m[k] > 0 ? seen.not_hidden : seen.hidden).insert(name);
     seen.least_m = std::max(seen.least_m, least_m[k]);
   }
@@ -36,12 +40,9 @@ void Add(const Pool& pool, int block, double cost, Seen& seen) {
 std::string HiddenText(const std::string& id, const Seen& seen) {
   const EffectTraits& traits = FindEffect(id)->traits();
   std::vector<std::string> names;
-  for (const auto& [joint, spec] : seen.hidden) {
-    if (seen.not_hidden.contains({joint, spec})) continue;
-    TermParameter parameter;
-    parameter.spec = spec;
-    parameter.joint = joint;
-    names.push_back(NameFromParameter(traits, parameter));
+  for (const auto& [joint, spec, of] : seen.hidden) {
+    if (seen.not_hidden.contains({joint, spec, of})) continue;
+    names.push_back(NameFromParameter(traits, {spec, joint, 1, of}));
   }
   if (names.empty()) return "";
   if (seen.least_m == 0) return EffectName(id);

@@ -15,6 +15,7 @@ namespace plumbline {
   EFFECT(ToolFrame) \
   EFFECT(JointOffset) \
   EFFECT(GearRatio) \
+  EFFECT(AxisCoupling) \
   EFFECT(LinkGeometry) \
   EFFECT(JointCompliance) \
   EFFECT(JointHardening) \
@@ -28,6 +29,8 @@ namespace plumbline {
   EFFECT(PedestalCompliance) \
   EFFECT(Backlash) \
   EFFECT(ApproachLag) \
+  EFFECT(FollowingError) \
+  EFFECT(ArrivalFriction) \
   EFFECT(GearPeriodic) \
   EFFECT(ThermalGrowth) \
   EFFECT(ThermalDrift) \

@@ -8,6 +8,10 @@ bool IsMoment(const ParameterSpec& spec) {
   return spec.role == ParameterRole::kShape && (spec.name == "time" || spec.name == "row");
 }
 
+bool IsOfTwoJoints(const ParameterSpec& spec) {
+  return spec.name.rfind("q#") != spec.name.find("q#");
+}
+
 bool IsCycles(const ParameterSpec& spec) {
   return spec.role == ParameterRole::kShape && spec.unit == "1/turn";
 }
