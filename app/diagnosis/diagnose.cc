@@ -11,6 +11,7 @@
 #include "app/diagnosis/held_out.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"

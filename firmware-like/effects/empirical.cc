@@ -42,7 +42,9 @@ struct EmpiricalFormula {
                            {"q#", "1", 1, kFactor},
                            {"tool_bending", "1", 1, kFactor}},
             .needs = {},
-            .confused_with = {}};
+            .confused_with = {},
+            .name = "an empirical term",
+            .empirical = true};
   }
 
   template <typename T>

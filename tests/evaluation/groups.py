@@ -13,7 +13,7 @@ OUTSIDE = ["creep", "slow_sine", "payload_squared", "temperature_squared", "two_
 PLURAL = ["two_drivers", "temperature_payload", "temperature_payload_joint"]
 # An instrument fine enough that the asked signal needs no unbelievable size of the effect.
 SIGMA_MM = {"tool_shear": 0.003, "gravity_direction": 0.01, "thermal_growth": 0.02,
-            "payload_cog": 0.02}
+            "payload_cog": 0.02, "arrival_friction": 0.01}
 CONFOUNDED = ["tool_stiffness", "tool_root_compliance", "payload_mass", "payload_cog",
               "joint_offset", "joint_compliance", "base_frame", "tool_frame", "thermal_growth",
               "backlash_load"]

@@ -23,7 +23,7 @@ def joints_of(effect):
     if scope:
         return frozenset(scope)
     names = [p["name"] for p in effect.get("parameters") or []]
-    found = [re.match(r"(?:q|a|d|alpha)(\d+)", name) for name in names]
+    found = [re.match(r"(?:q|a|d|alpha|beta)(\d+)", name) for name in names]
     return frozenset("q" + match.group(1) for match in found if match)
 
 

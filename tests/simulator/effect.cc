@@ -67,9 +67,11 @@ Effects EffectsFromJson(const nlohmann::json& list) {
 Changes::Changes(int joints) {
   for (Eigen::VectorXd* vector :
        {&offset, &gear_ratio, &compliance, &hardening, &backlash_load, &backlash_move, &lag,
-        &inertia, &viscous_squared, &warm_payload, &a_m, &d_m, &alpha_rad}) {
+         &inertia, &viscous_squared, &warm_payload, &following, &friction, &a_m, &d_m, &alpha_rad,
+         &beta_rad}) {
     vector->setZero(joints);
   }
+  coupling.setZero(joints, joints);
 }
 
 Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
@@ -99,6 +101,8 @@ void Changes::Add(const Effect& effect) {
       const int joint = JointOf(p.name);
       if (p.name.starts_with("alpha")) {
         alpha_rad[joint] += p.value * kDeg;
+      } else if (p.name.starts_with("beta")) {
+        beta_rad[joint] += p.value * kDeg;
       } else {
         (p.name[0] == 'a' ? a_m : d_m)[joint] += p.value * 1e-3;
       }
@@ -129,6 +133,14 @@ void Changes::Add(const Effect& effect) {
     each_joint(effect.by == "move" ? backlash_move : backlash_load);
   } else if (id == "approach_lag") {
     each_joint(lag);
+  } else if (id == "following_error") {
+    each_joint(following);
+  } else if (id == "arrival_friction") {
+    each_joint(friction);
+  } else if (id == "axis_coupling") {
+    for (const Parameter& p : effect.parameters) {
+      coupling(JointOf(p.name), JointOf(p.name.substr(p.name.find("_of_")))) += p.value;
+    }
   } else if (id == "gear_periodic") {
     for (const Parameter& p : effect.parameters) {
       if (!EndsWith(p.name, "_amplitude")) continue;

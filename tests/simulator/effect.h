@@ -61,7 +61,8 @@ struct Changes {
   Changes(const Effects& effects, int joints);
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
-      inertia, viscous_squared, warm_payload, a_m, d_m, alpha_rad;
+      inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad;
+  Eigen::MatrixXd coupling;  ///< (i, j): joint i turns with the angle of joint j
   std::vector<Frame> frames;
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;

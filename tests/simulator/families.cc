@@ -105,11 +105,54 @@ Effect LinkGeometry(int n, int count, Generator& random) {
   return effect;
 }
 
+/// Outer joints that turn with one further inwards.
+Effect AxisCoupling(const std::vector<int>& joints, Generator& random) {
+  Effect effect = Plain("axis_coupling", {});
+  for (const int joint : joints) {
+    const int of = Integer(random, 1, joint - 1);
+    effect.scope.push_back(Name(joint));
+    effect.parameters.push_back({fmt::format("{}_of_q{}", Name(joint), of),
+                                 1e-3 * Uniform(random, 0.6, 1.4) * Sign(random), "1"});
+  }
+  return effect;
+}
+
+/// Two neighbouring axes that are declared parallel, turned about the other direction than alpha.
+Effect ParallelAxis(const Cell& cell, Generator& random) {
+  std::vector<int> parallel;
+  const int n = int(cell.joints.size());
+  for (int i = 1; i <= n; ++i) {
+    const bool between = cell.proximal ? i > 1 : i < n;
+    if (between && std::abs(std::sin(cell.joints[i - 1].alpha_rad)) < 0.02) parallel.push_back(i);
+  }
+  if (parallel.empty()) throw std::runtime_error("parallel_axis: this arm has no parallel axes");
+  const int link = parallel[std::size_t(Integer(random, 0, int(parallel.size()) - 1))];
+  Effect effect = Plain(
+      "link_geometry",
+      {{fmt::format("beta{}", link), 0.05 * Uniform(random, 0.6, 1.4) * Sign(random), "deg"}});
+  effect.scope = {Name(link)};
+  return effect;
+}
+
 Effect StepEvent(Generator& random, double duration_s) {
   Effect step = Plain("step_event", Direction(random));
   step.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * duration_s, "s", true});
   step.frame = Integer(random, 0, 1) == 0 ? "base" : "tool";
   return step;
+}
+
+/// Effects of the last move, of coupled axes and of parallel ones.
+Effect OfMoves(const std::string& id, const Cell& cell, int count, Generator& random) {
+  const int n = int(cell.joints.size());
+  if (id == "following_error") {
+    return PerJoint(id, Joints(n, count, random), "rad", 2e-4, true, random);
+  }
+  if (id == "arrival_friction") {
+    return PerJoint(id, Joints(n, count, random, 2), "rad/(N m)", 1e-6, false, random);
+  }
+  if (id == "axis_coupling") return AxisCoupling(Joints(n, std::min(count, 2), random, 2), random);
+  if (id == "parallel_axis") return ParallelAxis(cell, random);
+  throw std::runtime_error("no family " + id + "; --list names them");
 }
 
 Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
@@ -196,17 +239,18 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
       zoom.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * 5400.0, "s", true});
     return zoom;
   }
-  throw std::runtime_error("no family " + id + "; --list names them");
+  return OfMoves(id, cell, count, random);
 }
 
 const std::vector<std::string> kCatalogued = {
-    "base_frame",     "tool_frame",        "joint_offset",         "gear_ratio",
-    "link_geometry",  "joint_compliance",  "joint_hardening",      "counterbalance",
-    "tool_stiffness", "tool_shear",        "tool_root_compliance", "payload_mass",
-    "payload_cog",    "gravity_direction", "pedestal_compliance",  "backlash_load",
-    "backlash_move",  "approach_lag",      "gear_periodic",        "thermal_growth",
-    "thermal_drift",  "latency",           "dynamic_inertia",      "measurement_scale",
-    "step_event",     "camera_tag_size",   "camera_zoom",          "camera_lens"};
+    "base_frame",      "tool_frame",        "joint_offset",         "gear_ratio",
+    "link_geometry",   "joint_compliance",  "joint_hardening",      "counterbalance",
+    "tool_stiffness",  "tool_shear",        "tool_root_compliance", "payload_mass",
+    "payload_cog",     "gravity_direction", "pedestal_compliance",  "backlash_load",
+    "backlash_move",   "approach_lag",      "gear_periodic",        "thermal_growth",
+    "thermal_drift",   "latency",           "dynamic_inertia",      "measurement_scale",
+    "step_event",      "camera_tag_size",   "camera_zoom",          "camera_lens",
+    "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis"};
 
 const std::vector<std::string> kOutside = {"creep",
                                            "slow_sine",

@@ -74,15 +74,20 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
     };
     joint("joint_offset", "rad");
     joint("gear_ratio", "1");
-    for (const char* name : {"a", "d", "alpha"}) {
+    for (const char* name : {"a", "d", "alpha", "beta"}) {
       add(One("link_geometry", fmt::format("{}{}", name, i), 0.0,
-              std::string(name) == "alpha" ? "deg" : "mm", {q}));
+              std::string(name).size() > 1 ? "deg" : "mm", {q}));
     }
     joint("joint_compliance", "rad/(N m)");
     joint("joint_hardening", "rad/(N m)^3");
     joint("backlash", "rad", "load");
     joint("backlash", "rad", "move");
     joint("approach_lag", "1");
+    joint("following_error", "rad");
+    joint("arrival_friction", "rad/(N m)");
+    for (int of = 1; of < i; ++of) {
+      add(One("axis_coupling", fmt::format("{}_of_q{}", q, of), 0.0, "1", {q}));
+    }
     if (table.qdd) joint("dynamic_inertia", "s^2");
     for (const double n : cycles) {
       for (const double phase : {0.0, M_PI / 2.0}) {

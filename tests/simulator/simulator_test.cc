@@ -86,6 +86,37 @@ TEST_CASE("a horizontal arm sags by weight times lever times compliance") {
   CHECK(Arm(cell, none).Torques(row)[1] == Approx(-49.03325).margin(1e-4));
 }
 
+TEST_CASE("a joint stops short by its share of the last move, and by friction under its load") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm.reset();
+  Row row = At(Eigen::Vector2d::Zero());
+  row.last_move_rad = Eigen::Vector2d(0.2, -0.1);
+  const auto tip = [&](const std::string& id, const Parameter& parameter) {
+    return Tip(cell, {Simple(id, {parameter})}, row);
+  };
+  CHECK(tip("following_error", {"q1", 1e-3, "rad"}).y() == Approx(-std::sin(1e-3)));
+  CHECK(tip("following_error", {"q2", 1e-3, "rad"}).z() == Approx(std::sin(0.5e-3)));
+  // 49.03325 N m about the second joint.
+  CHECK(tip("arrival_friction", {"q2", 1e-5, "rad/(N m)"}).z() ==
+        Approx(std::sin(0.5 * 1e-5 * 49.03325)));
+  row.last_move_rad.setZero();
+  CHECK(tip("following_error", {"q1", 1e-3, "rad"}).y() == Approx(0.0).margin(1e-15));
+}
+
+TEST_CASE("a coupled joint turns with the other one, a turned axis tilts what follows it") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm.reset();
+  const Row turned = At(Eigen::Vector2d(0.3, 0.0));
+  CHECK(Tip(cell, {Simple("axis_coupling", {{"q2_of_q1", 1e-3, "1"}})}, turned).z() ==
+        Approx(std::sin(3e-4)));
+  // One metre beyond the second link, along its x; its z points along -y.
+  cell.tool.tcp_m = {1.0, 0.0, 0.0};
+  const Vector3d tip =
+      Tip(cell, {Simple("link_geometry", {{"beta2", 0.1, "deg"}})}, At(Eigen::Vector2d::Zero()));
+  CHECK(tip.y() == Approx(std::sin(0.1 * kDeg)));
+  CHECK(tip.x() == Approx(1.0 + std::cos(0.1 * kDeg)));
+}
+
 TEST_CASE("the torque about each joint is the derivative of gravity's work") {
   for (const std::string& robot : ReadyRobots()) {
     const Cell cell = ReadyCell(robot);
