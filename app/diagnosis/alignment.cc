@@ -288,8 +288,8 @@ Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
 
 std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
                                              int session) {
-  // Half of the prior's deviation: the rows say less of that direction than was known before.
-  constexpr double kHeld_m = 0.025, kHeld_rad = 0.1;
+  // A fifth of the prior's deviation: hardly more is known of that direction than before.
+  constexpr double kHeld_m = 0.01, kHeld_rad = 0.1;
   const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[static_cast<std::size_t>(session)];
   const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
   const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));

@@ -34,7 +34,7 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& model, int thr
 Result<Model> Aligned(const Dataset& data, const Model& model, int threads);
 
 /// What the rows of a session did not determine, so that it stayed as declared (a posterior
-/// deviation above half of the prior's for the tip); nothing where they determine all.
+/// deviation above a fifth of the prior's for the tip); nothing where they determine all.
 std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
                                              int session);
 
