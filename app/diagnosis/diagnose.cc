@@ -137,8 +137,8 @@ Result<Model> WithRemainder(const Dataset& data, Model model, const std::vector<
 
 }  // namespace
 
-Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
-                           const DiagnosisOptions& options) {
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+                               const DiagnosisOptions& options) {
   const std::optional<double> cell_zero_s = cell.domain ? cell.domain->time_zero_s : std::nullopt;
   MeasuredTable on_cells_clock = measured;
   if (cell_zero_s && options.time_zero_s) {

@@ -149,10 +149,17 @@ struct DiagnosisOptions {
   std::function<bool()> interrupted;
 };
 
-/// Finds what the declared cell lacks. Deterministic: the same input gives the same answer.
+/// Finds what the declared cell lacks. Deterministic: the same input gives the same answer. Where
+/// some rows lack a signal that others have (the last move after a lost line, velocities), the rows
+/// that lack nothing are asked first; the others take part too unless the answer follows that
+/// signal (partial_rows.h).
 /// @return  an error where the data cannot be used at all, with what to do about it; the caller
 ///          names the file
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
                            const DiagnosisOptions& options);
+
+/// The same of all rows at once: an effect adds nothing where the row lacks its signal.
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+                               const DiagnosisOptions& options);
 
 }  // namespace plumbline

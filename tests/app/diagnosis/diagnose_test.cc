@@ -364,6 +364,9 @@ TEST_CASE("mistakes in the data get a refusal that says what to do") {
         }).find("theta_offset_deg") != std::string::npos);
   CHECK(refused(clean, [](MeasuredRow& row) {
           row.p_WT += Vec3(1, 0, 0);
+        }).find("the robot's base lies (") != std::string::npos);
+  CHECK(refused(clean, [](MeasuredRow& row) {
+          row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);
 }
 
