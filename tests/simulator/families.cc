@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 namespace simulator {
@@ -321,9 +322,10 @@ Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random
     return hidden;
   }
   if (family.starts_with("pair:")) {
-    const std::size_t plus = family.find('+');
-    hidden.effects = {Catalogued(family.substr(5, plus - 5), cell, random),
-                      Catalogued(family.substr(plus + 1), cell, random)};
+    std::istringstream names(family.substr(5));
+    for (std::string name; std::getline(names, name, '+');) {
+      hidden.effects.push_back(Catalogued(name, cell, random));
+    }
     return hidden;
   }
   hidden.effects = {Catalogued(family, cell, random)};

@@ -13,7 +13,7 @@ struct Hidden {
   bool rigid_declared = false;       ///< the cell file omits the joints' compliance
 };
 
-/// Names of all families but `pair:A+B`, which hides any two of the catalogue at once.
+/// Names of all families but `pair:A+B+..`, which hides any of the catalogue at once.
 std::vector<std::string> Families();
 
 bool NeedsVelocities(const std::string& family);

@@ -202,7 +202,7 @@ int main(int argc, char** argv) {
   Options o;
   bool list = false;
   app.add_flag("--list", list, "Name the families and end");
-  app.add_option("--family", o.family, "What the data hides; pair:A+B for two");
+  app.add_option("--family", o.family, "What the data hides; pair:A+B+.. for several");
   app.add_option("--seed", o.seed);
   app.add_option("--out", o.out, "Folder to write; the predicted points with --fit or --predict");
   app.add_option("--robot", o.robot, "kr210, ur10 or arm6");
