@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
@@ -121,6 +122,7 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
       // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
       const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));
       for (double& value : finding.effect.values) value *= factor;
+      BoundToRows(context.data, pool.problem().linear(), context.weights, finding.effect);
       const double sd = 1 / std::sqrt(std::max(drop, 1.0));
       finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
     } else if (BeginsAtAMoment(effects[e].term)) {

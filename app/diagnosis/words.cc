@@ -67,6 +67,14 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     std::string name = RivalName(rival);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
+  if (diagnosis.rivals.empty()) {
+    std::vector<std::string> doubtful;
+    for (const Doubt& doubt : diagnosis.doubts) {
+      doubtful.push_back(EffectName(doubt.id, doubt.scope));
+    }
+    return names.front() + " fit these points, but " + Listed(doubtful) +
+           (doubtful.size() == 1 ? " is" : " are") + " in doubt";
+  }
   std::string text = Listed(names, "or") + ": these points cannot tell";
   const std::size_t poses = diagnosis.next_poses.size();
   const char* can = diagnosis.next_poses_tell_all ? "would" : "may";

@@ -1,0 +1,72 @@
+#include "app/diagnosis/validation.h"
+
+#include <fmt/format.h>
+
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/words.h"
+
+namespace plumbline {
+namespace {
+
+std::vector<HeldOutError> ErrorsOfWays(const HeldOutInput& input,
+                                       const std::vector<HeldOut>& ways) {
+  std::vector<HeldOutError> errors;
+  for (const HeldOut& way : ways) {
+    const auto error = ErrorOf(input.data, way, input.weights, input.options.bootstrap);
+    if (error) errors.push_back(*error);
+  }
+  return errors;
+}
+
+/// Sums of squares over predicted rows, with the discrepancy model and without.
+std::pair<double, double> SquaresOf(const HeldOut& way, const std::vector<double>& weights) {
+  double with = 0, without = 0;
+  for (std::size_t row = 0; row < way.after.size(); ++row) {
+    if (!way.predicted[row] || weights[row] < kOutlierWeight) continue;
+    with += way.after[row].squaredNorm();
+    without += way.after_named[row].squaredNorm();
+  }
+  return {with, without};
+}
+
+}  // namespace
+
+Validation Validate(const HeldOutInput& input) {
+  Validation validation;
+  for (const FoldPlan& plan :
+       {BlocksOfTime(input.data), RegionsOfJointSpace(input.data), Sessions(input.data)}) {
+    if (plan.folds > 0) validation.ways.push_back(HoldOut(input, plan));
+  }
+  validation.errors = ErrorsOfWays(input, validation.ways);
+  return validation;
+}
+
+bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights) {
+  const std::size_t first = validation.ways.size() > 1 ? 1 : 0;
+  for (std::size_t way = first; way < validation.ways.size(); ++way) {
+    const auto [with, without] = SquaresOf(validation.ways[way], weights);
+    if (with > 0 && !(with < without)) return false;
+  }
+  return !validation.ways.empty();
+}
+
+Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation) {
+  for (HeldOut& way : validation.ways) way.after = way.after_named;
+  validation.errors = ErrorsOfWays(input, validation.ways);
+  return validation;
+}
+
+std::string ReasonToWithhold(const Validation& validation, bool empirical) {
+  for (const HeldOutError& error : validation.errors) {
+    const bool between_rows = error.by == validation.ways.front().by;
+    if (!empirical && !between_rows) continue;
+    if (error.after_m <= error.before_m) continue;
+    return fmt::format(
+        "held out by {}, the corrected model errs by {} mm, the declared one by {} mm: no "
+        "correction is written; find the cause first",
+        error.by, MillimetreText(error.after_m), MillimetreText(error.before_m));
+  }
+  return {};
+}
+
+}  // namespace plumbline
