@@ -195,6 +195,10 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
     table.AddMissing("q_deg", "one pair [low, high] for each joint");
   }
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
+  if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
+    domain.payload_levels_kg = *levels;
+    std::sort(domain.payload_levels_kg.begin(), domain.payload_levels_kg.end());
+  }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
   if (const auto text = table.String("time_zero_utc")) {

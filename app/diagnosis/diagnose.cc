@@ -346,10 +346,8 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
     diagnosis.remainder_share = UnnamedShare(diagnosis.rows, after);
   }
   AddFramesAndDomain(data, refit.model, weights, diagnosis);
-  diagnosis.domain.residual_sigma_m = std::max(
-      found.sigma_m,
-      (diagnosis.withheld.empty() ? diagnosis.held_out.after_m : diagnosis.held_out.before_m) /
-          std::sqrt(data.axes()));
+  diagnosis.domain.residual_sigma_m =
+      ValidatedSigma(validation, found.sigma_m, data.axes(), diagnosis.withheld.empty());
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : options.time_zero_s;
   tell(1, "done");
   return diagnosis;

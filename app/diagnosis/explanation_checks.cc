@@ -72,7 +72,8 @@ Check HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& foun
   check.limit = noise_mm * std::sqrt(found.limit);
   check.passed = found.ratio <= found.limit;
   check.sentence = fmt::format(
-      "held-out error {:.3g} mm; noise of {:.3g} mm explains up to {:.3g} mm (chi-square, {} "
+      "held-out error {:.3g} mm where these effects were selected; noise of {:.3g} mm explains up "
+      "to {:.3g} mm (chi-square, {} "
       "clusters, 0.1 %)",
       check.figure, noise_mm, check.limit, found.clusters);
   return check;
@@ -117,9 +118,33 @@ Failures CheckFinding(const ExplanationEvidence& evidence, const Finding& findin
   return failures;
 }
 
+/// The folds whose search selected all the named effects: their rows judge the explanation, those
+/// of other folds another one, which `selection_frequency` counts. All folds where none agrees, or
+/// where some was not searched.
+std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
+  const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
+  const std::size_t folds =
+      last == held_out.fold_of.end() ? 0 : static_cast<std::size_t>(*last) + 1;
+  std::vector<bool> agree(folds, true);
+  if (held_out.selected.size() != folds) return agree;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    const std::vector<EffectKey>& keys = held_out.selected[fold];
+    agree[fold] = std::all_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+      if (!finding.effect.term.drivers.empty()) return true;  // a curve claims no cause
+      return std::find(keys.begin(), keys.end(), KeyOfFinding(finding)) != keys.end();
+    });
+  }
+  if (std::none_of(agree.begin(), agree.end(), [](bool one) { return one; })) {
+    agree.assign(folds, true);
+  }
+  return agree;
+}
+
 }  // namespace
 
-HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence) {
+HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
+                              const std::vector<Finding>& findings) {
+  const std::vector<bool> agree = FoldsThatAgree(evidence.held_out, findings);
   struct Sum {
     double square = 0, weight = 0;
   };
@@ -129,6 +154,8 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence) {
     const auto row = static_cast<std::size_t>(k);
     const double weight = evidence.weights[row];
     if (!evidence.held_out.predicted[row] || weight < kOutlierWeight) continue;
+    if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
+      continue;
     Sum& of = clusters[evidence.data.cluster_of[row]];
     for (Sum* sum : {&of, &total}) {
       sum->square += weight * evidence.held_out.after[row].squaredNorm();
@@ -169,7 +196,7 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
         {KeyOfFinding(finding).id, ScopeOf(finding.effect.term), Listed(failures.sentences)});
   }
   bool sound = true;
-  const HeldOutRatio found = HeldOutOverNoise(evidence);
+  const HeldOutRatio found = HeldOutOverNoise(evidence, diagnosis.findings);
   if (found.clusters > 0) {
     diagnosis.checks.push_back(HeldOutCheck(evidence, found));
     sound = diagnosis.checks.back().passed;

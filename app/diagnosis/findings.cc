@@ -304,6 +304,30 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    });
 }
 
+namespace {
+
+/// The distinct loads of the rows, ascending; none where three or more are apart by a tenth of
+/// their range, so that their rows can show a deflection that is not in proportion to the load.
+std::vector<double> FewPayloadLevels(const Dataset& data, const std::vector<double>& weights) {
+  constexpr double kApart = 0.1;
+  std::vector<double> loads_kg, levels_kg;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] >= kOutlierWeight) loads_kg.push_back(data.table.rows[k].payload_kg);
+  }
+  std::sort(loads_kg.begin(), loads_kg.end());
+  if (!data.table.recorded.payload || loads_kg.empty()) return {};
+  const double range_kg = loads_kg.back() - loads_kg.front();
+  for (const double load_kg : loads_kg) {
+    if (levels_kg.empty() || load_kg - levels_kg.back() >= std::max(kApart * range_kg, 1e-9)) {
+      levels_kg.push_back(load_kg);
+    }
+  }
+  return levels_kg.size() == 2 ? std::vector<double>{loads_kg.front(), loads_kg.back()}
+                               : std::vector<double>{};
+}
+
+}  // namespace
+
 void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
                         Diagnosis& diagnosis) {
   if (data.frames_free() || data.tip_free()) {
@@ -334,6 +358,7 @@ void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vect
     if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
     if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
   }
+  domain.payload_levels_kg = FewPayloadLevels(data, weights);
 }
 
 }  // namespace plumbline

@@ -30,16 +30,18 @@ Eigen::MatrixXd ScaledPosesOfClusters(const Dataset& data) {
   return poses;
 }
 
-/// Centres as far apart as possible, the first nearest to the mean.
-Eigen::MatrixXd FarthestCentres(const Eigen::MatrixXd& poses, int count) {
-  Eigen::MatrixXd centres(poses.rows(), count);
+/// Centres as far apart as possible, the first nearest to the mean; at most `most`, and no more
+/// than there are distinct poses.
+Eigen::MatrixXd FarthestCentres(const Eigen::MatrixXd& poses, int most) {
+  constexpr double kSamePose = 1e-6;  // of the joints' standard deviations
+  Eigen::MatrixXd centres(poses.rows(), most);
   Eigen::Index chosen = 0;
   poses.colwise().squaredNorm().minCoeff(&chosen);
   Eigen::RowVectorXd nearest = Eigen::RowVectorXd::Constant(poses.cols(), 1e300);
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < most; ++k) {
     centres.col(k) = poses.col(chosen);
     nearest = nearest.cwiseMin((poses.colwise() - centres.col(k)).colwise().squaredNorm());
-    nearest.maxCoeff(&chosen);
+    if (nearest.maxCoeff(&chosen) < kSamePose * kSamePose) return centres.leftCols(k + 1);
   }
   return centres;
 }
@@ -71,27 +73,29 @@ FoldPlan BlocksOfTime(const Dataset& data) {
 FoldPlan RegionsOfJointSpace(const Dataset& data) {
   FoldPlan plan;
   plan.by = "regions of the joint space";
-  if (data.clusters < 2 * kFolds) return plan;
+  if (data.clusters < 2) return plan;
   const Eigen::MatrixXd poses = ScaledPosesOfClusters(data);
   Eigen::MatrixXd centres = FarthestCentres(poses, kFolds);
+  const int regions = static_cast<int>(centres.cols());
+  if (regions < 2) return plan;
   std::vector<int> of_cluster(static_cast<std::size_t>(data.clusters), 0);
   for (int step = 0; step < kLloydSteps; ++step) {
-    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(poses.rows(), kFolds);
-    Eigen::VectorXd counts = Eigen::VectorXd::Zero(kFolds);
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(poses.rows(), regions);
+    Eigen::VectorXd counts = Eigen::VectorXd::Zero(regions);
     for (int cluster = 0; cluster < data.clusters; ++cluster) {
       const int region = NearestCentre(centres, poses.col(cluster));
       of_cluster[static_cast<std::size_t>(cluster)] = region;
       sums.col(region) += poses.col(cluster);
       counts[region] += 1;
     }
-    for (int region = 0; region < kFolds; ++region) {
+    for (int region = 0; region < regions; ++region) {
       if (counts[region] > 0) centres.col(region) = sums.col(region) / counts[region];
     }
   }
   for (const int cluster : data.cluster_of) {
     plan.fold_of.push_back(of_cluster[static_cast<std::size_t>(cluster)]);
   }
-  plan.folds = kFolds;
+  plan.folds = regions;
   return plan;
 }
 

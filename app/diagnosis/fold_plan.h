@@ -22,7 +22,8 @@ struct FoldPlan {
 /// Five folds of four blocks of consecutive rows each, dealt in turn: prediction between the rows.
 FoldPlan BlocksOfTime(const Dataset& data);
 
-/// Up to five regions of the joint space: prediction beyond the rows. k-means from the farthest
+/// Up to five regions of the joint space, of distinct poses whatever their load: prediction beyond
+/// the rows. k-means from the farthest
 /// points [Gonzalez, Theor. Comput. Sci. 38 (1985) 293; Lloyd, IEEE Trans. Inf. Theory 28 (1982)
 /// 129], joints scaled by their standard deviation.
 FoldPlan RegionsOfJointSpace(const Dataset& data);

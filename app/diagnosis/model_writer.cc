@@ -104,6 +104,13 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   std::string text = "\n[domain]\nq_deg = ";
   text += ListText(pairs, [](const std::string& pair) { return pair; }) + '\n';
   if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
+  if (!domain.payload_levels_kg.empty()) {
+    std::vector<std::string> levels;
+    for (const double level : domain.payload_levels_kg) levels.push_back(NumberText(level));
+    text +=
+        "payload_levels_kg = " + ListText(levels, [](const std::string& level) { return level; }) +
+        '\n';
+  }
   if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
   if (domain.residual_sigma_m) {
     text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';

@@ -192,20 +192,35 @@ class EmpiricalSearch {
     }
   }
 
-  /// Every empirical block by itself, beside an explanation, and beside it without one effect.
+  /// Every empirical block by itself and beside an explanation.
   void JudgeBeside(const Explanation& explanation) {
     for (const int block : empirical_) {
       Judge({block});
       Judge(With(explanation.blocks, block));
-      for (const int gone : explanation.blocks)
-        Judge(With(Without(explanation.blocks, gone), block));
     }
   }
 
-  /// Every empirical block beside what is left of an explanation as its effects are taken out one
-  /// by one, the least missed first: those that were only there to imitate the unknown cause.
-  void Prune(const Explanation& explanation) {
+  /// Every empirical block beside an explanation without one of its effects.
+  void JudgeInstead(const Explanation& explanation) {
     for (const int block : empirical_) {
+      for (const int gone : explanation.blocks) {
+        Judge(With(Without(explanation.blocks, gone), block));
+      }
+    }
+  }
+
+  /// The `kPruned` empirical blocks that go best with an explanation, each beside what is left of
+  /// it as its effects are taken out one by one, the least missed first: those that were only there
+  /// to imitate the unknown cause.
+  void Prune(const Explanation& explanation) {
+    constexpr std::size_t kPruned = 4;
+    std::vector<std::pair<double, int>> by_score;
+    for (const int block : empirical_) {
+      by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
+    }
+    std::stable_sort(by_score.begin(), by_score.end());
+    by_score.resize(std::min(kPruned, by_score.size()));
+    for (const auto& [score_beside, block] : by_score) {
       std::vector<int> beside = explanation.blocks;
       while (!beside.empty()) {
         double least = 1e300;
@@ -279,6 +294,7 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
   for (std::size_t k = 0; k < std::min(ranked.size(), kLearnedFrom); ++k) search.Learn(ranked[k]);
   for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {
     search.JudgeBeside(ranked[k]);
+    if (k < kLearnedFrom) search.JudgeInstead(ranked[k]);
   }
   search.Prune(ranked.front());
   search.Grow();

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/words.h"
 
@@ -29,7 +33,52 @@ std::pair<double, double> SquaresOf(const HeldOut& way, const std::vector<double
   return {with, without};
 }
 
+/// t(0.975, freedom) / z(0.975) [Abramowitz & Stegun 26.7.5]; 2 % low at two degrees of freedom,
+/// and taken as of two where there is one.
+double StudentFactor(int freedom) {
+  constexpr double kZ = 1.959964;
+  const double n = std::max(2, freedom), z2 = kZ * kZ;
+  const double g1 = (z2 + 1) / 4;
+  const double g2 = (5 * z2 * z2 + 16 * z2 + 3) / 96;
+  const double g3 = (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / 384;
+  return 1 + g1 / n + g2 / (n * n) + g3 / (n * n * n);
+}
+
+/// Groups of which any row was predicted.
+int FoldsPredicted(const HeldOut& way) {
+  std::set<int> folds;
+  for (std::size_t row = 0; row < way.predicted.size(); ++row) {
+    if (way.predicted[row]) folds.insert(way.fold_of[row]);
+  }
+  return static_cast<int>(folds.size());
+}
+
 }  // namespace
+
+std::optional<double> ValidatedSigma(const Validation& validation, double sigma_m, double axes,
+                                     bool corrected) {
+  const auto variance = [&](const HeldOutError& error) {
+    const double rms_m = corrected ? error.after_m : error.before_m;
+    return rms_m * rms_m / axes;
+  };
+  double between = sigma_m * sigma_m, largest = 0;
+  bool regions_held_out = false;
+  for (const HeldOutError& error : validation.errors) {
+    if (error.by == validation.ways.front().by) between = std::max(between, variance(error));
+  }
+  largest = between;
+  for (const HeldOutError& error : validation.errors) {
+    if (error.by == validation.ways.front().by) continue;
+    regions_held_out = true;
+    const auto way = std::find_if(validation.ways.begin(), validation.ways.end(),
+                                  [&](const HeldOut& one) { return one.by == error.by; });
+    const double factor = StudentFactor(FoldsPredicted(*way));
+    const double beyond = std::max(0.0, variance(error) - between);
+    largest = std::max(largest, between + factor * factor * beyond);
+  }
+  if (!regions_held_out) return std::nullopt;
+  return std::sqrt(largest);
+}
 
 Validation Validate(const HeldOutInput& input) {
   Validation validation;

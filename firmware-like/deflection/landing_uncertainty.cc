@@ -15,7 +15,7 @@ constexpr double kShareThatMatters = 0.17;
 LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
                                        const DeclaredDeviation& deviation)
     : fitted_(cell.domain.has_value()),
-      held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
+      held_out_(fitted_ && cell.domain->as_validated && cell.domain->residual_sigma_m.has_value()),
       deviation_stated_(deviation.stated),
       residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
                                   : cell.measurement.sigma_m.value_or(0.0)),

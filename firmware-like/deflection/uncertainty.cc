@@ -104,6 +104,22 @@ double RadiusHolding95Percent(const Mat3& covariance) {
   return std::sqrt(trace / freedom * ChiSquareQuantileNear(kNormal95, freedom));
 }
 
+namespace {
+
+/// A load that is not one of the few that were measured. Between two loads a deflection in
+/// proportion to the load, one with its square and a clearance that any load takes up agree with
+/// the rows alike, and differ in between.
+bool BetweenLevels(const Domain& domain, double payload_kg) {
+  constexpr double kSameLoad = 0.05;  // of the range of the loads
+  const std::vector<double>& levels = domain.payload_levels_kg;
+  if (levels.size() < 2) return false;
+  const double tolerance_kg = kSameLoad * (levels.back() - levels.front());
+  return std::none_of(levels.begin(), levels.end(),
+                      [&](double level) { return std::abs(payload_kg - level) <= tolerance_kg; });
+}
+
+}  // namespace
+
 bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
                    std::optional<double> temp_C, std::optional<double> t_s) {
   for (int i = 0; i < cell.robot.size(); ++i) {
@@ -119,7 +135,8 @@ bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<do
   for (const WrittenEffect& effect : cell.effects) {
     if (outside(effect.seen_t_s, t_s)) return true;
   }
-  return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C);
+  return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C) ||
+         (payload_kg && BetweenLevels(*cell.domain, *payload_kg));
 }
 
 }  // namespace plumbline

@@ -128,8 +128,13 @@ struct SessionFrames {
 struct Domain {
   std::vector<Interval> q;  ///< [rad] or [m], one a joint
   std::optional<Interval> payload_kg;
+  /// The loads measured, ascending, where they are too few (see OutsideDomain) to show that what
+  /// deflects is in proportion to the load; empty: any load within `payload_kg` is seen.
+  std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
   std::optional<double> residual_sigma_m;  ///< one axis, noise included: of rows held out
+  /// False: the file was changed since its fit, so that nothing of it was validated.
+  bool as_validated = true;
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;

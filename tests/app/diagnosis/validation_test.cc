@@ -125,6 +125,65 @@ TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, expla
   CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
 }
 
+TEST_CASE("a fold that selected other effects does not judge the explanation") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  HeldOut held_out = HeldOutOf(data, data.sigma_m);
+  const FoldPlan plan = BlocksOfTime(data);
+  held_out.fold_of = plan.fold_of;
+  held_out.selected.assign(5, {{"gear_ratio", ""}});
+  held_out.selected[2] = {{"joint_offset", ""}};
+  for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
+    if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
+  }
+  Diagnosis diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CHECK(CheckNamed(diagnosis, "held_out_error").passed);
+  CHECK(diagnosis.verdict == Verdict::kExplained);  // four searches of five
+  held_out.selected[2] = {{"gear_ratio", ""}};
+  diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CHECK_FALSE(CheckNamed(diagnosis, "held_out_error").passed);
+}
+
+TEST_CASE("the validated deviation is that of regions that were held out, widened where few were") {
+  Validation validation;
+  const auto way = [&](const std::string& by, int folds, double rms_m) {
+    HeldOut& held_out = validation.ways.emplace_back();
+    held_out.by = by;
+    for (int k = 0; k < 20; ++k) held_out.fold_of.push_back(k % folds);
+    held_out.predicted.assign(20, true);
+    HeldOutError& error = validation.errors.emplace_back();
+    error.by = by;
+    error.after_m = rms_m;
+    error.before_m = 2 * rms_m;
+  };
+  way("blocks of time", 5, std::sqrt(3) * 1e-4);
+  CHECK_FALSE(ValidatedSigma(validation, 1e-4, 3, true));  // a box of ranges is no evidence
+  way("regions of the joint space", 5, std::sqrt(3) * 1e-4);
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) == Approx(1e-4));
+  validation.errors[1].after_m = std::sqrt(3) * 1e-3;
+  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) ==
+        Approx(std::sqrt(1e-8 + 1.3115 * 1.3115 * (1e-6 - 1e-8))).epsilon(0.01));
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, false) == Approx(2e-4));  // the declared model's
+}
+
+TEST_CASE("a few poses are regions of their own, whatever their loads") {
+  Dataset data = DatasetOf("--family none --seed 3");
+  const int joints = data.cell.robot.size();
+  for (std::size_t row = 0; row < data.table.rows.size(); ++row) {
+    data.table.rows[row].q.head(joints) = data.table.rows[row % 3].q.head(joints);
+    data.cluster_of[row] = static_cast<int>(row % 6);
+  }
+  data.clusters = 6;
+  const FoldPlan plan = RegionsOfJointSpace(data);
+  CHECK(plan.folds == 3);
+  for (std::size_t row = 6; row < plan.fold_of.size(); ++row) {
+    CHECK(plan.fold_of[row] == plan.fold_of[row % 3]);
+  }
+}
+
 TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows between") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);

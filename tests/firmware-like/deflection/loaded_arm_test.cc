@@ -204,6 +204,11 @@ TEST_CASE("outside the domain, or without one outside the joint limits, is extra
   q.setZero();
   CHECK_FALSE(OutsideDomain(cell, q, 80, 500));
   CHECK(OutsideDomain(cell, q, 80.5, std::nullopt));
+  // Two loads cannot show that what deflects is in proportion to the load.
+  cell.domain->payload_levels_kg = {0, 80};
+  CHECK_FALSE(OutsideDomain(cell, q, 78, std::nullopt));
+  CHECK(OutsideDomain(cell, q, 40, std::nullopt));
+  cell.domain->payload_levels_kg.clear();
   q[2] = 1.01;
   CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
 }
