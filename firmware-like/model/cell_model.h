@@ -133,6 +133,8 @@ struct Domain {
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;
+  /// False: the model was changed after its fit, so that the residual is that of another model.
+  bool as_validated = true;
 };
 
 struct CellModel {
