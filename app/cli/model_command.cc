@@ -261,6 +261,9 @@ int ApplyVersion(const ModelOptions& options, int number) {
     std::cerr << FaultsText(faults);
     return Fail("not applied", kExitFault);
   }
+  FaultList changed;
+  AppendChangedModelWarning(faults, store->ModelFile(number), changed);
+  std::cerr << FaultsText(changed);
   if (const auto why_not = WhyNotUsable(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }

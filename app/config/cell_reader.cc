@@ -7,6 +7,7 @@
 #include "app/config/effect_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
+#include "app/config/model_fingerprint.h"
 #include "app/config/plausibility.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
@@ -210,6 +211,17 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   return domain;
 }
 
+/// The residual of held-out rows belongs to exactly the model that those rows validated.
+void CheckFingerprint(const TomlTable& table, const TomlDocument& document, Domain& domain) {
+  const auto written = table.String("fingerprint");
+  if (!written || *written == ModelFingerprint(document)) return;
+  domain.as_validated = false;
+  table.AddWarning("fingerprint",
+                   "does not match: the model was changed after it was fitted. Its radius is no "
+                   "longer that of the measurements and is taken as assumed. Undo the edit, or "
+                   "measure and diagnose again; delete [domain] to stop this warning");
+}
+
 void FaultWhereNoCamera(const TomlTable& root, const CellModel& cell) {
   for (const WrittenEffect& written : cell.effects) {
     const Effect* effect = FindEffect(written.id);
@@ -231,7 +243,8 @@ void WarnWhereNothingYields(const TomlTable& root, const CellModel& cell) {
                   "compliance_rad_per_Nm): corrected points equal the taught ones");
 }
 
-CellModel CellFromToml(const TomlTable& root) {
+CellModel CellFromToml(TomlDocument& document) {
+  const TomlTable root = document.Root();
   CellModel cell;
   if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
     root.AddFault("schema", "must be 1, the only schema that this version reads");
@@ -253,7 +266,10 @@ CellModel CellFromToml(const TomlTable& root) {
   WarnWhereNothingYields(root, cell);
   WarnOfUnlikelyLoad(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
-  if (const auto domain = root.Table("domain")) cell.domain = DomainFromToml(*domain, cell.robot);
+  if (const auto domain = root.Table("domain")) {
+    cell.domain = DomainFromToml(*domain, cell.robot);
+    CheckFingerprint(*domain, document, *cell.domain);
+  }
   return cell;
 }
 
@@ -267,7 +283,7 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
   if (const auto why = WhyNoCell(text)) {
     own.Add({Fault::Severity::kFault, file, 0, "", *why});
   } else if (document.parsed()) {
-    cell = CellFromToml(document.Root());
+    cell = CellFromToml(document);
     document.ReportUnknownKeys();
   }
   own.SortByLine();

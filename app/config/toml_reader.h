@@ -138,6 +138,7 @@ class TomlDocument {
   bool parsed() const { return parsed_; }
   const std::string& file() const { return file_; }
   TomlTable Root();
+  const toml::table& tree() const { return root_; }  ///< empty unless parsed()
 
   /// Adds a fault for each key that was never asked for, with the nearest key that was.
   /// Keys below a table that nobody asked for are not told one by one.

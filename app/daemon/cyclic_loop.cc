@@ -236,7 +236,7 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
   environment_.loop = *link_.told.Read();
   environment_.loop.applied = parts.model_version;
   const CellModel& cell = parts.machine.config().cell;
-  environment_.loop.fitted = cell.domain.has_value();
+  environment_.loop.fitted = cell.domain && cell.domain->as_validated;
   environment_.loop.effects = static_cast<int>(cell.effects.size());
   for (std::size_t k = 0; k < kMostCameras; ++k) {
     environment_.cameras[k] = *link_.cameras[k].told.Read();

@@ -168,6 +168,7 @@ std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared&
     if (!faults.HasFaults()) faults.Append(own);  // what only the configuration beside it tells
     return std::nullopt;
   }
+  AppendChangedModelWarning(own, store.ModelFile(version), faults);
   applied->state_directory = directory;
   // A label, not the model's.
   applied->machine.cell.robot.name = declared.config.machine.cell.robot.name;

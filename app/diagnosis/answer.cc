@@ -41,7 +41,7 @@ Json JsonOf(const Finding& finding) {
           {"share_of_residual", Number(finding.share_of_residual)}};
 }
 
-Json JsonOf(const Check& check) {
+Json JsonOf(const ExplanationCheck& check) {
   return {{"name", check.name},
           {"effect", check.effect.empty() ? Json(nullptr) : Json(check.effect)},
           {"passed", check.passed},
@@ -105,7 +105,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                            {"share_of_correction", Number(diagnosis.remainder_share)}};
   }
   answer["checks"] = Json::array();
-  for (const Check& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
+  for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
   answer["doubts"] = Json::array();
   for (const Doubt& doubt : diagnosis.doubts) {
     answer["doubts"].push_back(

@@ -126,7 +126,7 @@ struct Diagnosis {
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
   Eigen::MatrixXd correlation;             ///< of all parameters of all findings
   std::vector<Rival> rivals;
-  std::vector<Check> checks;
+  std::vector<ExplanationCheck> checks;
   std::vector<Doubt> doubts;
   std::string withheld;              ///< empty, or why the corrected model carries no correction
   std::vector<std::string> drivers;  ///< columns

@@ -27,8 +27,8 @@ EffectKey KeyOfFinding(const Finding& finding) {
           std::string(finding.effect.term.word)};
 }
 
-Check PValueCheck(const Finding& finding) {
-  Check check;
+ExplanationCheck PValueCheck(const Finding& finding) {
+  ExplanationCheck check;
   check.name = "p_value";
   check.figure = finding.p_value;
   check.limit = kLargestPValue;
@@ -40,8 +40,8 @@ Check PValueCheck(const Finding& finding) {
   return check;
 }
 
-Check FrequencyCheck(double frequency, std::size_t folds) {
-  Check check;
+ExplanationCheck FrequencyCheck(double frequency, std::size_t folds) {
+  ExplanationCheck check;
   check.name = "selection_frequency";
   check.figure = frequency;
   check.limit = kLeastFrequency;
@@ -53,8 +53,8 @@ Check FrequencyCheck(double frequency, std::size_t folds) {
   return check;
 }
 
-Check PlausibilityCheck(const Finding& finding) {
-  Check check;
+ExplanationCheck PlausibilityCheck(const Finding& finding) {
+  ExplanationCheck check;
   check.name = "plausible";
   check.passed = finding.implausible.empty();
   check.figure = check.passed ? 1 : 0;
@@ -64,9 +64,9 @@ Check PlausibilityCheck(const Finding& finding) {
   return check;
 }
 
-Check HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
+ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
   const double noise_mm = 1e3 * evidence.sigma_m * std::sqrt(evidence.data.axes());
-  Check check;
+  ExplanationCheck check;
   check.name = "held_out_error";
   check.figure = noise_mm * std::sqrt(found.ratio);
   check.limit = noise_mm * std::sqrt(found.limit);
@@ -79,9 +79,9 @@ Check HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& foun
   return check;
 }
 
-Check DiscrepancyCheck(const ExplanationEvidence& evidence) {
+ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   const double sigma_m = evidence.data.sigma_m > 0 ? evidence.data.sigma_m : evidence.sigma_m;
-  Check check;
+  ExplanationCheck check;
   check.name = "discrepancy_model";
   check.figure = 1e3 * evidence.discrepancy_rms_m;
   check.limit = 1e3 * sigma_m * std::sqrt(evidence.data.axes());
@@ -101,14 +101,14 @@ struct Failures {
 
 /// Adds a finding's checks; returns those that it failed.
 Failures CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
-                      std::vector<Check>& checks) {
-  std::vector<Check> of_finding = {PValueCheck(finding), PlausibilityCheck(finding)};
+                      std::vector<ExplanationCheck>& checks) {
+  std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding)};
   const auto frequency = SelectionFrequency(evidence.held_out, KeyOfFinding(finding));
   if (frequency) {
     of_finding.push_back(FrequencyCheck(*frequency, evidence.held_out.selected.size()));
   }
   Failures failures;
-  for (Check& check : of_finding) {
+  for (ExplanationCheck& check : of_finding) {
     check.effect = KeyOfFinding(finding).id;
     if (!check.passed) failures.sentences.push_back(check.sentence);
     checks.push_back(std::move(check));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/config/cell_reader.h"
+#include "app/config/model_fingerprint.h"
 #include "app/config/utc_text.h"
 #include "app/diagnosis/toml_statements.h"
 #include "firmware-like/geometry/angle.h"
@@ -121,6 +122,13 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   return text;
 }
 
+/// Ends the [domain] at the end of a cell's text; the text before it is not changed afterwards.
+std::string FingerprintText(const std::string& text) {
+  FaultList ignored;  // reported where the finished text is read
+  const TomlDocument document(text, "", ignored);
+  return "fingerprint = " + StringText(ModelFingerprint(document)) + '\n';
+}
+
 /// True where the effects stand as one array at the root, to which no [[effect]] can be appended.
 bool HasInlineEffects(std::string_view text) {
   for (const TomlStatement& statement : TomlStatements(text)) {
@@ -168,12 +176,15 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
     text = WithoutTable(text, "session");
     for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);
   }
-  if (!diagnosis.domain.q.empty()) {
+  const bool has_domain = !diagnosis.domain.q.empty();
+  if (has_domain) {
     text = WithoutTable(text, "domain");
     added += DomainText(diagnosis.domain, cell.robot.joints);
   }
   if (!text.empty() && text.back() != '\n') text += '\n';
-  text += WithLineEnds(added, original.find("\r\n") != std::string_view::npos);
+  const bool carriage_returns = original.find("\r\n") != std::string_view::npos;
+  text += WithLineEnds(added, carriage_returns);
+  if (has_domain) text += WithLineEnds(FingerprintText(text), carriage_returns);
   FaultList faults;
   if (!CellFromText(text, "corrected model", faults)) return Error{FaultsText(faults)};
   return text;

@@ -17,7 +17,8 @@ struct DataOrigin {
 };
 
 /// Appends the findings as [[effect]] (those that stand there stay: values add up), the estimated
-/// frames as [[session]] and the range of the data as [domain]. A [domain] or [[session]] in the
+/// frames as [[session]] and the range of the data as [domain], with the model's fingerprint: an
+/// edit of the text afterwards makes its radius an assumed one. A [domain] or [[session]] in the
 /// original, wherever it stands, gives way to a new one, with the comments inside it; all else of
 /// the original stays, byte by byte, save an inline `effect = [..]`, which is written as
 /// [[effect]]. The text is read back before it is given: what is returned is a valid cell.

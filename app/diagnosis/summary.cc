@@ -58,7 +58,7 @@ void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
   if (diagnosis.doubts.size() > kMostRemarks) {
     text += fmt::format("  and {} more doubts\n", diagnosis.doubts.size() - kMostRemarks);
   }
-  for (const Check& check : diagnosis.checks) {
+  for (const ExplanationCheck& check : diagnosis.checks) {
     if (check.effect.empty() && !check.passed) text += "Not explained: " + check.sentence + '\n';
   }
 }

@@ -193,9 +193,8 @@ void Add(Values& values, const std::string& at, const SessionFrames& session) {
 }
 
 void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints) {
-  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, as_validated,
-               time_zero_s] = domain;
-  static_cast<void>(as_validated);  // what a reader found, not what the file says
+  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, time_zero_s,
+               as_validated] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -207,6 +206,7 @@ void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints)
   if (temp_C) values.Range("domain.temp_C", *temp_C);
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
   values.Number("domain.time_zero_utc (s since 1970)", time_zero_s);
+  if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }
 
 std::vector<Entry> EntriesOf(const CellModel& cell) {

@@ -63,6 +63,15 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
   return std::nullopt;
 }
 
+void AppendChangedModelWarning(const FaultList& of_model, const std::string& model_file,
+                               FaultList& faults) {
+  for (Fault fault : of_model.All()) {
+    if (fault.severity != Fault::Severity::kWarning || fault.key != kFingerprintKey) continue;
+    fault.file = model_file;
+    faults.Add(std::move(fault));
+  }
+}
+
 namespace {
 
 /// The version in force in place of the cell file: whether it can be read and used.
@@ -83,7 +92,10 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
       own.Add({Fault::Severity::kFault, file, 0, "effect", *why_not});
     }
   }
-  if (!own.HasFaults()) return cell;
+  if (!own.HasFaults()) {
+    AppendChangedModelWarning(own, file, faults);
+    return cell;
+  }
   faults.Append(own);
   faults.Add(
       {Fault::Severity::kFault, file, 0, "",

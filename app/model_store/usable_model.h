@@ -16,10 +16,16 @@ namespace plumbline {
 /// column of a file.
 std::optional<std::string> WhyNotUsable(const CellModel& cell);
 
+/// Appends, of what was found in a model of the store, the warning that it was changed after it was
+/// fitted. Its other warnings are of declared values and are reported with the cell file.
+/// @param model_file  to be named in it
+void AppendChangedModelWarning(const FaultList& of_model, const std::string& model_file,
+                               FaultList& faults);
+
 /// What is wrong with the store of a state directory: its state cannot be read, the model that is
 /// in force in place of the cell file cannot be used; and, as warnings, that an applied model is
-/// set aside, or would be at the next start or reload. Reads only; nothing is wrong with a store
-/// that is not there or that this user may not look into.
+/// set aside, or would be at the next start or reload, or was changed after it was fitted. Reads
+/// only; nothing is wrong with a store that is not there or that this user may not look into.
 /// @param cell_file  that the configuration names; empty: not compared
 /// @return           the model that is in force in place of the cell file, where nothing is wrong
 ///                   with it

@@ -148,7 +148,7 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
     html += "<p>Doubtful: " + Escape(EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) +
             "</p>\n";
   }
-  for (const Check& check : diagnosis.checks) {
+  for (const ExplanationCheck& check : diagnosis.checks) {
     if (!check.effect.empty() || check.passed) continue;
     html += "<p>Not explained: " + Escape(check.sentence) + "</p>\n";
   }

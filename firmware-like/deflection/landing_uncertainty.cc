@@ -15,7 +15,8 @@ constexpr double kShareThatMatters = 0.17;
 LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
                                        const DeclaredDeviation& deviation)
     : fitted_(cell.domain.has_value()),
-      held_out_(fitted_ && cell.domain->as_validated && cell.domain->residual_sigma_m.has_value()),
+      as_validated_(fitted_ && cell.domain->as_validated),
+      held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
       deviation_stated_(deviation.stated),
       residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
                                   : cell.measurement.sigma_m.value_or(0.0)),
@@ -32,9 +33,10 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
   const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const Mat3 covariance = effects_W + residual_sigma_m_ * residual_sigma_m_ * Mat3::Identity();
+  const RadiusBasis basis = held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
   const StatedRadius inside{RadiusHolding95Percent(covariance),
-                            held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated};
-  if (!extrapolated) return inside;
+                            as_validated_ ? basis : RadiusBasis::kAssumed};
+  if (!extrapolated && as_validated_) return inside;
   const StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
   return {std::hypot(inside.radius_m, outside.radius_m), Weakest(inside.basis, outside.basis)};
 }

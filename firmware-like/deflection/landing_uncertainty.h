@@ -26,7 +26,9 @@ class AssumedError;
 /// less than a tenth larger; otherwise `assumed`; `unknown` where something has no prior either.
 ///
 /// A fitted model outside its domain: both, in squares, with the weaker basis; the instrument's
-/// noise then counts twice, which errs on the safe side.
+/// noise then counts twice, which errs on the safe side. So also, everywhere and never better than
+/// `assumed`, a model that was changed after its fit (Domain::as_validated): its covariance and
+/// residual are those of another model, and an edit must not make the radius smaller.
 ///
 /// Holds its own scratch memory: At() allocates nothing and costs some tens of microseconds.
 class LandingUncertainty {
@@ -51,6 +53,7 @@ class LandingUncertainty {
                        const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   bool fitted_;
+  bool as_validated_;
   bool held_out_;  ///< the domain states a held-out residual
   bool deviation_stated_;
   double residual_sigma_m_;

@@ -133,11 +133,11 @@ struct Domain {
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
   std::optional<double> residual_sigma_m;  ///< one axis, noise included: of rows held out
-  /// False: the file was changed since its fit, so that nothing of it was validated.
-  bool as_validated = true;
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;
+  /// False: the model was changed after its fit, so that the residual is that of another model.
+  bool as_validated = true;
 };
 
 struct CellModel {

@@ -178,15 +178,15 @@ Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm
     const double compliance =
         cell_.joints[i].compliance_rad_per_Nm.value_or(0.0) + changes_.compliance[i];
     const double speed = longest > 0.0 ? row.last_move_rad[i] / longest : 0.0;
-    s[i] += compliance * tau - changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
-            changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
-            changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
-            changes_.lag[i] * row.last_move_rad[i] -
-            speed * (changes_.following[i] + changes_.friction[i] * std::abs(tau)) -
-            changes_.latency_s * row.qd_rad_s[i] - changes_.inertia[i] * row.qdd_rad_s2[i] -
-            changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]) +
-             changes_.warm_payload[i] * row.payload_kg *
-                 (row.temp_C - cell_.reference_temperature_C);
+    s[i] +=
+        compliance * tau - changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
+        changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
+        changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
+        changes_.lag[i] * row.last_move_rad[i] -
+        speed * (changes_.following[i] + changes_.friction[i] * std::abs(tau)) -
+        changes_.latency_s * row.qd_rad_s[i] - changes_.inertia[i] * row.qdd_rad_s2[i] -
+        changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]) +
+        changes_.warm_payload[i] * row.payload_kg * (row.temp_C - cell_.reference_temperature_C);
   }
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);

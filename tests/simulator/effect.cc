@@ -65,10 +65,9 @@ Effects EffectsFromJson(const nlohmann::json& list) {
 }
 
 Changes::Changes(int joints) {
-  for (Eigen::VectorXd* vector :
-       {&offset, &gear_ratio, &compliance, &hardening, &backlash_load, &backlash_move, &lag,
-         &inertia, &viscous_squared, &warm_payload, &following, &friction, &a_m, &d_m, &alpha_rad,
-         &beta_rad}) {
+  for (Eigen::VectorXd* vector : {&offset, &gear_ratio, &compliance, &hardening, &backlash_load,
+                                  &backlash_move, &lag, &inertia, &viscous_squared, &warm_payload,
+                                  &following, &friction, &a_m, &d_m, &alpha_rad, &beta_rad}) {
     vector->setZero(joints);
   }
   coupling.setZero(joints, joints);

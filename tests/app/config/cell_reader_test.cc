@@ -1,8 +1,10 @@
 #include "app/config/cell_reader.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "app/config/model_fingerprint.h"
 #include "app/config/toml_reader.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
@@ -472,6 +474,89 @@ TEST_CASE("All faults of a cell are told at once") {
         "cell.toml:41 tool.wall_mm: 500 is too thick: 1000 mm of wall in 80 mm\n"
         "cell.toml:50 measurement.sigma: unknown key; did you mean \"sigma_mm\"?\n"
         "cell.toml:66 domain.temp_C[1]: nan is not a finite number\n");
+}
+
+std::string FingerprintOf(const std::string& text) {
+  FaultList faults;
+  const TomlDocument document(text, "cell.toml", faults);
+  INFO(FaultsText(faults));
+  REQUIRE(document.parsed());
+  return ModelFingerprint(document);
+}
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  INFO(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+TEST_CASE("The fingerprint of a model is the same on every computer and in every version") {
+  CHECK(FingerprintOf("schema = 1\n[robot]\nname = \"any\"\nconvention = \"dh\"\n"
+                      "gravity_m_s2 = [-0.0, -9.81]\n") == "644b0b81167390cb");
+}
+
+TEST_CASE("A fitted model keeps its validation through edits that change no value") {
+  // [domain] is the last table of the text.
+  const std::string good = kGood + "residual_sigma_mm = 0.05\n";
+  const std::string fitted = good + "fingerprint = \"" + FingerprintOf(good) + "\"\n";
+  const std::vector<std::string> texts = {
+      fitted,
+      "# mounted by the night shift\n\n" + fitted + "\n\n# the end",
+      Replaced(fitted, "3.5e-7", "0.000_000_35"),
+      Replaced(fitted, "a_mm = 350.0\nalpha_deg = -90.0", "alpha_deg = -90\na_mm = 350"),
+      Replaced(fitted, "name = \"test arm\"", "name = \"our arm\""),
+  };
+  for (const std::string& text : texts) {
+    CAPTURE(text);
+    FaultList faults;
+    const auto cell = CellFromText(text, "cell.toml", faults);
+    INFO(FaultsText(faults));
+    REQUIRE(cell);
+    CHECK(cell->domain->as_validated);
+    CHECK(FaultsText(faults).find("fingerprint") == std::string::npos);
+  }
+}
+
+TEST_CASE("A model that was changed after it was fitted is no longer the validated one") {
+  const std::string good = kGood + "residual_sigma_mm = 0.05\n";
+  const std::string fingerprint = FingerprintOf(good);
+  const std::string fitted = good + "fingerprint = \"" + fingerprint + "\"\n";
+  const std::string damaged = (fingerprint[0] == '0' ? "1" : "0") + fingerprint.substr(1);
+  const std::vector<std::string> texts = {
+      Replaced(fitted, "wall_mm = 5.0", "wall_mm = 2.0"),
+      Replaced(fitted, "compliance_rad_per_Nm = 3.5e-7", "compliance_rad_per_Nm = 7.0e-7"),
+      Replaced(fitted, "residual_sigma_mm = 0.05", "residual_sigma_mm = 0.04"),
+      Replaced(fitted, fingerprint, damaged),
+  };
+  for (const std::string& text : texts) {
+    CAPTURE(text);
+    FaultList faults;
+    const auto cell = CellFromText(text, "cell.toml", faults);
+    INFO(FaultsText(faults));
+    REQUIRE(cell);
+    CHECK_FALSE(cell->domain->as_validated);
+    std::vector<Fault> found;
+    for (const Fault& fault : faults.All()) {
+      if (fault.key == kFingerprintKey) found.push_back(fault);
+    }
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].severity == Fault::Severity::kWarning);
+    CHECK(found[0].file == "cell.toml");
+    CHECK(found[0].line == std::count(text.begin(), text.end(), '\n'));
+    CHECK_THAT(found[0].what,
+               Catch::Contains("does not match: the model was changed after it was fitted") &&
+                   Catch::Contains("taken as assumed") && Catch::Contains("Undo the edit"));
+  }
+}
+
+TEST_CASE("A fitted model without fingerprint is taken as it is") {
+  FaultList faults;
+  const auto cell =
+      CellFromText(Replaced(kGood, "wall_mm = 5.0", "wall_mm = 2.0"), "cell.toml", faults);
+  REQUIRE(cell);
+  CHECK(cell->domain->as_validated);
+  CHECK(FaultsText(faults).find("fingerprint") == std::string::npos);
 }
 
 TEST_CASE("A file that cannot be read is a fault") {

@@ -135,6 +135,28 @@ TEST_CASE("a cell file of another meaning sets the applied model aside, one of a
   CHECK(declare(edited).set_aside.empty());
 }
 
+TEST_CASE("an applied model that was changed after its fit is reported, with its file") {
+  Applied applied(
+      "\n[domain]\nq_deg = [[-9, 9], [-9, 9], [-9, 9], [-9, 9], [-9, 9], [-9, 9]]\n"
+      "residual_sigma_mm = 0.05\nfingerprint = \"0123456789abcdef\"\n");
+  const std::string state = applied.folder.path() + "/state";
+  FaultList told;
+  AddFaultsOfModelStore(state, "", told);
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults);
+  REQUIRE(in_force);
+  CHECK(in_force->models.applied == 2);
+  CHECK_FALSE(in_force->config.machine.cell.domain->as_validated);
+  for (const FaultList* faults : {&told, &applied.faults}) {
+    const std::string text = FaultsText(*faults);
+    INFO(text);
+    CHECK(Warns(*faults, "does not match: the model was changed after it was fitted"));
+    const auto at = text.find(state + "/models/0002.toml:");
+    REQUIRE(at != std::string::npos);
+    CHECK(text.find("changed after it was fitted", text.find("was fitted", at) + 10) ==
+          std::string::npos);
+  }
+}
+
 TEST_CASE("a label of the cell file needs no new model") {
   Applied applied("\n# version 2\n");
   const std::string cell_file = applied.folder.path() + "/cell.toml";

@@ -9,6 +9,8 @@
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/diagnosis/toml_statements.h"
+#include "firmware-like/deflection/landing_uncertainty.h"
+#include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
@@ -176,6 +178,78 @@ TEST_CASE("words and empirical nodes read back") {
   CHECK(cell.effects[0].parameters[1].word == "move");
   CHECK(cell.effects[1].drivers == std::vector<std::string>{"temp_C"});
   CHECK(cell.effects[1].nodes == empirical.effect.term.nodes);
+}
+
+namespace {
+
+struct ReadBack {
+  CellModel cell;
+  std::string told;  ///< faults and warnings
+  StatedRadius radius;
+};
+
+/// The model of a text, and its radius inside its domain.
+ReadBack ReadWithRadius(const std::string& text) {
+  FaultList faults;
+  const auto cell = CellFromText(text, "corrected.toml", faults);
+  INFO(text << FaultsText(faults));
+  REQUIRE(cell);
+  const LoadedArm arm(*cell);
+  JointVector q(6);
+  q << 0.2, -1.4, 1.7, 0.3, 0.6, -0.4;
+  return {*cell, FaultsText(faults),
+          LandingUncertainty(*cell, arm, {}).At(arm, q, LoadStatement::Stated({}), {}, false)};
+}
+
+std::string Edited(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+}  // namespace
+
+TEST_CASE("a written model is measured as it was validated, and assumed once it is edited") {
+  Diagnosis diagnosis;
+  diagnosis.domain.q.assign(6, {-3, 3});
+  diagnosis.domain.residual_sigma_m = 5e-5;
+  const bool carriage_returns = GENERATE(false, true);
+  std::string original;
+  for (const char c : ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value()) {
+    original += carriage_returns && c == '\n' ? std::string("\r\n") : std::string(1, c);
+  }
+  const std::string written = Corrected(original, diagnosis);
+  CHECK(written.find("\nfingerprint = \"") != std::string::npos);
+
+  const ReadBack validated = ReadWithRadius(written);
+  CHECK(validated.cell.domain->as_validated);
+  CHECK(validated.told.find("fingerprint") == std::string::npos);
+  CHECK(validated.radius.basis == RadiusBasis::kMeasured);
+
+  for (const std::string& text :
+       {Edited(written, "wall_mm = 5.0", "wall_mm = 2.0"),
+        Edited(written, "compliance_rad_per_Nm = 3.0e-7", "compliance_rad_per_Nm = 6.0e-7"),
+        Edited(written, "residual_sigma_mm = 0.05", "residual_sigma_mm = 0.01")}) {
+    const ReadBack edited = ReadWithRadius(text);
+    CHECK_FALSE(edited.cell.domain->as_validated);
+    CHECK(edited.told.find("the model was changed after it was fitted") != std::string::npos);
+    CHECK(edited.radius.basis == RadiusBasis::kAssumed);
+    CHECK(edited.radius.radius_m > validated.radius.radius_m);
+    // Diagnosed again, it is a validated model.
+    const ReadBack again = ReadWithRadius(Corrected(text, diagnosis));
+    CHECK(again.cell.domain->as_validated);
+    CHECK(again.radius.basis == RadiusBasis::kMeasured);
+  }
+}
+
+TEST_CASE("a written model with effects and frames reads back as it was validated") {
+  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
+  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
+  const std::string written = Corrected(CellText(), diagnosis);
+  CHECK(Read(written).domain->as_validated);
+  CHECK(Read(Edited(written, "date = \"2026-11-21\"", "date = \"2026-11-22\""))
+            .domain->as_validated);  // a label
+  CHECK_FALSE(Read(Edited(written, "id = \"2\"", "id = \"3\"")).domain->as_validated);
 }
 
 TEST_CASE("a model that no reader would take is refused, not written") {

@@ -43,8 +43,8 @@ Diagnosis Explained(const std::string& id) {
   return diagnosis;
 }
 
-const Check& CheckNamed(const Diagnosis& diagnosis, const std::string& name) {
-  for (const Check& check : diagnosis.checks) {
+const ExplanationCheck& CheckNamed(const Diagnosis& diagnosis, const std::string& name) {
+  for (const ExplanationCheck& check : diagnosis.checks) {
     if (check.name == name) return check;
   }
   throw std::runtime_error("no check " + name);

@@ -165,6 +165,12 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
   other = cell;
   other.domain.emplace().payload_kg = Interval{0, 60};
   CHECK(difference(other) == "domain.payload_kg absent -> [0, 60]");
+  CellModel fitted = cell;
+  fitted.domain.emplace();
+  other = fitted;
+  other.domain->as_validated = false;
+  CHECK(CellDifferences(fitted, other) ==
+        std::vector<std::string>{"domain (model changed after its fit) absent -> true"});
   other = cell;
   other.robot.name = "another label";
   CHECK(CellDifferences(cell, other).empty());

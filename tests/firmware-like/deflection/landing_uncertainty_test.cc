@@ -100,6 +100,22 @@ TEST_CASE("the basis is measured inside the domain of a validated fit, and weake
   CHECK(propagated.radius_m == Approx(inside.radius_m));
 }
 
+TEST_CASE("a model that was changed after its fit is assumed, with no smaller radius") {
+  CellModel cell = Identified();
+  std::mt19937 random(32);
+  const JointVector q = test::RandomPosture(cell, random);
+  const LoadStatement load = LoadStatement::Stated({60, *cell.payload_cog_F});
+  const StatedRadius validated = Radius(cell, q, false, load);
+  cell.domain->as_validated = false;
+  for (const bool extrapolated : {false, true}) {
+    for (const DeclaredDeviation& deviation : {DeclaredDeviation{}, DeclaredDeviation{0.3, true}}) {
+      const StatedRadius changed = Radius(cell, q, extrapolated, load, deviation);
+      CHECK(changed.basis == RadiusBasis::kAssumed);
+      CHECK(changed.radius_m > validated.radius_m);
+    }
+  }
+}
+
 TEST_CASE(
     "a declared cell is propagated only if its deviation is stated and nothing else matters") {
   CellModel cell = test::HeavyArm();
