@@ -101,7 +101,7 @@ struct HeldOutError {
 };
 
 /// A test that an explanation passes before it is called one.
-struct Check {
+struct ExplanationCheck {
   std::string name;    ///< "held_out_error", "p_value", "selection_frequency", ..
   std::string effect;  ///< id of the finding judged; empty: the whole answer
   bool passed = false;
