@@ -246,7 +246,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     const Result<ModelState> present = State();
     if (present && means_the_same(present->declared)) return present->declared;
   }
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> read = State();
   if (!read) return Error{read.error()};
@@ -291,7 +291,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
 Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
                                 const std::string& report) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};
@@ -308,7 +308,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
 }
 
 Result<bool> ModelStore::Apply(int number) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   bool damaged = false;
   const Result<ModelState> read = ReadState(damaged);
@@ -335,7 +335,7 @@ Result<bool> ModelStore::Apply(int number) {
 }
 
 Result<int> ModelStore::RollBack() {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};

@@ -1,10 +1,12 @@
 // Every version of the cell's model that was ever declared, proposed or in force.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/model_store/durable_file.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -67,8 +69,9 @@ std::string SetAsideText(const ModelState& state, const std::string& state_direc
 ///   0007.json   its facts, likewise; the version exists once this file stands
 ///   0007.html   its report, if any
 ///   state.json  which version is declared, proposed, applied; replaced as a whole
-/// Writers hold the lock file `lock`; readers need none. A cut at any point leaves the previous
-/// state or the new one; files of a version that was not completed are overwritten by the next.
+/// Writers hold the lock file `lock`, and wait 10 s for it; readers need none. A cut at any point
+/// leaves the previous state or the new one; files of a version that was not completed are
+/// overwritten by the next.
 ///
 /// Two kinds of failure are kept apart. Open() fails where there is no store to be had: the folder
 /// cannot be made, or cannot be looked into. State() fails where there is a store and its state
@@ -77,6 +80,12 @@ class ModelStore {
  public:
   /// Makes the folder where there is none.
   static Result<ModelStore> Open(const std::string& state_directory);
+
+  /// Writers give up after 10 s where another process holds the lock. `report` is called once a
+  /// writer has waited for 1 s.
+  void ReportWaits(std::function<void(const std::string& what)> report) {
+    patience_.report = std::move(report);
+  }
 
   /// All 0 where the store holds no version yet. An error where state.json is damaged, cannot be
   /// read, is of a newer version, or is missing although there are versions: which one was in force
@@ -128,6 +137,7 @@ class ModelStore {
   Result<std::vector<int>> Numbers() const;
 
   std::string folder_;
+  FileLock::Patience patience_;
 };
 
 const char* NameOf(ModelFacts::Origin origin);
