@@ -25,6 +25,8 @@ bool Warning(const HealthFacts& facts) {
 
 /// Most severe first.
 constexpr std::array kEntries = {
+    Entry{HealthReason::kNoDaemon, "no daemon", "start plumblined; see its log",
+          [](const HealthFacts& facts) { return facts.daemon_silent; }},
     Entry{HealthReason::kEmergencyStop, "emergency stop", "make safe, release the emergency stop",
           Alarm<alarm::kEmergencyStop>},
     Entry{HealthReason::kRobotNotRead, "no reading from the robot",

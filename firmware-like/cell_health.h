@@ -31,6 +31,7 @@ enum class HealthReason : std::uint8_t {
   kPointRefused = 8,      ///< a configured point has no correction
   kInterference = 9,      ///< watched objects touch
   kApproachBlocked = 10,  ///< an object on an approach path
+  kNoDaemon = 11,         ///< on page and display only: the daemon that reported is gone or hangs
   // Attention.
   kDrift = 20,            ///< probes no longer agree with the model
   kModelSetAside = 21,    ///< the applied model is not in force
@@ -72,7 +73,8 @@ struct HealthFacts {
   bool fiducial_moved = false;
   bool scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;
-  bool pending = false;  ///< a point is still being computed
+  bool pending = false;        ///< a point is still being computed
+  bool daemon_silent = false;  ///< of page and display: the rest is not known any more
 };
 
 /// The most severe reason that holds.

@@ -97,7 +97,10 @@ void Machine::Execute(const MachineInput& input) {
     case PlcCommandCode::kCorrectPose:
     case PlcCommandCode::kCorrectPoseScaled:
     case PlcCommandCode::kPredictLanding:
-      if (!command.pose_valid) return refuse(CorrectionCode::kBadCommand);
+      if (!command.pose_valid ||
+          IsZeroOrInMetres(config_.cell.robot, probe_bounds_, command.X_BP.p)) {
+        return refuse(CorrectionCode::kBadCommand);
+      }
       point.X_WP = corrector_.arm().X_WB() * command.X_BP;
       break;
     default:

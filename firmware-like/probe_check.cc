@@ -33,4 +33,9 @@ ProbeFault JudgeProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec
   return within ? ProbeFault::kNone : ProbeFault::kBeyondReach;
 }
 
+bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B) {
+  const bool turns = !robot.joints.empty() && robot.joints.front().type == JointType::kRevolute;
+  return turns && 1e3 * p_B.norm() <= bounds.reach_m;
+}
+
 }  // namespace plumbline

@@ -44,4 +44,11 @@ bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& 
 ProbeFault JudgeProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
                       const Vec3& predicted_W);
 
+/// Whether the position of a pose command was not filled in, or was given in metres where
+/// millimetres are expected: it lies within a thousandth of the reach from the base's origin. No
+/// tip can be there where the first joint turns: that is inside the arm's own base. Where the first
+/// joint slides (a gantry, a track) the origin may be free, and nothing is refused.
+/// @param p_B  in the base frame [m]
+bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
+
 }  // namespace plumbline

@@ -61,7 +61,9 @@ int RunDoctor(const DoctorOptions& options) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorOptions>();
   CLI::App* doctor = app.add_subcommand("doctor", "Finds out what is wrong with this installation");
-  doctor->add_option("config", options->config, "The daemon's configuration")
+  doctor
+      ->add_option("config,--config", options->config,
+                   "The daemon's configuration, with or without --config")
       ->capture_default_str();
   doctor->add_option("--user", options->user, "The user that the service runs as")
       ->capture_default_str();

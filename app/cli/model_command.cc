@@ -32,6 +32,14 @@ struct ModelOptions {
   bool json = false, force = false;
 };
 
+/// Says on the error output whom a writer waits for.
+Result<ModelStore> OpenReporting(const std::string& state_directory) {
+  Result<ModelStore> store = ModelStore::Open(state_directory);
+  if (!store) return store;
+  store.value().ReportWaits([](const std::string& what) { std::cerr << what << std::endl; });
+  return store;
+}
+
 /// The store of an existing state directory: reading must not make one.
 Result<ModelStore> ExistingStore(const ModelOptions& options) {
   if (!std::filesystem::exists(options.state + "/models")) {
@@ -40,7 +48,7 @@ Result<ModelStore> ExistingStore(const ModelOptions& options) {
                     "start, or give another --state",
                     options.state)};
   }
-  return ModelStore::Open(options.state);
+  return OpenReporting(options.state);
 }
 
 /// Tells it where there is no such version.
@@ -224,7 +232,7 @@ int Propose(const ModelOptions& options) {
                             options.state),
                 kExitUsage);
   }
-  Result<ModelStore> store = ModelStore::Open(options.state);
+  Result<ModelStore> store = OpenReporting(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
   if (!MayFollow(options, *store, *cell)) return Fail("not proposed", kExitFault);
   const Result<int> number = store.value().Propose(*text, facts, options.report);

@@ -110,7 +110,7 @@ std::string HealthReasons() {
   for (int number = 1; number <= static_cast<int>(HealthReason::kRadiusAssumed); ++number) {
     const auto reason = static_cast<HealthReason>(number);
     const std::string meaning = Describe(reason);
-    if (meaning.empty()) continue;
+    if (meaning.empty() || reason == HealthReason::kNoDaemon) continue;  // never in a register
     const bool first = SeverityOf(reason) != severity;
     severity = SeverityOf(reason);
     text += first ? fmt::format("{} {}:", number == 1 ? "" : ";", Describe(severity)) : ",";

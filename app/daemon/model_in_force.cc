@@ -9,6 +9,7 @@
 #include "app/config/daemon_config_reader.h"
 #include "app/config/text_file.h"
 #include "app/model_store/cell_difference.h"
+#include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
 #include "app/model_store/usable_model.h"
 #include "drivers/files/open_failure.h"
@@ -19,6 +20,10 @@ namespace {
 /// The daemon's main thread reads the configuration while the service manager waits for its sign of
 /// life: by count of points, so that it takes no longer than that with any configuration.
 constexpr std::size_t kPosturesChecked = 20;
+
+/// For another process to write the store. The service manager gets no sign of life meanwhile, and
+/// its patience (WatchdogSec) is 4 s.
+constexpr double kLongestLock_s = 1.5;
 
 /// What the store says once the cell file is noted in it.
 struct Noted {
@@ -42,6 +47,10 @@ void WarnNotKept(const Warn& warn, const std::string& why, const std::string& re
 Noted NotNoted(const ModelState& before, bool edited, const std::string& directory,
                const std::string& why, const Warn& warn) {
   const bool another = before.applied != before.declared;
+  if (!another && before.set_aside && before.set_aside->version == 0) {
+    warn("the model store cannot be written: " + why);
+    return Noted{{}, SetAsideText(before, directory)};
+  }
   if (!another && !before.set_aside) {
     WarnNotKept(warn, why, fmt::format("Make {}/models writable for the daemon's user", directory));
     return Noted{};
@@ -66,8 +75,10 @@ Noted NotNoted(const ModelState& before, bool edited, const std::string& directo
 /// @param before  the store's state
 /// @param cell    text of the cell file, as it was parsed
 /// @return        why the store's state is not known once the cell file is noted in it
+/// @param expected  whether versions of the store may have been lost where it holds none
 Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const DaemonConfig& config,
-                           const std::string& cell, const Warn& warn) {
+                           const std::string& cell, ModelStore::Expected expected,
+                           const Warn& warn) {
   const std::string& directory = config.state_directory;
   const bool another = before.applied != before.declared;
   const bool compared = another && before.declared != 0;
@@ -79,10 +90,14 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
                     before.declared, previous.error(), before.applied));
     return Noted{before, ""};
   }
-  const Result<int> declared = store.Declare(cell, config.cell_file);
+  const Result<int> declared = store.Declare(cell, config.cell_file, expected);
   if (!declared) {
     const bool edited = compared && !CellTextDifferences(*previous, cell).empty();
-    return NotNoted(before, edited, directory, declared.error(), warn);
+    ModelState found = before;
+    if (expected == ModelStore::Expected::kVersions && before == ModelState{}) {
+      found.set_aside = SetAside{};
+    }
+    return NotNoted(found, edited, directory, declared.error(), warn);
   }
   Result<ModelState> now = store.State();
   if (!now) return Error{now.error()};
@@ -227,15 +242,18 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
                                    unknown, remedy)
                      : ""};
   }
+  store.value().WaitAtMost(kLongestLock_s);
   const Result<ModelState> before = store->State();
   if (!before) return refuse(before.error());
   if (at_work) {
     if (const auto why_not = WhyNotTheSameStore(*before, *at_work)) return refuse(*why_not);
   }
   const bool of_another = at_work ? !at_work->owns_directory : OtherDaemonOf(directory).has_value();
+  const bool used = !at_work && WasUsedBefore(directory);
+  const auto expected = used ? ModelStore::Expected::kVersions : ModelStore::Expected::kNothing;
   Result<Noted> noted =
       of_another ? Result<Noted>(AsAnotherDaemonKeepsIt(*store, *before, declared->cell, warn))
-                 : NoteDeclared(store.value(), *before, config, declared->cell, warn);
+                 : NoteDeclared(store.value(), *before, config, declared->cell, expected, warn);
   if (!noted) return refuse(noted.error());
   const ModelState& state = noted->models;
   const std::string asked = declared->asked_state_directory;

@@ -36,6 +36,9 @@ struct DaemonAtWork {
 /// an applied version, and one that has become empty since a version of it came into force, as when
 /// its file system is no longer mounted. Nothing is noted in a directory that another daemon owns:
 /// its applied version serves the same cell and no other.
+/// Where the store holds no version at the start although the directory was used before, the cell
+/// file is in force with `set_aside`: an applied model may have been lost. A version that is
+/// applied clears it, the declared one, too.
 /// @param at_work  nothing at the start
 /// @return nothing where the configuration, its files, the store or the applied version have a
 /// fault, or where the daemon cannot use the applied version (WhyNotUsable)

@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
                "plumbline-fleet");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
-  app.add_option("config", config, "The daemon's configuration, with [mqtt]")
+  app.add_option("config,--config", config,
+                 "The daemon's configuration, with [mqtt]; with or without --config")
       ->capture_default_str();
   app.footer(
       "Tells what the plumblined of the same configuration shows, and the measurement journal\n"

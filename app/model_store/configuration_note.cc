@@ -21,6 +21,12 @@ Result<bool> NoteConfiguration(const std::string& state_directory, const std::st
   return WriteDurably(NoteOf(state_directory), path + "\n");
 }
 
+bool WasUsedBefore(const std::string& state_directory) {
+  std::error_code unknown;
+  return std::filesystem::exists(NoteOf(state_directory), unknown) ||
+         std::filesystem::exists(state_directory + "/journal.sqlite", unknown);
+}
+
 std::optional<std::string> NotedConfiguration(const std::string& state_directory) {
   const Result<std::string> text = ReadTextFile(NoteOf(state_directory));
   if (!text) return std::nullopt;

@@ -13,6 +13,10 @@ namespace plumbline {
 /// @return why it could not be kept
 Result<bool> NoteConfiguration(const std::string& state_directory, const std::string& file);
 
+/// Whether a daemon, or its journal, has used this state directory before: the configuration is
+/// noted there, or a journal lies there.
+bool WasUsedBefore(const std::string& state_directory);
+
 /// The path that was noted at the daemon's last start; nothing where there is none.
 std::optional<std::string> NotedConfiguration(const std::string& state_directory);
 

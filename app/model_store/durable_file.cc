@@ -3,12 +3,17 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
 
 #include "drivers/files/open_failure.h"
 
@@ -30,6 +35,27 @@ bool WriteAll(int fd, std::string_view text) {
   return true;
 }
 
+/// The process that holds the lock on this file, as /proc/locks has it:
+/// "3: FLOCK  ADVISORY  WRITE 1234 fd:01:5678 0 EOF"; those that wait have "->" after the number.
+std::string HolderOf(int fd) {
+  struct stat about {};
+  std::ifstream locks("/proc/locks");
+  if (fstat(fd, &about) != 0) return "another process";
+  const std::string inode = fmt::format(":{}", about.st_ino);
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, manner, access, file;
+    long process = 0;
+    words >> number >> kind >> manner >> access >> process >> file;
+    if (!words || kind != "FLOCK" || !file.ends_with(inode) || process <= 0) continue;
+    std::string name;
+    std::getline(std::ifstream(fmt::format("/proc/{}/comm", process)) >> std::ws, name);
+    return name.empty() ? fmt::format("process {}", process)
+                        : fmt::format("process {} ({})", process, name);
+  }
+  return "another process";
+}
+
 }  // namespace
 
 Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
@@ -49,14 +75,29 @@ Result<bool> WriteDurably(const std::string& path, std::string_view content, uns
   return true;
 }
 
-Result<FileLock> FileLock::Take(const std::string& path, Wait wait) {
+Result<FileLock> FileLock::Take(const std::string& path, const Patience& patience) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kPoll{20};
   const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (fd < 0) return Failed(path, "cannot be opened");
   FileLock lock(fd);
-  while (flock(fd, LOCK_EX | (wait == Wait::kNo ? LOCK_NB : 0)) != 0) {
+  const Clock::time_point begin = Clock::now();
+  bool reported = false;
+  while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
-    return Failed(path, errno == EWOULDBLOCK ? "is held by another process: end that one first"
-                                             : "cannot be locked");
+    if (errno != EWOULDBLOCK) return Failed(path, "cannot be locked");
+    const double waited_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (waited_s >= patience.longest_s) {
+      return Error{fmt::format(
+          "{}: {} has held this lock for {:g} s. Nothing was changed. Wait until it has finished, "
+          "or end it, and repeat (`fuser -v {}` lists who has the file open)",
+          path, HolderOf(fd), patience.longest_s, path)};
+    }
+    if (!reported && waited_s >= patience.report_s && patience.report) {
+      patience.report(fmt::format("waiting for {}, which holds {}", HolderOf(fd), path));
+      reported = true;
+    }
+    std::this_thread::sleep_for(kPoll);
   }
   return lock;
 }

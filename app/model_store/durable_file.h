@@ -1,6 +1,7 @@
 // Files that a power cut leaves whole: the old content or the new one.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -18,9 +19,15 @@ Result<bool> WriteDurably(const std::string& path, std::string_view content, uns
 /// process ends, however it ends.
 class FileLock {
  public:
-  enum class Wait { kYes, kNo };
-  /// Makes the file where there is none. A link in its place is an error.
-  static Result<FileLock> Take(const std::string& path, Wait wait);
+  /// How long to wait for a lock that another process holds.
+  struct Patience {
+    double longest_s = 10;  ///< then it is an error
+    double report_s = 1;    ///< then `report` is called, once
+    std::function<void(const std::string& what)> report = {};
+  };
+  /// Makes the file where there is none. A link in its place is an error. An error that is due to
+  /// another process names it, where the kernel does.
+  static Result<FileLock> Take(const std::string& path, const Patience& patience);
   FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   FileLock(const FileLock&) = delete;
   FileLock& operator=(const FileLock&) = delete;

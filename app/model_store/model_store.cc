@@ -50,6 +50,19 @@ std::string ModelCommand(const std::string& words, const std::string& state_dire
 
 std::string SetAsideText(const ModelState& state, const std::string& state_directory) {
   const SetAside& aside = *state.set_aside;
+  if (aside.version == 0) {
+    const std::string confirm =
+        state.applied == 0
+            ? ""
+            : fmt::format(", or confirm the cell file by {}",
+                          ModelCommand(fmt::format("apply {}", state.applied), state_directory));
+    return fmt::format(
+        "the model store {0}/models was found empty, although this state directory was used "
+        "before: a model that was applied, if there was one, is not in force, and points are "
+        "corrected by the cell file. Restore {0}/models from the backup and restart the daemon "
+        "(`systemctl restart plumbline`){1}",
+        state_directory, confirm);
+  }
   const std::string why =
       aside.changes.empty()
           ? "the cell file was changed, and is by now what it was before"
@@ -237,7 +250,8 @@ Result<bool> ModelStore::BeginState() {
   return WriteState({});
 }
 
-Result<int> ModelStore::Declare(const std::string& text, const std::string& file) {
+Result<int> ModelStore::Declare(const std::string& text, const std::string& file,
+                                Expected expected) {
   const auto means_the_same = [&](int declared) {
     const Result<std::string> known = declared == 0 ? Error{""} : Text(declared);
     return known && CellTextDifferences(*known, text).empty();
@@ -246,12 +260,13 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     const Result<ModelState> present = State();
     if (present && means_the_same(present->declared)) return present->declared;
   }
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> read = State();
   if (!read) return Error{read.error()};
   ModelState state = std::move(read).value();
   if (means_the_same(state.declared)) return state.declared;
+  const bool lost = expected == Expected::kVersions && state == ModelState{};
   const Result<bool> begun = BeginState();
   if (!begun) return Error{begun.error()};
   ModelFacts facts;
@@ -267,11 +282,12 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     if (!kept) return Error{kept.error()};
     return *number;
   }
+  if (lost) state.set_aside = SetAside{0, *number, {}, 0};
   const bool was_aside = state.set_aside.has_value();
   if (!was_aside && state.applied != state.declared) {
     state.set_aside = SetAside{state.applied, state.declared, {}, 0};
   }
-  if (state.set_aside) {
+  if (state.set_aside && !lost) {
     SetAside& aside = *state.set_aside;
     const Result<std::string> then = Text(aside.declared);
     aside.changes = then ? FirstOf(CellTextDifferences(*then, text), kMostChangesKept)
@@ -291,7 +307,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
 Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
                                 const std::string& report) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};
@@ -308,7 +324,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
 }
 
 Result<bool> ModelStore::Apply(int number) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   bool damaged = false;
   const Result<ModelState> read = ReadState(damaged);
@@ -335,7 +351,7 @@ Result<bool> ModelStore::Apply(int number) {
 }
 
 Result<int> ModelStore::RollBack() {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", FileLock::Wait::kYes);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};

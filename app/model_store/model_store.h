@@ -1,10 +1,12 @@
 // Every version of the cell's model that was ever declared, proposed or in force.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/model_store/durable_file.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -32,9 +34,11 @@ struct ModelVersion {
   ModelFacts facts;
 };
 
-/// An applied version that an edit of the cell file took out of force.
+/// An applied version that is out of force: by an edit of the cell file, or because the store that
+/// held it was found empty.
 struct SetAside {
-  int version = 0;                   ///< that a person, or the daemon, had applied
+  int version =
+      0;  ///< that a person, or the daemon, had applied; 0: not known, the store was empty
   int declared = 0;                  ///< the declared version beside which it was in force
   std::vector<std::string> changes;  ///< of the cell file since, as CellDifferences() has them
   int withdrawn = 0;                 ///< a proposal that the edit withdrew; 0: none waited
@@ -67,8 +71,9 @@ std::string SetAsideText(const ModelState& state, const std::string& state_direc
 ///   0007.json   its facts, likewise; the version exists once this file stands
 ///   0007.html   its report, if any
 ///   state.json  which version is declared, proposed, applied; replaced as a whole
-/// Writers hold the lock file `lock`; readers need none. A cut at any point leaves the previous
-/// state or the new one; files of a version that was not completed are overwritten by the next.
+/// Writers hold the lock file `lock`, and wait 10 s for it; readers need none. A cut at any point
+/// leaves the previous state or the new one; files of a version that was not completed are
+/// overwritten by the next.
 ///
 /// Two kinds of failure are kept apart. Open() fails where there is no store to be had: the folder
 /// cannot be made, or cannot be looked into. State() fails where there is a store and its state
@@ -77,6 +82,14 @@ class ModelStore {
  public:
   /// Makes the folder where there is none.
   static Result<ModelStore> Open(const std::string& state_directory);
+
+  /// Writers give up after 10 s, or WaitAtMost(), where another process holds the lock. `report` is
+  /// called once a writer has waited for 1 s.
+  void ReportWaits(std::function<void(const std::string& what)> report) {
+    patience_.report = std::move(report);
+  }
+
+  void WaitAtMost(double seconds) { patience_.longest_s = seconds; }
 
   /// All 0 where the store holds no version yet. An error where state.json is damaged, cannot be
   /// read, is of a newer version, or is missing although there are versions: which one was in force
@@ -95,7 +108,11 @@ class ModelStore {
   /// own and is in force from then on: somebody edited the cell. Where another version than the
   /// declared one was applied, it is set aside; one that was applied before any cell file was
   /// declared stays in force. @return the version declared
-  Result<int> Declare(const std::string& text, const std::string& file);
+  /// @param expected  kVersions: the state directory was used before. Where the store holds no
+  ///                  version, that is noted as `set_aside`, as an applied one may have been lost
+  enum class Expected { kNothing, kVersions };
+  Result<int> Declare(const std::string& text, const std::string& file,
+                      Expected expected = Expected::kNothing);
 
   /// Keeps a model as a new version and marks it as proposed.
   /// @param report  path of a report to keep beside it; empty: none
@@ -128,6 +145,7 @@ class ModelStore {
   Result<std::vector<int>> Numbers() const;
 
   std::string folder_;
+  FileLock::Patience patience_;
 };
 
 const char* NameOf(ModelFacts::Origin origin);

@@ -6,6 +6,7 @@
 
 #include "app/page/camera_facts.h"
 #include "app/version.h"
+#include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline {
@@ -203,7 +204,7 @@ void MetricsWriter::Gauge(std::string_view name, std::string_view help, double v
 }
 
 bool DaemonIsThere(const ShownNow* now, double now_s) {
-  return now != nullptr && now->state && now_s - now->state->now_s <= kPageStateOld_s;
+  return now != nullptr && now->state && !DaemonIsSilent(*now->state, now->link_problem, now_s);
 }
 
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s) {

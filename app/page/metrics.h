@@ -37,15 +37,12 @@ class MetricsWriter {
 };
 
 /// SI, seconds and metres. What is not known now has no sample: an old value would look like a
-/// present one. plumbline_up says whether the daemon told something within kPageStateOld_s.
+/// present one. plumbline_up says whether the daemon told something within kDaemonSilent_s.
 /// @param now    null: nothing was put together yet
 /// @param now_s  monotonic
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s);
 
-/// The daemon tells five states a second at least.
-inline constexpr double kPageStateOld_s = 2.0;
-
-/// Whether the daemon is there: a state that young.
+/// Whether the daemon reports: there is a state, and DaemonIsSilent() does not hold.
 bool DaemonIsThere(const ShownNow* now, double now_s);
 
 }  // namespace plumbline

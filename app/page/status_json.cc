@@ -6,6 +6,7 @@
 #include "app/page/camera_facts.h"
 #include "app/page/metrics.h"
 #include "app/version.h"
+#include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -71,7 +72,8 @@ Json PointsJson(const ShownNow& now) {
     Json entry = {{"id", point.id},
                   {"name", name == now.point_names.end() ? "" : name->second},
                   {"valid", point.valid},
-                  {"reason", std::string(Describe(point.code))},
+                  {"reason", point.valid ? std::string(Describe(point.code))
+                                         : WhyNotValid(point, *now.state)},
                   {"tone", LineJson({"", ToneOf(point, *now.state)}).at("tone")},
                   {"extrapolated", point.extrapolated}};
     if (point.valid) {
@@ -198,7 +200,8 @@ std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
   if (now != nullptr) {
     json["daemon"]["problem"] = now->link_problem;
     json["picture"]["problem"] = now->picture_problem;
-    json["headline"] = LineJson(now->headline);
+    const ShownNow shown = AsShownAt(*now, now_s);
+    json["headline"] = LineJson(shown.headline);
     for (const Panel& panel : now->panels) {
       Json lines = Json::array();
       for (const PanelLine& line : panel.lines) lines.push_back(LineJson(line));
@@ -207,7 +210,7 @@ std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
     if (now->state) {
       json["daemon"]["age_s"] = now_s - now->state->now_s;
       json["daemon"]["version"] = now->state->version;
-      AddStateTo(json, *now, now_s);
+      AddStateTo(json, shown, now_s);
     }
   }
   json["log"] = LogJson(log);

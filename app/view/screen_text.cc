@@ -8,6 +8,7 @@
 #include <ctime>
 #include <span>
 
+#include "app/view/silent_daemon.h"
 #include "drivers/display/colour_scale.h"
 
 namespace plumbline {
@@ -305,8 +306,10 @@ void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& lay
   }
 }
 
-DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
-                      const TextWidth& text_width) {
+namespace {
+
+DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layout,
+                           const TextWidth& text_width) {
   DisplayList list;
   const std::vector<std::size_t>& shown = input.facts.shown;
   const auto& first = CameraOf(*input.facts.state, shown.front()).image;
@@ -323,6 +326,20 @@ DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
   }
   AddPanels(input.facts, layout, text_width, list);
   return list;
+}
+
+}  // namespace
+
+DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
+                      const TextWidth& text_width) {
+  const ViewFacts& facts = input.facts;
+  if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
+    ViewFacts of_silent = facts;
+    of_silent.state = &*withdrawn;
+    return PictureOfState({of_silent, input.config, input.meshes, input.pixels}, layout,
+                          text_width);
+  }
+  return PictureOfState(input, layout, text_width);
 }
 
 DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,

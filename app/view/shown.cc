@@ -1,5 +1,7 @@
 #include "app/view/shown.h"
 
+#include "app/view/silent_daemon.h"
+
 namespace plumbline {
 
 ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
@@ -25,6 +27,19 @@ ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
   }
   now.frames_per_s = facts.frames_per_s;
   return now;
+}
+
+ShownNow AsShownAt(const ShownNow& now, double now_s) {
+  ShownNow shown = now;
+  if (now.state == nullptr) return shown;
+  auto withdrawn = WithdrawnState(*now.state, now.link_problem, now_s);
+  if (!withdrawn) return shown;
+  shown.health = withdrawn->health;
+  if (shown.headline.tone != Tone::kBad) {
+    shown.headline = {"NO DAEMON: plumbline-view receives no state", Tone::kBad};
+  }
+  shown.state = std::make_shared<const ViewState>(*std::move(withdrawn));
+  return shown;
 }
 
 void Shown::Put(std::shared_ptr<const ShownNow> now) {

@@ -29,6 +29,10 @@ struct ShownNow {
   std::vector<double> frames_per_s;        ///< of each camera, as they arrived
 };
 
+/// With the state of a silent daemon withdrawn: `now` may be older than the moment it is shown at,
+/// where the drawing thread hangs.
+ShownNow AsShownAt(const ShownNow& now, double now_s);
+
 /// Copies what `facts` point to.
 ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem);
 

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline {
 namespace {
 
 constexpr double kMmPerMetre = 1e3;
-constexpr double kStateOld_s = 1.0;  ///< the daemon sends five a second at least
 
 std::string Mm(double metres, int digits = 2) {
   return fmt::format("{:.{}f} mm", metres * kMmPerMetre, digits);
@@ -150,7 +150,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
   for (const ViewPoint& point : state.points) {
     if (!point.valid) {
       panel.lines.push_back(
-          {fmt::format("{}: {}", name_of(point.id), Describe(point.code)), Tone::kBad});
+          {fmt::format("{}: {}", name_of(point.id), WhyNotValid(point, state)), Tone::kBad});
       continue;
     }
     panel.lines.push_back(
@@ -171,10 +171,12 @@ Panel CorrectionPanel(const ViewFacts& facts) {
   panel.lines.push_back(state.payload_kg
                             ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
                             : PanelLine{"payload not known", Tone::kAttention});
-  panel.lines.push_back({(state.alarms & alarm::kRobotMissing) != 0
-                             ? "robot never read"
-                             : "robot read " + AgeText(state.data_age_s),
-                         facts.carriers.front().robot_stale ? Tone::kBad : Tone::kPlain});
+  panel.lines.push_back(
+      {(state.alarms & alarm::kRobotMissing) != 0 ? "robot never read"
+                                                  : "robot read " + AgeText(state.data_age_s),
+       facts.carriers.front().robot_stale || state.health.reason == HealthReason::kNoDaemon
+           ? Tone::kBad
+           : Tone::kPlain});
   return panel;
 }
 
@@ -303,6 +305,18 @@ Panel ModelPanel(const ViewState& state) {
   return panel;
 }
 
+std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
+  return {AlarmPanel(*facts.state, ShownHealth(facts)),
+          OfCameras("Lens", facts, "no camera is configured", LensLines),
+          OfCameras("Tracking", facts, "off", TrackingLines),
+          CorrectionPanel(facts),
+          DistancePanel(facts),
+          OfCameras("Camera", facts, "none is configured", CameraLines),
+          OfCameras("Tags", facts, "off", TagLines),
+          ObjectsPanel(facts),
+          ModelPanel(*facts.state)};
+}
+
 std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
@@ -350,7 +364,9 @@ std::vector<std::string> StaleBecause(const ViewFacts& facts,
 }
 
 CellHealth ShownHealth(const ViewFacts& facts) {
-  if (facts.state == nullptr) return {};
+  const bool silent =
+      facts.state == nullptr || DaemonIsSilent(*facts.state, facts.link_problem, facts.now_s);
+  if (silent) return HealthOf({.daemon_silent = true});
   const CellHealth health = facts.state->health;
   const Measured* const measured = facts.measured;
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
@@ -374,8 +390,11 @@ CellHealth ShownHealth(const ViewFacts& facts) {
 PanelLine Headline(const ViewFacts& facts) {
   if (facts.state == nullptr) return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
   const ViewState& state = *facts.state;
-  if (!facts.link_problem.empty() && facts.now_s - state.now_s > kStateOld_s) {
-    return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
+  if (DaemonIsSilent(state, facts.link_problem, facts.now_s)) {
+    const std::string why = facts.link_problem.empty()
+                                ? "its last state came " + AgeText(facts.now_s - state.now_s)
+                                : facts.link_problem;
+    return {"NO DAEMON: " + why, Tone::kBad};
   }
   const CellHealth health = ShownHealth(facts);
   const PanelLine line{
@@ -396,15 +415,12 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts) {
             {"Objects", facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}}
                                               : facts.objects}};
   }
-  return {AlarmPanel(*facts.state, ShownHealth(facts)),
-          OfCameras("Lens", facts, "no camera is configured", LensLines),
-          OfCameras("Tracking", facts, "off", TrackingLines),
-          CorrectionPanel(facts),
-          DistancePanel(facts),
-          OfCameras("Camera", facts, "none is configured", CameraLines),
-          OfCameras("Tags", facts, "off", TagLines),
-          ObjectsPanel(facts),
-          ModelPanel(*facts.state)};
+  if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
+    ViewFacts of_silent = facts;
+    of_silent.state = &*withdrawn;
+    return PanelsOfState(of_silent);
+  }
+  return PanelsOfState(facts);
 }
 
 std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most) {

@@ -39,7 +39,7 @@ struct ViewFacts {
 };
 
 /// The daemon's health; or, where it is worse, what was measured here and reaches the daemon a
-/// moment later. Good while no state came.
+/// moment later. An alarm while no daemon reports.
 CellHealth ShownHealth(const ViewFacts& facts);
 
 /// How a point is marked: good only where its radius holds as far as anybody knows.

@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
   std::string config = "/etc/plumbline/plumbline.toml";
   plumbline::SnapshotOptions snapshot;
   std::string size;
-  app.add_option("config", config, "The daemon's configuration")->capture_default_str();
+  app.add_option("config,--config", config, "The daemon's configuration, with or without --config")
+      ->capture_default_str();
   auto* const out = app.add_option("--snapshot", snapshot.out, "Write one picture (PNG) and end");
   app.add_option("--size", size, "Of the picture, as 1280x720")
       ->needs(out)

@@ -37,6 +37,8 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
     CHECK(HealthOf({.warnings = static_cast<std::uint16_t>(1 << bit)}).severity >
           HealthSeverity::kGood);
   }
+  CHECK(HealthOf({.alarms = 0xFF, .daemon_silent = true}) ==
+        CellHealth{HealthSeverity::kAlarm, HealthReason::kNoDaemon});
   CHECK(HealthOf({.extrapolating = true}).reason == HealthReason::kExtrapolating);
   CHECK(HealthOf({.weakest_basis = RadiusBasis::kUnknown}).severity == HealthSeverity::kAttention);
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
@@ -57,5 +59,5 @@ TEST_CASE("each reason has words and, where there is something to do, a remedy")
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 33);
+  CHECK(texts.size() == 34);
 }

@@ -990,6 +990,47 @@ TEST_CASE("a refused command does not answer with the pose of the one before") {
   refused(CorrectionCode::kNoRobot);
 }
 
+TEST_CASE("a pose command in metres, or with an empty position, is refused without a pose") {
+  Cell cell;
+  cell.Running();
+  const Pose X_BP = cell.config.cell.robot.X_WB.Inverse() * cell.config.points[1].X_WP;
+  PlcCommand& command = cell.input.command;
+  std::uint16_t sequence = 200;
+  for (const PlcCommandCode code :
+       {PlcCommandCode::kCorrectPose, PlcCommandCode::kCorrectPoseScaled,
+        PlcCommandCode::kPredictLanding}) {
+    CAPTURE(static_cast<int>(code));
+    const auto result_of = [&](const Vec3& p_B) {
+      command = {};
+      command.code = code;
+      command.pose_valid = true;
+      command.X_BP = {X_BP.R, p_B};
+      command.payload_kg = 60;
+      command.sequence = ++sequence;
+      return cell.Next().result;
+    };
+    CHECK(result_of(X_BP.p).code == CorrectionCode::kOk);
+    for (const Vec3& p_B : {Vec3(1e-3 * X_BP.p), Vec3(Vec3::Zero())}) {
+      const CommandResult refused = result_of(p_B);
+      CHECK(refused.code == CorrectionCode::kBadCommand);
+      CheckNoPose(refused);
+    }
+  }
+}
+
+TEST_CASE("a gantry's pose near the origin of its base is not taken for metres") {
+  const Vec3 near_origin(1e-3, 2e-3, -1e-3);
+  ProbeBounds bounds;
+  bounds.reach_m = 3;
+  Robot robot;
+  robot.joints.resize(3);
+  robot.joints[0].type = JointType::kRevolute;
+  CHECK(IsZeroOrInMetres(robot, bounds, near_origin));
+  CHECK_FALSE(IsZeroOrInMetres(robot, bounds, Vec3(0.01, 0, 0)));
+  robot.joints[0].type = JointType::kPrismatic;
+  CHECK_FALSE(IsZeroOrInMetres(robot, bounds, near_origin));
+}
+
 TEST_CASE("the PLC's heartbeat is seen while it changes") {
   Cell cell;
   CHECK((cell.Running().status & status::kPlcHeartbeatSeen) == 0);

@@ -173,7 +173,7 @@ function show() {
     return;
   }
   showLost("");
-  showHeadline(status.headline, status.daemon.there && status.health ? status.health.do : "");
+  showHeadline(status.headline, status.health ? status.health.do : "");
   document.title = status.headline.text.split(":")[0] + " - " + cell;
 }
 

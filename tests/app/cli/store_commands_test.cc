@@ -1,10 +1,14 @@
 // plumbline journal and plumbline model as a person runs them: the real program.
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
@@ -235,4 +239,33 @@ TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets
   CHECK(Plumbline("model rollback --force --to 2" + where).code == 0);
   CHECK(Plumbline("model apply" + where).code == 2);
   CHECK(Plumbline("model").code == 2);
+}
+
+TEST_CASE("a model store that another process holds is waited for in words, and given up") {
+  const TemporaryFolder folder;
+  const std::string where = " --state " + folder.path();
+  REQUIRE(Plumbline("model propose " + std::string(kCell) + where).code == 0);
+  const std::string path = folder.path() + "/models/lock";
+  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  REQUIRE(fd >= 0);
+  REQUIRE(flock(fd, LOCK_EX) == 0);
+  SECTION("for good") {
+    const Answer refused = Plumbline("model apply 1" + where);
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.text,
+               Catch::Contains("waiting for ") && Catch::Contains("which holds " + path) &&
+                   Catch::Contains("has held this lock for 10 s. Nothing was changed. "
+                                   "Wait until it has finished, or end it"));
+  }
+  SECTION("for a moment") {
+    std::thread holder([fd] {
+      std::this_thread::sleep_for(std::chrono::seconds(3));
+      flock(fd, LOCK_UN);
+    });
+    const Answer applied = Plumbline("model apply 1" + where);
+    holder.join();
+    CHECK(applied.code == 0);
+    CHECK_THAT(applied.text, Catch::Contains("waiting for "));
+  }
+  close(fd);
 }

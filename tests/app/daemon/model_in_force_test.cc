@@ -286,6 +286,74 @@ TEST_CASE("a store whose file system is gone does not put the cell file in force
   CHECK(again->models.applied == 2);
 }
 
+TEST_CASE("a store that is lost between two starts is told until a version is applied") {
+  Applied applied("\n# version 2\n");
+  const std::string state = applied.folder.path() + "/state";
+  const std::string models = state + "/models";
+  const std::string used_by = GENERATE("configuration", "journal.sqlite");
+  CAPTURE(used_by);
+  std::ofstream(state + "/" + used_by) << applied.file << '\n';
+  std::filesystem::remove_all(models);
+  for (const char* when : {"at the first start without it", "at the next"}) {
+    CAPTURE(when);
+    const auto started = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(started);
+    CHECK(started->models.applied == 1);
+    CHECK(started->models.declared == 1);
+    CHECK_THAT(started->set_aside,
+               Catch::Contains("was found empty, although this state directory was used before") &&
+                   Catch::Contains("points are corrected by the cell file") &&
+                   Catch::Contains("Restore " + models + " from the backup") &&
+                   Catch::Contains("`plumbline model apply 1 --state " + state + "`"));
+  }
+  FaultList of_check;
+  AddFaultsOfModelStore(state, "", of_check);
+  CHECK(Warns(of_check, "was found empty"));
+  SECTION("the cell file is confirmed") {
+    REQUIRE(ModelStore::Open(state).value().Apply(1).ok());
+    FaultList now;
+    const auto confirmed = ReadConfigInForce(applied.file, now);
+    REQUIRE(confirmed);
+    CHECK(confirmed->set_aside.empty());
+    CHECK(confirmed->models == ModelState{1, 1, 0, {1}});
+  }
+  SECTION("the cell file is edited meanwhile") {
+    const std::string cell_file = applied.folder.path() + "/cell.toml";
+    std::ofstream(cell_file) << WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
+    std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"),
+                                            "", "cell", "\"" + cell_file + "\"");
+    const auto edited = ReadConfigInForce(applied.file, applied.faults);
+    REQUIRE(edited);
+    CHECK(edited->models.applied == 2);
+    CHECK_THAT(edited->set_aside, Catch::Contains("was found empty") &&
+                                      Catch::Contains("`plumbline model apply 2 --state "));
+  }
+}
+
+TEST_CASE("a lost store that cannot be written is told all the same; a fresh directory is silent") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/plumbline.toml", state = folder.path() + "/state";
+  std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
+  FaultList faults;
+  SECTION("lost") {
+    std::filesystem::create_directories(state + "/models/lock");  // nobody can lock it
+    std::ofstream(state + "/configuration") << file << '\n';
+    const auto started = ReadConfigInForce(file, faults);
+    REQUIRE(started);
+    CHECK_THAT(started->set_aside, Catch::Contains("was found empty"));
+    CHECK(Warns(faults, "the model store cannot be written"));
+  }
+  SECTION("fresh") {
+    const auto started = ReadConfigInForce(file, faults);
+    REQUIRE(started);
+    CHECK(started->set_aside.empty());
+    CHECK_FALSE(started->models.set_aside);
+    // The daemon notes its configuration once it has started; the next start finds version 1.
+    std::ofstream(state + "/configuration") << file << '\n';
+    CHECK(ReadConfigInForce(file, faults)->set_aside.empty());
+  }
+}
+
 TEST_CASE("in a directory that another daemon owns nothing is noted") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <deque>
 #include <fstream>
 #include <set>
@@ -217,4 +218,20 @@ TEST_CASE("clients never take the descriptor that the robot's link needs to come
   CHECK(restored);
   RegisterClient plc("plumblined", plc_at, 1, 10);
   CHECK(Eventually([&] { return Read(plc, 0).valid; }));
+}
+
+TEST_CASE("the configuration is taken with --config and without") {
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/faulty.toml", log = folder.path() + "/log";
+  std::ofstream(file) << "schema = 1\nno_such_key = 3\n";
+  for (const char* option : {"", "--config "}) {
+    CAPTURE(option);
+    const std::string command =
+        std::string(PLUMBLINED) + " " + option + file + " > " + log + " 2>&1";
+    const int status = std::system(command.c_str());
+    REQUIRE(WIFEXITED(status));
+    INFO(FileText(log));
+    CHECK(WEXITSTATUS(status) == 1);
+    CHECK(FileText(log).find("no_such_key") != std::string::npos);
+  }
 }

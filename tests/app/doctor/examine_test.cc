@@ -111,6 +111,9 @@ TEST_CASE("the command answers by its exit code") {
   const Answer answer = Shell("doctor " + here.file + " --json");
   CHECK(answer.exit_code == 1);
   CHECK_THAT(answer.told, Catch::Contains("\"what\": \"robot\""));
+  const Answer by_name = Shell("doctor --config " + here.file + " --json");
+  CHECK(by_name.exit_code == 1);
+  CHECK_THAT(by_name.told, Catch::Contains("\"what\": \"robot\""));
 }
 
 TEST_CASE("a broker that is not there, and a password that everybody reads, are told") {

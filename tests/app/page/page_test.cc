@@ -5,6 +5,7 @@
 
 #include "app/journal/journal.h"
 #include "app/page/residual_trend.h"
+#include "app/page/status_json.h"
 #include "drivers/camera/jpeg_image.h"
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
@@ -167,6 +168,20 @@ TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
   CHECK(json.at("daemon").at("age_s") > 59);
   CHECK_THAT(json.at("headline").at("text"), Contains("NO DAEMON: the daemon has ended"));
   CHECK(json.at("headline").at("tone") == "bad");
+  CHECK(json.at("health").at("severity") == 3);
+  CHECK(json.at("health").at("word") == "ALARM");
+  CHECK(json.at("health").at("reason") == "no daemon");
+  CHECK(json.at("robot").at("data_age_s") > 59);
+  REQUIRE_FALSE(json.at("points").empty());
+  for (const auto& point : json.at("points")) {
+    CHECK(point.at("valid") == false);
+    CHECK(point.at("reason") == "no daemon");
+    CHECK(point.at("tone") == "bad");
+    CHECK_FALSE(point.contains("uncertainty_m"));
+  }
+  const std::string panels = json.at("panels").dump();
+  CHECK_THAT(panels, Contains("robot read 60 s ago") && Contains("no daemon"));
+  CHECK_THAT(panels, !Contains("measured\""));
   CHECK(json.at("picture").at("age_s") > 89);
   CHECK(json.at("view").at("age_s") < 20);
   CHECK(scene.Get("/healthz").status == 503);
@@ -174,6 +189,29 @@ TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
   const Exposition metrics(scene.Get("/metrics").body);
   CHECK(metrics.problem.empty());
   CHECK(metrics.Value("plumbline_up") == 0);
+}
+
+TEST_CASE("a viewer that hangs shows nothing of its daemon as present") {
+  PageScene scene;
+  ViewState& state = scene.scene.state;
+  Carriers carriers = scene.scene.Placed();
+  ViewFacts facts;
+  facts.state = &state;
+  facts.carriers = std::span(&carriers, 1);
+  facts.model = &*scene.scene.model;
+  facts.now_s = ViewScene::kNow_s;
+  const ShownNow shown = ShownOf(facts, "");
+  const auto at = [&](double now_s) {
+    return nlohmann::json::parse(StatusJson(&shown, {}, {}, now_s));
+  };
+  const auto now = at(facts.now_s);
+  CHECK(now.at("health").at("severity") < 3);
+  CHECK(now.at("points")[0].at("valid") == true);
+  const auto later = at(facts.now_s + 5);
+  CHECK(later.at("health").at("reason") == "no daemon");
+  CHECK(later.at("headline").at("tone") == "bad");
+  CHECK(later.at("points")[0].at("valid") == false);
+  CHECK(later.at("robot").at("data_age_s") > 4.9);
 }
 
 TEST_CASE("metrics over HTTP") {

@@ -199,7 +199,24 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
   SECTION("a silent daemon") {
     ViewScene scene;
     scene.state.now_s -= 10;
-    CHECK(Drawn(scene, {1280, 720}).Says("STALE: the daemon's last word is 10 s ago"));
+    const Drawn drawn(scene, {1280, 720});
+    CHECK(drawn.Says("STALE: the daemon's last word is 10 s ago"));
+    CHECK(drawn.Says("NO DAEMON: its last state came 10 s ago"));
+    CHECK(drawn.Says("→ start plumblined"));
+    const auto panels_say = [&](const std::string& words) {
+      for (const Panel& panel : PanelsOf(drawn.facts)) {
+        for (const PanelLine& line : panel.lines) {
+          if (line.text.find(words) == std::string::npos) continue;
+          CHECK(line.tone == Tone::kBad);
+          return true;
+        }
+      }
+      return false;
+    };
+    CHECK(panels_say("robot read 10 s ago"));
+    CHECK(panels_say(": no daemon"));
+    CHECK_FALSE(drawn.Says("±0.30 measured"));
+    CHECK_FALSE(drawn.Says("corrected 4."));
   }
   SECTION("exaggeration, at every size") {
     for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {

@@ -1,0 +1,26 @@
+#include "app/view/silent_daemon.h"
+
+namespace plumbline {
+
+bool DaemonIsSilent(const ViewState& state, const std::string& link_problem, double now_s) {
+  const double most_s = link_problem.empty() ? kDaemonSilent_s : kStateOld_s;
+  return now_s - state.now_s > most_s;
+}
+
+std::optional<ViewState> WithdrawnState(const ViewState& state, const std::string& link_problem,
+                                        double now_s) {
+  const bool done = state.health.reason == HealthReason::kNoDaemon;
+  if (done || !DaemonIsSilent(state, link_problem, now_s)) return std::nullopt;
+  ViewState withdrawn = state;
+  withdrawn.health = HealthOf({.daemon_silent = true});
+  withdrawn.data_age_s += now_s - state.now_s;
+  for (ViewPoint& point : withdrawn.points) point.valid = false;
+  return withdrawn;
+}
+
+std::string WhyNotValid(const ViewPoint& point, const ViewState& state) {
+  if (state.health.reason == HealthReason::kNoDaemon) return Describe(state.health.reason);
+  return std::string(Describe(point.code));
+}
+
+}  // namespace plumbline
