@@ -37,7 +37,7 @@ bool WriteAll(int fd, std::string_view text) {
 
 /// The process that holds the lock on this file, as /proc/locks has it:
 /// "3: FLOCK  ADVISORY  WRITE 1234 fd:01:5678 0 EOF"; those that wait have "->" after the number.
-std::string HolderOf(int fd) {
+std::string HolderText(int fd) {
   struct stat about {};
   std::ifstream locks("/proc/locks");
   if (fstat(fd, &about) != 0) return "another process";
@@ -91,10 +91,10 @@ Result<FileLock> FileLock::Take(const std::string& path, const Patience& patienc
       return Error{fmt::format(
           "{}: {} has held this lock for {:g} s. Nothing was changed. Wait until it has finished, "
           "or end it, and repeat (`fuser -v {}` lists who has the file open)",
-          path, HolderOf(fd), patience.longest_s, path)};
+          path, HolderText(fd), patience.longest_s, path)};
     }
     if (!reported && waited_s >= patience.report_s && patience.report) {
-      patience.report(fmt::format("waiting for {}, which holds {}", HolderOf(fd), path));
+      patience.report(fmt::format("waiting for {}, which holds {}", HolderText(fd), path));
       reported = true;
     }
     std::this_thread::sleep_for(kPoll);
