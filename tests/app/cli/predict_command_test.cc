@@ -26,16 +26,17 @@ std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; free
 
 }  // namespace
 
-void* operator new(std::size_t bytes) {
+// Out of line: the compiler takes an inlined free for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
   g_allocated_bytes += bytes;
   void* const memory = std::malloc(bytes);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-void operator delete(void* memory) noexcept {
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 
