@@ -17,8 +17,7 @@ struct BaseFrameFormula {
                        {"yaw", "deg", kRadPerDeg, {-2, 2}}},
         .needs = {},
         .confused_with = {"joint_offset", "link_geometry", "gravity_direction",
-                          "pedestal_compliance", "thermal_drift", "step_event", "tool_frame"},
-        .nuisance = Nuisance::kBaseFrame};
+                          "pedestal_compliance", "thermal_drift", "step_event", "tool_frame"}};
   }
 
   template <typename T>

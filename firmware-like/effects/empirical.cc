@@ -42,9 +42,7 @@ struct EmpiricalFormula {
                            {"q#", "1", 1, kFactor},
                            {"tool_bending", "1", 1, kFactor}},
             .needs = {},
-            .confused_with = {},
-            .name = "an empirical term",
-            .empirical = true};
+            .confused_with = {}};
   }
 
   template <typename T>
@@ -66,7 +64,7 @@ struct EmpiricalFormula {
       const auto column = static_cast<Eigen::Index>(k) + 1;
       double node = term.nodes(place.below, column);
       if (place.part > 0) node += place.part * (term.nodes(place.below + 1, column) - node);
-      const double to_SI = EmpiricalNodeToSI(term.parameters[k]);
+      const double to_SI = term.parameters[k].spec < kTurn ? 1e-3 : 1.0;
       Carrier(term.parameters[k], influence) += values[k] * (to_SI * node);
     }
   }
@@ -77,10 +75,6 @@ struct EmpiricalFormula {
 const Effect& Empirical() {
   static const EffectOf<EmpiricalFormula> effect;
   return effect;
-}
-
-double EmpiricalNodeToSI(const TermParameter& parameter) {
-  return parameter.spec < EmpiricalFormula::kTurn ? 1e-3 : 1.0;
 }
 
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,

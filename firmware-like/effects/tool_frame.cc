@@ -14,8 +14,7 @@ struct ToolFrameFormula {
                        {"z", "mm", 1e-3, {-10, 10}}},
         .needs = {},
         .confused_with = {"joint_offset", "link_geometry", "payload_cog", "step_event",
-                          "base_frame"},
-        .nuisance = Nuisance::kToolFrame};
+                          "base_frame"}};
   }
 
   template <typename T>
