@@ -181,7 +181,8 @@ constexpr EventEntry kEntries[] = {
      "749e9eab0a0649cc993826bfd73025dd", "loop",
      "model version N is set aside: ..., the model store ... was found empty, ..., whether a model "
      "was applied is not known: ...",
-     "the cell file means another cell than the one that version was applied to, by the keys named; "
+     "the cell file means another cell than the one that version was applied to, by the keys "
+     "named; "
      "points are corrected by the cell file alone. Warning bit 13, at every start too, until a "
      "version is applied",
      "`plumbline model apply N` takes it all the same, `plumbline model apply` of the declared one "
