@@ -68,6 +68,11 @@ int Import(const JournalOptions& options) {
                 kExitFault);
   }
   if (table->rows.empty()) return Fail(options.file + ": has no rows", kExitFault);
+  if (table->unmeasured.size() > 0) {
+    std::cerr << fmt::format("{}: {} rows without a measured point are left out (first: line {})\n",
+                             options.file, table->unmeasured.size(),
+                             table->unmeasured.front().line);
+  }
   std::error_code ignored;  // told by the file that cannot be opened
   std::filesystem::create_directories(options.state, ignored);
   Result<Journal> journal = Journal::Open(options.JournalFile());

@@ -16,11 +16,11 @@
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
-#include "app/diagnosis/realign.h"
 #include "app/table/conditions.h"
 #include "drivers/clock.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
+#include "firmware-like/deflection/uncertainty.h"
 
 namespace plumbline {
 namespace {
@@ -129,6 +129,28 @@ CellModel OwnSession(const CellModel& bare, const FramesById& frames, const std:
   return own;
 }
 
+/// Of a session's frames, or of those that rows of an unknown session take.
+Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const FrameCovariances& aligned,
+                                              const CellModel& cell, const std::string& id) {
+  auto known = aligned.find(id);
+  if (known == aligned.end() && !cell.sessions.empty())
+    known = aligned.find(cell.sessions.back().id);
+  if (known == aligned.end()) return Eigen::Matrix<double, 9, 9>::Zero();
+  return known->second;
+}
+
+/// What the frames leave open of a tip, 95 % [m].
+///   p_W = X_WB (p_BF + R_BF tip):  dp = dbase + turn x (p_W - base) + R_WB R_BF dtip
+double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_WB,
+                   const LoadedState& state) {
+  Eigen::Matrix<double, 3, 9> J;
+  J.leftCols<3>().setIdentity();
+  const Vec3 arm_W = state.p_read_W - X_WB.p;
+  for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
+  J.rightCols<3>() = X_WB.R * state.posture.X_BF().R;
+  return RadiusHolding95Percent(J * covariance * J.transpose());
+}
+
 int Refused(const PredictOptions& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
@@ -144,7 +166,7 @@ int Run(const PredictOptions& options) {
   FaultList faults;
   std::optional<CellModel> cell = ReadCell(options.cell, faults);
   std::optional<MeasuredTable> poses, measured;
-  if (cell) poses = ReadTable(options.poses, cell->robot.joints, faults);
+  if (cell) poses = ReadTable(options.poses, cell->robot.joints, faults, TableUse::kPoses);
   if (cell && !options.align.empty()) {
     measured = ReadTable(options.align, cell->robot.joints, faults);
     if (!measured) poses.reset();
@@ -156,18 +178,23 @@ int Run(const PredictOptions& options) {
     return Refused(options);
   }
   WarnOfPayload(options, *cell, *poses);
+  FrameCovariances frames;
   if (measured) {
-    const Result<CellModel> realigned = Realigned(*cell, *measured, kThreads);
+    const Result<Realignment> realigned = Realigned(*cell, *measured, kThreads);
     if (!realigned) {
       std::cerr << options.align << ": " << realigned.error() << '\n';
       return Refused(options);
     }
-    cell = *realigned;
+    for (const std::string& note : realigned->notes) {
+      std::cerr << options.align << ": warning: " << note << '\n';
+    }
+    cell = realigned->cell;
+    frames = realigned->covariance;
   }
   RowProgress progress(std::cerr, isatty(STDERR_FILENO) != 0, "poses");
   const double begun_s = MonotonicSeconds();
   const Result<std::vector<Prediction>> predictions =
-      Predict(*cell, *poses, DeviationFrom(options), [&](std::size_t done) {
+      Predict(*cell, *poses, DeviationFrom(options), frames, [&](std::size_t done) {
         progress.Show(done, poses->rows.size(), MonotonicSeconds() - begun_s);
       });
   progress.Clear();
@@ -203,11 +230,13 @@ int Run(const PredictOptions& options) {
 
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
                                         const DeclaredDeviation& deviation,
+                                        const FrameCovariances& aligned,
                                         const std::function<void(std::size_t)>& done) {
   struct SessionArm {
     CellModel cell;
     LoadedArm arm;
     LandingUncertainty uncertainty;
+    Eigen::Matrix<double, 9, 9> frames;  ///< covariance
   };
   std::map<std::string, SessionArm> arms;
   const FramesById frames(cell);
@@ -224,8 +253,9 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
       CellModel of_session = CellOfSession(OwnSession(bare, frames, row.session), row.session);
       LoadedArm arm(of_session);
       LandingUncertainty uncertainty(of_session, arm, deviation);
-      known = arms.emplace(row.session, SessionArm{std::move(of_session), std::move(arm),
-                                                   std::move(uncertainty)})
+      known = arms.emplace(row.session,
+                           SessionArm{std::move(of_session), std::move(arm), std::move(uncertainty),
+                                      FrameCovarianceOf(aligned, cell, row.session)})
                   .first;
     }
     const LoadedArm& arm = known->second.arm;
@@ -251,8 +281,12 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses);
     LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
     if (poses.recorded.payload) load.mass_kg = row.payload_kg;
-    const StatedRadius radius =
+    StatedRadius radius =
         known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
+    if (!aligned.empty() && radius.known()) {
+      radius.radius_m = std::hypot(
+          radius.radius_m, FrameRadius(known->second.frames, known->second.cell.robot.X_WB, state));
+    }
     predictions.push_back({state.p_read_W, radius, extrapolated});
   }
   return predictions;
@@ -286,7 +320,11 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "the poses have no payload_kg, which is then taken as 0); and the radius' basis: measured\n"
       "(validated on held-out rows), propagated, assumed (typical values), unknown.\n"
       "More than a moment's work shows its progress on standard error.\n"
-      "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames.\n\n"
+      "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames. "
+      "What\n"
+      "the rows of --align leave open of them widens the radius; what they do not determine at "
+      "all\n"
+      "(rows of one orientation: the tip) stays as declared, and a warning says so.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"
       "  plumbline predict corrected.toml poses.csv --align session2.csv --out predicted.csv\n\n"

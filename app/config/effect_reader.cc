@@ -118,7 +118,8 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
   if (entry == nullptr && !effect.id.empty()) {
     std::string ids;
     for (const Effect* known : Catalogue()) ids += std::string(known->traits().id) + ", ";
-    table.AddFault("id", "is not an effect; known are " + ids + "empirical");
+    table.AddFault("id",
+                   "is not an effect; known are " + ids + std::string(Empirical().traits().id));
   }
   effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
   for (const std::string& joint : effect.scope) {
@@ -148,7 +149,7 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
       effect.covariance = *covariance;
     }
   }
-  if (effect.id == "empirical") {
+  if (entry != nullptr && entry->traits().empirical) {
     effect.drivers = table.Strings("drivers").value_or(std::vector<std::string>{});
     effect.nodes = table.Rows("nodes", kAnyNumber).value_or(Eigen::MatrixXd());
     const std::string fault =

@@ -24,6 +24,40 @@ struct Start {
   double rms_m = 0;
 };
 
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+/// What is known of the frames before any row: the tip is the declared one within 100 mm (95 %),
+/// the base stands in the cell, turned anyhow. It decides nothing that the rows determine; what
+/// they do not stays where it was declared. What is not free does not move.
+struct FramePrior {
+  Vector9 information = Vector9::Zero();  ///< 1 / variance; infinite where not free
+  Vec3 tip_F = Vec3::Zero();
+};
+
+FramePrior PriorOf(const Vec3& tip_F, bool frame_free, bool tip_free) {
+  constexpr double kTip_m = 0.05, kBase_m = 5, kTurn_rad = 1, kFixed = 1e-9;
+  const auto information = [](bool free, double sd) { return 1 / std::pow(free ? sd : kFixed, 2); };
+  FramePrior prior;
+  prior.information.head<3>().setConstant(information(frame_free, kBase_m));
+  prior.information.segment<3>(3).setConstant(information(frame_free, kTurn_rad));
+  prior.information.tail<3>().setConstant(information(tip_free, kTip_m));
+  prior.tip_F = tip_F;
+  return prior;
+}
+
+/// The step of the most probable frames: rows of variance `variance_m2` and the prior. Only the tip
+/// is drawn back to where it was declared; the base stays where the search found it.
+/// @param information  gets the sum of both
+Vector9 StepOf(const Eigen::Matrix<double, 9, 9>& H, const Vector9& g, double variance_m2,
+               const FramePrior& prior, const Vec3& tip_F,
+               Eigen::Matrix<double, 9, 9>& information) {
+  information = H / variance_m2;
+  information.diagonal() += prior.information;
+  Vector9 right = g / variance_m2;
+  right.tail<3>() += prior.information.tail<3>().cwiseProduct(prior.tip_F - tip_F);
+  return information.ldlt().solve(right);
+}
+
 double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
   double sum = 0;
   for (const FlangePoint& point : points) {
@@ -33,8 +67,10 @@ double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
 }
 
 /// Gauss-Newton on base and tip (9 numbers; the tip only where it is free).
-void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free, Start& start) {
+void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free,
+            const FramePrior& prior, Start& start) {
   constexpr int kPasses = 30;
+  constexpr double kLeastScale_m = 1e-4;  // of what an unloaded arm leaves
   double damping = 1e-9;
   start.rms_m = RmsOf(points, start);
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -54,8 +90,10 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
       H += J.transpose() * J;
       g += J.transpose() * (point.p_W - p_W);
     }
-    H.diagonal().array() += damping * H.diagonal().maxCoeff() + 1e-15;
-    const Eigen::Matrix<double, 9, 1> step = H.ldlt().solve(g);
+    H.diagonal().array() += damping * H.diagonal().maxCoeff();
+    const double scale_m = std::max(start.rms_m, kLeastScale_m);
+    Eigen::Matrix<double, 9, 9> information;
+    const Vector9 step = StepOf(H, g, scale_m * scale_m, prior, start.tip_F, information);
     Model::Frames frames{start.X_WB, start.tip_F};
     MoveFrames(frames, step);
     Start next{frames.X_WB, frames.tip_F};
@@ -131,7 +169,7 @@ Start StartAt(const std::vector<FlangePoint>& points, const Mat3& R, const Vec3&
 }
 
 Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& declared,
-                bool frame_free, bool tip_free) {
+                bool frame_free, bool tip_free, const FramePrior& prior) {
   std::vector<Start> starts = {{declared.X_WB, declared.tip_F}};
   if (frame_free) {
     if (const auto lifted = LiftedStart(points)) {
@@ -140,7 +178,7 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
     }
     for (const Mat3& R : CubeRotations()) starts.push_back(StartAt(points, R, declared.tip_F));
   }
-  for (Start& start : starts) Polish(points, frame_free, tip_free, start);
+  for (Start& start : starts) Polish(points, frame_free, tip_free, prior, start);
   return *std::min_element(starts.begin(), starts.end(),
                            [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
 }
@@ -161,28 +199,62 @@ std::vector<int> SomeRows(const Dataset& data, int session, int most) {
   return some;
 }
 
+/// Points alone, on the unloaded arm: a start for every session.
+void StartFrames(const Dataset& data, const std::vector<FramePrior>& priors, Model& model) {
+  constexpr int kRowsForStart = 300;
+  for (int session = 0; session < data.sessions_count(); ++session) {
+    const auto at = static_cast<std::size_t>(session);
+    Model::Frames& frames = model.frames[at];
+    const LoadedArm arm(CellOf(data, model, session));
+    std::vector<FlangePoint> points;
+    for (const int k : SomeRows(data, session, kRowsForStart)) {
+      const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
+      Posture posture;
+      arm.chain().Evaluate(row.q, posture);
+      points.push_back({posture.X_BF(), row.p_WT});
+    }
+    const Start start = BestStart(points, frames, data.frames_free(), data.tip_free(), priors[at]);
+    frames = {start.X_WB, start.tip_F};
+  }
+}
+
+/// Normal equations of one session's frames, without rows beyond `limit_m`.
+void SumUp(const Dataset& data, const Linearisation& linear, int session, double limit_m,
+           Eigen::Matrix<double, 9, 9>& H, Vector9& g) {
+  H.setZero();
+  g.setZero();
+  for (int k = 0; k < data.rows(); ++k) {
+    if (data.session_of[static_cast<std::size_t>(k)] != session) continue;
+    const LinearRow& row = linear.rows[static_cast<std::size_t>(k)];
+    if (row.residual.norm() > limit_m) continue;
+    Eigen::Matrix<double, 3, 9> J = row.frames;
+    if (!data.frames_free()) J.leftCols<6>().setZero();
+    if (!data.tip_free()) J.rightCols<3>().setZero();
+    H += J.transpose() * J;
+    g += J.transpose() * row.residual;
+  }
+}
+
+/// The variance of one axis that the alignment reckons with.
+double VarianceOf(const Dataset& data, double middle_m) {
+  constexpr double kLeastSigma_m = 1e-6;
+  const double of_rows_m = middle_m / (data.axes() == 1 ? 0.6745 : 1.5382);  // chi_1, chi_3
+  return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
+}
+
 }  // namespace
 
-Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
-  if (!data.frames_free() && !data.tip_free()) return given;
-  Model model = given;
-  constexpr int kRowsForStart = 300;
-  if (data.axes() == 3) {
-    for (int session = 0; session < data.sessions_count(); ++session) {
-      Model::Frames& frames = model.frames[static_cast<std::size_t>(session)];
-      const LoadedArm arm(CellOf(data, model, session));
-      std::vector<FlangePoint> points;
-      for (const int k : SomeRows(data, session, kRowsForStart)) {
-        const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
-        FlangePoint& point = points.emplace_back();
-        Posture posture;
-        arm.chain().Evaluate(row.q, posture);
-        point = {posture.X_BF(), row.p_WT};
-      }
-      const Start start = BestStart(points, frames, data.frames_free(), data.tip_free());
-      frames = {start.X_WB, start.tip_F};
-    }
+Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int threads) {
+  Alignment alignment{given, {}};
+  const auto sessions = static_cast<std::size_t>(data.sessions_count());
+  alignment.covariance.assign(sessions, Eigen::Matrix<double, 9, 9>::Zero());
+  if (!data.frames_free() && !data.tip_free()) return alignment;
+  std::vector<FramePrior> priors;
+  for (const Model::Frames& frames : given.frames) {
+    priors.push_back(PriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
   }
+  Model& model = alignment.model;
+  if (data.axes() == 3) StartFrames(data, priors, model);
   // Polished with the loaded arm on robust weights.
   constexpr int kPasses = 8;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -190,30 +262,60 @@ Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
     for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
-    const double limit_m = 4 * MedianOf(sizes) + 1e-9;
+    const double middle_m = MedianOf(sizes);
     double largest = 0;
-    for (int session = 0; session < data.sessions_count(); ++session) {
-      Eigen::Matrix<double, 9, 9> H = Eigen::Matrix<double, 9, 9>::Zero();
-      Eigen::Matrix<double, 9, 1> g = Eigen::Matrix<double, 9, 1>::Zero();
-      for (int k = 0; k < data.rows(); ++k) {
-        if (data.session_of[static_cast<std::size_t>(k)] != session) continue;
-        const LinearRow& row = linear->rows[static_cast<std::size_t>(k)];
-        if (row.residual.norm() > limit_m) continue;
-        Eigen::Matrix<double, 3, 9> J = row.frames;
-        if (!data.frames_free()) J.leftCols<6>().setZero();
-        if (!data.tip_free()) J.rightCols<3>().setZero();
-        H += J.transpose() * J;
-        g += J.transpose() * row.residual;
-      }
-      H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
-      const Eigen::Matrix<double, 9, 1> step = H.ldlt().solve(g);
+    for (std::size_t session = 0; session < sessions; ++session) {
+      Eigen::Matrix<double, 9, 9> H, information;
+      Vector9 g;
+      SumUp(data, *linear, static_cast<int>(session), 4 * middle_m + 1e-9, H, g);
+      const Vector9 step = StepOf(H, g, VarianceOf(data, middle_m), priors[session],
+                                  model.frames[session].tip_F, information);
       if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
-      MoveFrames(model.frames[static_cast<std::size_t>(session)], step);
+      MoveFrames(model.frames[session], step);
+      alignment.covariance[session] = information.inverse();
       largest = std::max(largest, step.cwiseAbs().maxCoeff());
     }
     if (largest < 1e-9) break;
   }
-  return model;
+  return alignment;
+}
+
+Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
+  const Result<Alignment> alignment = AlignedFrames(data, given, threads);
+  if (!alignment) return Error{alignment.error()};
+  return alignment->model;
+}
+
+std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
+                                             int session) {
+  // A fifth of the prior's deviation: hardly more is known of that direction than before.
+  constexpr double kHeld_m = 0.01, kHeld_rad = 0.1;
+  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[static_cast<std::size_t>(session)];
+  const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
+  const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
+  std::string held;
+  for (int k = 0; data.tip_free() && k < 3; ++k) {
+    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kHeld_m) continue;
+    const Vec3 axis = tip.eigenvectors().col(k);
+    held += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", held.empty() ? "" : ", ", axis.x(), axis.y(),
+                        axis.z());
+  }
+  std::string text;
+  if (!held.empty()) {
+    text = fmt::format(
+        "the rows do not determine the tip along {} of the flange, since the tool keeps its "
+        "orientation there: it stays as declared, taken as right to 100 mm (95 %), and the radius "
+        "of poses with another orientation grows by that. Measure a few poses with the tool "
+        "turned by 30 deg or more",
+        held);
+  }
+  if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kHeld_rad) {
+    text += fmt::format(
+        "{}the rows do not determine how the robot's base is turned: spread them over the cell",
+        text.empty() ? "" : "; ");
+  }
+  if (text.empty()) return std::nullopt;
+  return text;
 }
 
 }  // namespace plumbline

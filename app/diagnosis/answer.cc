@@ -41,6 +41,15 @@ Json JsonOf(const Finding& finding) {
           {"share_of_residual", Number(finding.share_of_residual)}};
 }
 
+Json JsonOf(const ExplanationCheck& check) {
+  return {{"name", check.name},
+          {"effect", check.effect.empty() ? Json(nullptr) : Json(check.effect)},
+          {"passed", check.passed},
+          {"figure", Number(check.figure)},
+          {"limit", Number(check.limit)},
+          {"in_words", check.sentence}};
+}
+
 }  // namespace
 
 const char* Describe(Verdict verdict) {
@@ -95,6 +104,22 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
     answer["remainder"] = {{"parameters", Number(diagnosis.remainder_parameters)},
                            {"share_of_correction", Number(diagnosis.remainder_share)}};
   }
+  answer["checks"] = Json::array();
+  for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
+  answer["doubts"] = Json::array();
+  for (const Doubt& doubt : diagnosis.doubts) {
+    answer["doubts"].push_back(
+        {{"id", doubt.id}, {"scope", doubt.scope}, {"reason", doubt.reason}});
+  }
+  answer["held_out"] = Json::array();
+  for (const HeldOutError& error : diagnosis.held_out_by_all) {
+    answer["held_out"].push_back({{"by", error.by},
+                                  {"before_mm", Millimetres(error.before_m)},
+                                  {"after_mm", Millimetres(error.after_m)},
+                                  {"after_low_mm", Millimetres(error.after_low_m)},
+                                  {"after_high_mm", Millimetres(error.after_high_m)}});
+  }
+  answer["withheld"] = diagnosis.withheld.empty() ? Json(nullptr) : Json(diagnosis.withheld);
   // A column's name may hold bytes that are no UTF-8; they are replaced, not refused.
   return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/legendre.h"
+#include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/written.h"
 
 namespace plumbline {
@@ -13,33 +14,6 @@ namespace {
 
 using I = Influence<double>;
 constexpr int kCurveNodes = 33;  // of a written empirical curve
-
-bool IsTwoPhases(const Block& block) {
-  return block.id == "gear_periodic" || block.id == "counterbalance";
-}
-
-/// The stiffness ratio whose bending is the linear column's: 1/(1 + ratio) = 1 - coefficient.
-double RatioFromBending(double coefficient) {
-  constexpr double kSoftest = 0.05;
-  return 1 / std::max(kSoftest, 1 - coefficient) - 1;
-}
-
-/// Joins harmonics: the second periodic term of a joint gets the specs of "q#_#_amplitude".
-void JoinPeriodic(const ActiveEffect& more, ActiveEffect& effect) {
-  constexpr int kSpecsOfFirst = 3;
-  const int joint = more.term.parameters.front().joint;
-  int harmonic = 1;
-  for (const TermParameter& parameter : effect.term.parameters) {
-    if (parameter.joint == joint) harmonic = std::max(harmonic, parameter.harmonic + 1);
-  }
-  for (std::size_t k = 0; k < more.values.size(); ++k) {
-    TermParameter parameter = more.term.parameters[k];
-    parameter.harmonic = harmonic;
-    if (harmonic > 1) parameter.spec += kSpecsOfFirst;
-    effect.term.parameters.push_back(parameter);
-    effect.values.push_back(more.values[k]);
-  }
-}
 
 std::string CarrierName(int entry, double& from_SI) {
   from_SI = 1;
@@ -64,7 +38,7 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
     if (std::find(entries.begin(), entries.end(), entry) == entries.end()) entries.push_back(entry);
   }
   WrittenEffect written;
-  written.id = "empirical";
+  written.id = block.id;
   written.drivers = {signal.column};
   written.nodes.setZero(kCurveNodes, 1 + static_cast<int>(entries.size()));
   for (int node = 0; node < kCurveNodes; ++node) {
@@ -93,6 +67,30 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
 
 }  // namespace
 
+ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values) {
+  ActiveEffect effect;
+  effect.term = block.term;
+  effect.term.parameters.clear();
+  const std::vector<double>& at = block.columns[0].values;
+  const auto& specs = block.term.effect->traits().parameters;
+  for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
+    const TermParameter& parameter = block.term.parameters[k];
+    const auto column =
+        std::find_if(block.columns.begin(), block.columns.end(),
+                     [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
+    double size = at[k];
+    if (column != block.columns.end()) {
+      const auto value = values.find(static_cast<int>(column - block.columns.begin()));
+      if (value == values.end()) continue;
+      const ParameterSpec& spec = specs[static_cast<std::size_t>(parameter.spec)];
+      size = spec.value_of_linear ? spec.value_of_linear(value->second) : value->second;
+    }
+    effect.term.parameters.push_back(parameter);
+    effect.values.push_back(size);
+  }
+  return effect;
+}
+
 std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const std::vector<Block>& blocks,
                                       const Coefficients& coefficients) {
   std::map<int, std::map<int, double>> by_block;
@@ -104,41 +102,15 @@ std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const std::vector<Blo
       effects.push_back(EmpiricalEffect(data, block, values));
       continue;
     }
-    ActiveEffect effect;
-    effect.term = block.term;
-    if (IsTwoPhases(block)) {
-      const auto sine = values.find(0), cosine = values.find(1);
-      const double a = sine == values.end() ? 0 : sine->second;
-      const double b = cosine == values.end() ? 0 : cosine->second;
-      effect.values = block.columns[0].values;
-      effect.values.front() = std::hypot(a, b);
-      effect.values.back() = std::atan2(b, a);
-    } else {
-      // Sizes that were not kept go; shapes stay.
-      const std::vector<double>& at = block.columns[0].values;
-      effect.term.parameters.clear();
-      for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
-        const auto column =
-            std::find_if(block.columns.begin(), block.columns.end(),
-                         [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
-        if (column == block.columns.end()) {
-          effect.term.parameters.push_back(block.term.parameters[k]);
-          effect.values.push_back(at[k]);
-          continue;
-        }
-        const auto value = values.find(static_cast<int>(column - block.columns.begin()));
-        if (value == values.end()) continue;
-        effect.term.parameters.push_back(block.term.parameters[k]);
-        effect.values.push_back(block.id == "tool_stiffness" ? RatioFromBending(value->second)
-                                                             : value->second);
-      }
-    }
+    const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
+    ActiveEffect effect =
+        search != nullptr ? search->EffectFrom(block, values) : SizesOf(block, values);
     const auto same = std::find_if(effects.begin(), effects.end(), [&](const ActiveEffect& other) {
       return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
-             block.id == "gear_periodic";
+             search != nullptr && search->SeveralInOne();
     });
     if (same != effects.end()) {
-      JoinPeriodic(effect, *same);
+      search->Join(effect, *same);
     } else {
       effects.push_back(std::move(effect));
     }

@@ -16,4 +16,8 @@ using Coefficients = std::map<std::pair<int, int>, double>;
 std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const std::vector<Block>& blocks,
                                       const Coefficients& coefficients);
 
+/// The effect of one block of the catalogue: sizes that were not kept go, shapes stay.
+/// @param values  of its columns, SI
+ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values);
+
 }  // namespace plumbline

@@ -1,6 +1,7 @@
 // Effects of the catalogue, and empirical terms, as blocks of columns.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,26 +29,33 @@ struct Block {
   int units = 1;
   double trials = 1;  ///< independent shapes among which this one was searched
 
-  bool empirical() const { return id == "empirical"; }
+  bool empirical() const { return term.effect->traits().empirical; }
 };
 
 /// Every size of an effect, one column each; of per-joint effects for every joint that moved or
 /// is loaded.
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);
 
-/// A block of counterbalance: amplitude sin(q + phase) as a sine and a cosine.
-Block CounterbalanceBlock(const Effect& effect, int joint);
+/// The largest plausible size of a parameter, SI.
+/// @param spec  index into the effect's parameters
+double LargestPlausible(const EffectTraits& traits, int spec);
 
-/// A block of gear_periodic for one joint and number of cycles a turn.
-Block PeriodicBlock(int joint, double cycles, double trials);
-Block DriftBlock(double time_constant_s, double trials);
-/// @param moment  t_s where recorded, else the row
-Block StepBlock(const Dataset& data, double moment, std::string_view frame, double trials);
-
-/// A block of camera_zoom from a moment on, as of StepBlock.
-Block ZoomBlock(const Dataset& data, double moment, double trials);
 /// True of a term that acts from a moment on; the moment is its first value.
 bool BeginsAtAMoment(const EffectTerm& term);
+/// True where the term has no shapes, and its sizes act as their columns say.
+bool IsLinear(const EffectTerm& term);
+/// True of an effect that repeats with a joint's angle, any number of cycles a turn.
+bool RepeatsWithAngle(const Effect& effect);
+
+/// A line of the spectrum along a joint's angle.
+struct PeriodicLine {
+  int joint = 0;
+  double cycles_per_turn = 0;
+  double gain = 0;  ///< drop of chi2
+  double amplitude_rad = 0;
+};
+/// Joint and cycles of a block that repeats with a joint's angle; nothing of other blocks.
+std::optional<PeriodicLine> LineOf(const Block& block);
 
 /// Empirical block: carriers (influence entries) times polynomials of a signal up to `degree`.
 /// @param with_constant  false where a constant would repeat a frame that is free anyway

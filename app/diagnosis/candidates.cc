@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
+#include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 
 namespace plumbline {
 namespace {
-
-constexpr int kCounterbalancedJoint = 1;  // q2 carries the spring or gas cylinder of heavy arms
 
 bool Has(const Dataset& data, Signal signal) {
   const RecordedColumns& recorded = data.table.recorded;
@@ -70,11 +68,11 @@ Candidates CandidatesFor(const Dataset& data) {
   for (const Effect* effect : Catalogue()) {
     const EffectTraits& traits = effect->traits();
     const std::string id(traits.id);
-    if (id == "base_frame" && data.frames_free()) {
+    if (traits.nuisance == Nuisance::kBaseFrame && data.frames_free()) {
       candidates.not_offered.push_back({id, "the frame is unaligned: estimated anyway"});
       continue;
     }
-    if (id == "tool_frame" && data.tip_free()) {
+    if (traits.nuisance == Nuisance::kToolFrame && data.tip_free()) {
       candidates.not_offered.push_back({id, "the tool is unknown: estimated anyway"});
       continue;
     }
@@ -84,16 +82,9 @@ Candidates CandidatesFor(const Dataset& data) {
       candidates.not_offered.push_back({id, Lack(data, *lacking)});
       continue;
     }
-    // From the first row on it has nothing to search; from a moment on it has.
-    if (id == "camera_zoom") candidates.searched.push_back(effect);
-    if (id == "gear_periodic" || id == "thermal_drift" || id == "step_event") {
-      candidates.searched.push_back(effect);
-      continue;
-    }
-    if (id == "counterbalance") {
-      if (data.cell.robot.size() > kCounterbalancedJoint) {
-        candidates.blocks.push_back(CounterbalanceBlock(*effect, kCounterbalancedJoint));
-      }
+    if (const ShapeSearch* search = ShapeSearchOf(*effect)) {
+      if (search->FollowsResidual()) candidates.searched.push_back(effect);
+      for (Block& block : search->Fixed(data)) candidates.blocks.push_back(std::move(block));
       continue;
     }
     std::vector<std::string_view> words = {""};
@@ -118,27 +109,11 @@ Candidates CandidatesFor(const Dataset& data) {
 }
 
 std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects) {
-  constexpr double kPeriodicTrials = 5000;  // as many as the search of all joints and cycles
-  constexpr double kDriftTrials = 4;
   std::vector<Block> blocks;
   for (const ActiveEffect& effect : effects) {
-    const EffectTraits& traits = effect.term.effect->traits();
-    for (std::size_t k = 0; k < effect.values.size(); ++k) {
-      const TermParameter& parameter = effect.term.parameters[k];
-      const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
-      if (spec.role != ParameterRole::kShape) continue;
-      if (traits.id == "gear_periodic" && spec.unit == "1/turn") {
-        const bool whole = effect.values[k] == std::round(effect.values[k]);
-        blocks.push_back(PeriodicBlock(parameter.joint, effect.values[k],
-                                       whole ? data.cell.robot.size() : kPeriodicTrials));
-      } else if (traits.id == "thermal_drift") {
-        blocks.push_back(DriftBlock(effect.values[k], kDriftTrials));
-      } else if (traits.id == "step_event") {
-        blocks.push_back(StepBlock(data, effect.values[k], effect.term.word, data.rows()));
-      } else if (traits.id == "camera_zoom") {
-        blocks.push_back(ZoomBlock(data, effect.values[k], data.rows()));
-      }
-    }
+    const ShapeSearch* search = ShapeSearchOf(*effect.term.effect);
+    if (search == nullptr) continue;
+    for (Block& block : search->Refitted(data, effect)) blocks.push_back(std::move(block));
   }
   return blocks;
 }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "app/diagnosis/clusters.h"
+#include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/joint_step.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
@@ -49,6 +50,26 @@ void DropCopies(Dataset& data) {
             : fmt::format("{} rows repeat an earlier one to the last digit (first: line {}); "
                           "without t_s they may have been measured again and count",
                           copies, first));
+}
+
+/// Rows without what the cell's kind of measurement needs only keep their place in the order of
+/// moves.
+void SetUnmeasuredAside(Dataset& data) {
+  const bool range = data.axes() == 1;
+  MeasuredTable& table = data.table;
+  const auto measured = [range](const MeasuredRow& row) {
+    return range ? row.has_range : row.has_point;
+  };
+  const auto first = std::stable_partition(table.rows.begin(), table.rows.end(), measured);
+  table.unmeasured.insert(table.unmeasured.end(), first, table.rows.end());
+  table.rows.erase(first, table.rows.end());
+  std::stable_sort(table.unmeasured.begin(), table.unmeasured.end(),
+                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  if (table.unmeasured.empty()) return;
+  data.notes.push_back(fmt::format(
+      "{} rows have joints and no measurement that can be used (first: line {}): they keep their "
+      "place in the order of moves",
+      table.unmeasured.size(), table.unmeasured.front().line));
 }
 
 void FindSessions(Dataset& data) {
@@ -290,7 +311,13 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
         "[measurement] kind, check it and the header",
         data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm", data.axes() == 1 ? "" : "s")};
   }
+  SetUnmeasuredAside(data);
   DropCopies(data);
+  if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
+    return Error{*impossible};
+  }
+  GiveUpRestartedClock(data.table);
+  data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   const int free_numbers =
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));

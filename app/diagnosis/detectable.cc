@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/words.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
@@ -12,11 +14,14 @@
 namespace plumbline {
 namespace {
 
+/// Joint, spec and second joint of a size.
+using SizeName = std::tuple<int, int, int>;
+
 /// Of one effect, over all its blocks.
 struct Seen {
-  double least_m = 0;                        ///< 0: nothing of it is visible
-  std::set<std::pair<int, int>> hidden;      ///< (joint, spec) of sizes, by a block
-  std::set<std::pair<int, int>> not_hidden;  ///< by another block
+  double least_m = 0;             ///< 0: nothing of it is visible
+  std::set<SizeName> hidden;      ///< by a block
+  std::set<SizeName> not_hidden;  ///< by another block
 };
 
 void Add(const Pool& pool, int block, double cost, Seen& seen) {
@@ -25,7 +30,7 @@ void Add(const Pool& pool, int block, double cost, Seen& seen) {
   for (std::size_t k = 0; k < least_m.size(); ++k) {
     const TermParameter& parameter =
         of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
-    const std::pair<int, int> name(parameter.joint, parameter.spec);
+    const SizeName name(parameter.joint, parameter.spec, parameter.of);
     (least_m[k] > 0 ? seen.not_hidden : seen.hidden).insert(name);
     seen.least_m = std::max(seen.least_m, least_m[k]);
   }
@@ -35,12 +40,9 @@ void Add(const Pool& pool, int block, double cost, Seen& seen) {
 std::string HiddenText(const std::string& id, const Seen& seen) {
   const EffectTraits& traits = FindEffect(id)->traits();
   std::vector<std::string> names;
-  for (const auto& [joint, spec] : seen.hidden) {
-    if (seen.not_hidden.contains({joint, spec})) continue;
-    TermParameter parameter;
-    parameter.spec = spec;
-    parameter.joint = joint;
-    names.push_back(NameFromParameter(traits, parameter));
+  for (const auto& [joint, spec, of] : seen.hidden) {
+    if (seen.not_hidden.contains({joint, spec, of})) continue;
+    names.push_back(NameFromParameter(traits, {spec, joint, 1, of}));
   }
   if (names.empty()) return "";
   if (seen.least_m == 0) return EffectName(id);
@@ -61,17 +63,13 @@ void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& di
     if (block.empirical()) continue;
     Add(pool, static_cast<int>(b), costs[block.id], effects[block.id]);
   }
-  // The pool has the lines of the joints that followed the residual best only.
-  const std::string periodic = "gear_periodic";
-  const bool searched =
-      std::any_of(candidates.searched.begin(), candidates.searched.end(),
-                  [&](const Effect* effect) { return effect->traits().id == periodic; });
-  if (searched && costs.contains(periodic)) {
+  // The pool has only the shapes that followed the residual best.
+  for (const Effect* effect : candidates.searched) {
+    const std::string id(effect->traits().id);
+    if (!costs.contains(id)) continue;
     Pool every(pool.problem());
-    for (int joint = 0; joint < pool.problem().data().cell.robot.size(); ++joint) {
-      for (const double cycles : {1.0, 2.0}) {
-        Add(every, every.Add(PeriodicBlock(joint, cycles, 1)), costs[periodic], effects[periodic]);
-      }
+    for (const Block& block : ShapeSearchOf(*effect)->Everywhere(pool.problem().data())) {
+      Add(every, every.Add(block), costs[id], effects[id]);
     }
   }
   std::vector<std::string> hidden;

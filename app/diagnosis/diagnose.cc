@@ -6,14 +6,17 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
-#include "app/diagnosis/held_out.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
+#include "app/diagnosis/validation.h"
+#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -106,6 +109,23 @@ void Judge(const Dataset& data, const Identified& found, double rest_sigma_m,
       diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
 }
 
+/// 3-D RMS of the difference of two residuals over the rows that are no outliers.
+double RmsBetween(std::vector<Vec3> a, const std::vector<Vec3>& b,
+                  const std::vector<double>& weights) {
+  for (std::size_t k = 0; k < a.size(); ++k) a[k] -= b[k];
+  return Rms(a, weights);
+}
+
+/// The errors of every way, and those of blocks of time where they always stood.
+void TellHeldOut(const Validation& validation, Diagnosis& diagnosis) {
+  diagnosis.held_out_by_all = validation.errors;
+  for (const HeldOutError& error : validation.errors) {
+    if (error.by != validation.ways.front().by) continue;
+    diagnosis.held_out = error;
+    diagnosis.held_out_by = error.by;
+  }
+}
+
 /// The share of what the model moves at the rows that is not the named effects': sums of squares.
 double UnnamedShare(const std::vector<RowTrace>& rows, const std::vector<Vec3>& by_the_named) {
   double named = 0, unnamed = 0;
@@ -136,8 +156,8 @@ Result<Model> WithRemainder(const Dataset& data, Model model, const std::vector<
 
 }  // namespace
 
-Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
-                           const DiagnosisOptions& options) {
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+                               const DiagnosisOptions& options) {
   const std::optional<double> cell_zero_s = cell.domain ? cell.domain->time_zero_s : std::nullopt;
   MeasuredTable on_cells_clock = measured;
   if (cell_zero_s && options.time_zero_s) {
@@ -240,10 +260,38 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
   }
 
   tell(0.8, "what remains, shrunk");
-  const std::optional<Remainder> remainder =
+  const std::optional<Remainder> offered =
       RemainderOf(*found.pool, found.best, found.candidates, {});
+  if (interrupted()) return Error{"interrupted"};
+
+  tell(0.85, "held-out rows");
+  const HeldOutInput held_out_input{searched,
+                                    found.linear,
+                                    found.model,
+                                    found.candidates,
+                                    found.weights,
+                                    found.sigma_m,
+                                    found.unknown,
+                                    std::max<std::size_t>(3, found.best.blocks.size() + 2),
+                                    offered.has_value(),
+                                    options};
+  Validation validation = Validate(held_out_input);
+  if (interrupted()) return Error{"interrupted"};
+  const bool admitted = offered && AdmitsDiscrepancy(validation, found.weights);
+  if (offered && !admitted) {
+    validation = WithoutDiscrepancy(held_out_input, std::move(validation));
+    diagnosis.notes.push_back(
+        "a discrepancy model of what remains was tried and left out: it does not predict regions "
+        "or sessions that it has not seen");
+  }
+  const std::optional<Remainder> remainder = admitted ? offered : std::nullopt;
+  const HeldOut& held_out = validation.ways.front();
+  TellHeldOut(validation, diagnosis);
+  diagnosis.withheld = ReasonToWithhold(validation, HasEmpiricalTerm(diagnosis));
+  if (diagnosis.findings.empty()) diagnosis.withheld.clear();
+
   std::vector<Vec3> corrected = after;
-  if (remainder) {
+  if (remainder && diagnosis.withheld.empty()) {
     refit.model.effects.clear();  // as they are told and written
     for (const Finding& finding : diagnosis.findings) {
       refit.model.effects.push_back(finding.effect);
@@ -262,17 +310,15 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
         "corrects where there is data and explains nothing",
         remainder->held));
   }
-  if (interrupted()) return Error{"interrupted"};
-
-  tell(0.85, "held-out rows");
-  const HeldOut held_out =
-      HoldOut(searched, found.linear, found.model, found.candidates, found.weights, found.sigma_m,
-              found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
-              remainder ? &*remainder : nullptr, options);
-  if (interrupted()) return Error{"interrupted"};
-  if (const auto error = ErrorOf(searched, held_out, found.weights, options.bootstrap)) {
-    diagnosis.held_out = *error;
-    diagnosis.held_out_by = "blocks of time";
+  CheckExplanation(
+      {searched, held_out, found.weights, found.sigma_m,
+       static_cast<double>(found.best.columns.size()), RmsBetween(after, corrected, weights)},
+      diagnosis);
+  if (!diagnosis.withheld.empty()) {
+    diagnosis.notes.push_back(diagnosis.withheld);
+    refit.model = *aligned;
+    corrected = before;
+    diagnosis.rms_after_m = diagnosis.rms_before_m;
   }
   std::map<int, std::size_t> held_out_of_line;
   for (std::size_t k = 0; k < searched.table.rows.size(); ++k) {
@@ -295,13 +341,13 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
       trace.held_out_after = held_out.after[held->second];
     }
   }
-  if (remainder) {
+  if (!diagnosis.remainder.empty()) {
     diagnosis.remainder_parameters = remainder->held;
     diagnosis.remainder_share = UnnamedShare(diagnosis.rows, after);
   }
   AddFramesAndDomain(data, refit.model, weights, diagnosis);
   diagnosis.domain.residual_sigma_m =
-      std::max(found.sigma_m, diagnosis.held_out.after_m / std::sqrt(data.axes()));
+      ValidatedSigma(validation, found.sigma_m, data.axes(), diagnosis.withheld.empty());
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : options.time_zero_s;
   tell(1, "done");
   return diagnosis;

@@ -95,8 +95,26 @@ struct NextPose {
 };
 
 struct HeldOutError {
+  std::string by;                            ///< "blocks of time", "sessions", ..
   double before_m = 0, after_m = 0;          ///< 3-D RMS
   double after_low_m = 0, after_high_m = 0;  ///< 95 %, bootstrap over clusters
+};
+
+/// A test that an explanation passes before it is called one.
+struct ExplanationCheck {
+  std::string name;    ///< "held_out_error", "p_value", "selection_frequency", ..
+  std::string effect;  ///< id of the finding judged; empty: the whole answer
+  bool passed = false;
+  double figure = 0;     ///< in the unit that `sentence` names
+  double limit = 0;      ///< of `figure`
+  std::string sentence;  ///< what was compared with what
+};
+
+/// A named effect that failed a check.
+struct Doubt {
+  std::string id;
+  std::vector<std::string> scope;
+  std::string reason;
 };
 
 struct Diagnosis {
@@ -108,6 +126,9 @@ struct Diagnosis {
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
   Eigen::MatrixXd correlation;             ///< of all parameters of all findings
   std::vector<Rival> rivals;
+  std::vector<ExplanationCheck> checks;
+  std::vector<Doubt> doubts;
+  std::string withheld;              ///< empty, or why the corrected model carries no correction
   std::vector<std::string> drivers;  ///< columns
   std::vector<NextPose> next_poses;
   bool next_poses_tell_all = false;  ///< every rival would be ruled out, or shown to be the truth
@@ -120,10 +141,11 @@ struct Diagnosis {
   /// too small, and 3-D `noise_in_use_m` goes before `noise_floor_m`.
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
-  std::string sigma_origin;  ///< "declared", "repeats", "residual"
-  HeldOutError held_out;
-  std::string held_out_by;        ///< "blocks of time"; empty: no row could be held out
-  std::vector<int> outlier_rows;  ///< file lines
+  std::string sigma_origin;                   ///< "declared", "repeats", "residual"
+  HeldOutError held_out;                      ///< by blocks of time
+  std::string held_out_by;                    ///< "blocks of time"; empty: no row could be held out
+  std::vector<HeldOutError> held_out_by_all;  ///< by blocks of time, regions and sessions
+  std::vector<int> outlier_rows;              ///< file lines
   std::vector<Considered> considered;
   std::vector<SignalTrace> signals;
   std::vector<SpectralLine> spectrum;
@@ -149,10 +171,17 @@ struct DiagnosisOptions {
   std::function<bool()> interrupted;
 };
 
-/// Finds what the declared cell lacks. Deterministic: the same input gives the same answer.
+/// Finds what the declared cell lacks. Deterministic: the same input gives the same answer. Where
+/// some rows lack a signal that others have (the last move after a lost line, velocities), the rows
+/// that lack nothing are asked first; the others take part too unless the answer follows that
+/// signal (partial_rows.h).
 /// @return  an error where the data cannot be used at all, with what to do about it; the caller
 ///          names the file
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
                            const DiagnosisOptions& options);
+
+/// The same of all rows at once: an effect adds nothing where the row lacks its signal.
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+                               const DiagnosisOptions& options);
 
 }  // namespace plumbline

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
@@ -24,7 +25,7 @@ std::string FileNumber(double value) {
 /// Why a sound machine does not show these values; empty where it does.
 std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
   const EffectTraits& traits = effect.term.effect->traits();
-  if (traits.id == "empirical") return {};
+  if (traits.empirical) return {};
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const TermParameter& parameter = effect.term.parameters[k];
     const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
@@ -35,7 +36,7 @@ std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
                          NameFromParameter(traits, parameter), FileNumber(in_file), spec.unit,
                          FileNumber(spec.plausible.low), FileNumber(spec.plausible.high));
     }
-    if (traits.id == "joint_compliance") {
+    if (traits.adds_compliance) {
       const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
                                   .compliance_rad_per_Nm.value_or(0);
       if (declared + effect.values[k] < 0) {
@@ -117,10 +118,11 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
       }
       finding.effect.seen_t_s = seen;
     }
-    if (id == "empirical") {
+    if (effects[e].term.effect->traits().empirical) {
       // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
       const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));
       for (double& value : finding.effect.values) value *= factor;
+      BoundToRows(context.data, pool.problem().linear(), context.weights, finding.effect);
       const double sd = 1 / std::sqrt(std::max(drop, 1.0));
       finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
     } else if (BeginsAtAMoment(effects[e].term)) {

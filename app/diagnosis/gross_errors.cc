@@ -2,19 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/mistakes.h"
+#include "app/diagnosis/robust.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline {
 namespace {
 
-// Farther than any effect moves the middle row, but for a known frame: a base turned by a degree or
-// so, which base_frame still holds plausible, goes as far. It is asked about, not corrected.
-constexpr double kGross_m = 0.025;
-constexpr double kMended = 0.2;  // of the residual, that a mended mistake must fall below
+constexpr double kGross_m = 0.025;    // farther than any effect moves the middle row
+constexpr double kNamed = 0.2;        // of the residual, that the right hypothesis falls below
+constexpr double kAlso = 1.5;         // of the least: hypotheses that do nearly as well are told
+constexpr double kFitMustGain = 1.5;  // of a hypothesis that fits numbers over one that does not
+constexpr double kNoise = 1.5;        // declared sigmas that still count as noise
+constexpr double kSubtleFall = 3;     // what a small mistake leaves over what it explains
+constexpr int kRows = 60;
+constexpr std::size_t kMostTold = 3;
 
 double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
@@ -22,68 +30,164 @@ double MiddleResidual(const Linearisation& linear) {
   return MedianOf(sizes);
 }
 
-double AfterMend(const Dataset& data, int threads, const std::function<void(JointVector&)>& mend) {
-  Dataset mended = data;
-  for (std::size_t k = 0; k < mended.table.rows.size(); ++k) {
-    mend(mended.table.rows[k].q);
-    mended.conditions[k].q = mended.table.rows[k].q;
+/// The data as if a hypothesis were true, fitted.
+struct Tried {
+  const Mistake* mistake = nullptr;
+  double residual_m = HUGE_VAL;  ///< median
+  double sigma_m = HUGE_VAL;     ///< robust, one axis
+  Model model;
+  Model::Frames declared;
+};
+
+Tried Try(Dataset changed, int threads) {
+  Tried tried;
+  const Model start = Model::Declared(changed);
+  tried.declared = start.frames.front();
+  const Result<Model> model = Aligned(changed, start, threads);
+  if (!model) return tried;
+  const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
+  if (!linear) return tried;
+  std::vector<Vec3> residuals;
+  for (const LinearRow& row : linear->rows) residuals.push_back(row.residual);
+  tried.model = *model;
+  tried.residual_m = MiddleResidual(*linear);
+  tried.sigma_m = RobustSigma(residuals, changed.axes());
+  if (!std::isfinite(tried.residual_m)) tried.residual_m = HUGE_VAL;
+  return tried;
+}
+
+Dataset Without(Dataset data, const std::function<void(Dataset&)>& undo) {
+  undo(data);
+  return data;
+}
+
+/// Rows enough for a median, spread evenly.
+Dataset Few(const Dataset& data) {
+  if (data.rows() <= kRows) return data;
+  std::vector<int> rows;
+  for (int k = 0; k < kRows; ++k) {
+    rows.push_back(static_cast<int>(std::int64_t{k} * data.rows() / kRows));
   }
-  const Result<Model> model = Aligned(mended, Model::Declared(mended), threads);
-  if (!model) return 1e9;
-  const Result<Linearisation> linear = Linearise(mended, *model, false, threads);
-  return linear ? MiddleResidual(*linear) : 1e9;
+  return Thinned(data, rows);
+}
+
+std::string VectorText(const Vec3& v_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * v_m.x(), 1e3 * v_m.y(), 1e3 * v_m.z());
+}
+
+std::string SentenceOf(const Tried& tried) {
+  if (!tried.mistake->fits()) return tried.mistake->sentence;
+  const Model::Frames& found = tried.model.frames.front();
+  if (tried.mistake->fits_tip) {
+    return fmt::format("the TCP is {} from the declared one, in the flange frame",
+                       VectorText(found.tip_F - tried.declared.tip_F));
+  }
+  const Mat3 R = found.X_WB.R * tried.declared.X_WB.R.transpose();
+  const double angle_deg = VectorFromRotation(R).norm() / kRadPerDeg;
+  return fmt::format("the robot's base lies {} from the declared place and is turned by {:.2f} deg",
+                     VectorText(found.X_WB.p - tried.declared.X_WB.p), angle_deg);
+}
+
+/// A hypothesis with numbers to fit must do better to be as good.
+double ScoreOf(const Tried& tried) {
+  return tried.residual_m * (tried.mistake->fits() ? kFitMustGain : 1.0);
+}
+
+/// How near each measured point is to where any row puts the tip (median), where that is so near
+/// that points and joints only stand in different orders: a fifth of what the points are apart.
+std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& aligned,
+                                      double before_m) {
+  constexpr int kMost = 1000;
+  if (data.axes() == 1 || data.frames_free() || data.tip_free() || data.rows() > kMost) {
+    return std::nullopt;
+  }
+  std::vector<double> nearest_m, apart_m;
+  for (int k = 0; k < data.rows(); ++k) {
+    const Vec3& p = data.table.rows[static_cast<std::size_t>(k)].p_WT;
+    double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
+    for (int j = 0; j < data.rows(); ++j) {
+      const auto other = static_cast<std::size_t>(j);
+      to_tip_m = std::min(to_tip_m, (p - aligned.rows[other].p_W).norm());
+      if (j != k) to_point_m = std::min(to_point_m, (p - data.table.rows[other].p_WT).norm());
+    }
+    nearest_m.push_back(to_tip_m);
+    apart_m.push_back(to_point_m);
+  }
+  const double middle_m = MedianOf(nearest_m);
+  const bool in_other_order = middle_m < kNamed * std::min(before_m, MedianOf(apart_m));
+  return in_other_order ? std::optional(middle_m) : std::nullopt;
+}
+
+std::string NameGross(const Dataset& data, const Linearisation& aligned,
+                      const std::vector<Mistake>& mistakes, double before_m, int threads) {
+  const std::string found =
+      fmt::format("measured points lie {:.0f} mm from where the declared cell puts them (median)",
+                  1e3 * before_m);
+  const Dataset few = Few(data);
+  std::vector<Tried> all;
+  for (const Mistake& mistake : mistakes) {
+    all.push_back(
+        Try(mistake.of_neighbours ? Few(Without(data, mistake.undo)) : Without(few, mistake.undo),
+            threads));
+    all.back().mistake = &mistake;
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Tried& a, const Tried& b) { return ScoreOf(a) < ScoreOf(b); });
+  if (!(all.front().residual_m < kNamed * before_m)) {
+    if (const auto nearest_m = NearestOfAnyRow(data, aligned, before_m)) {
+      return fmt::format(
+          "{}, but only {:.2g} mm from where some other row puts the tip: measurements and joints "
+          "are in different orders; put those of one moment into one row",
+          found, 1e3 * *nearest_m);
+    }
+    return found +
+           ": no effect but a wrong frame does that; check the DH table, units (mm, deg), the "
+           "frame "
+           "(is it \"unaligned\"?), that measurements and joints of one row belong together, and "
+           "that cell and data do";
+  }
+  std::string text =
+      fmt::format("{}; it falls to {:.2f} mm if {}: {}", found, 1e3 * all.front().residual_m,
+                  SentenceOf(all.front()), all.front().mistake->remedy);
+  for (std::size_t k = 1; k < std::min(kMostTold, all.size()); ++k) {
+    if (ScoreOf(all[k]) > kAlso * ScoreOf(all.front())) break;
+    text += fmt::format("; or, which these rows cannot tell from it, {}: {}", SentenceOf(all[k]),
+                        all[k].mistake->remedy);
+  }
+  return text;
+}
+
+std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mistake>& mistakes,
+                                      double sigma_before_m, int threads) {
+  const double noise_m = kNoise * few.sigma_m;
+  if (few.sigma_m <= 0 || sigma_before_m < kSubtleFall * few.sigma_m) return std::nullopt;
+  for (const Mistake& mistake : mistakes) {
+    if (!mistake.subtle) continue;
+    const Tried tried = Try(Without(few, mistake.undo), threads);
+    if (tried.sigma_m > std::min(noise_m, sigma_before_m / kSubtleFall)) continue;
+    const bool as_well = std::any_of(mistake.beside.begin(), mistake.beside.end(),
+                                     [&](const std::function<void(Dataset&)>& undo) {
+                                       return Try(Without(few, undo), threads).sigma_m < noise_m;
+                                     });
+    if (as_well) continue;
+    return fmt::format(
+        "what the declared cell leaves is {:.3g} mm on one axis; it falls to {:.3g} mm, the noise, "
+        "if {}: {}",
+        1e3 * sigma_before_m, 1e3 * tried.sigma_m, mistake.sentence, mistake.remedy);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
-  const double before = MiddleResidual(aligned);
-  if (before < kGross_m) return std::nullopt;
-  const std::string found =
-      fmt::format("measured points lie {:.0f} mm from where the declared cell puts them (median)",
-                  1e3 * before);
-  const auto better = [&](double after) { return after < kMended * before; };
-  constexpr double kDegPerRadian = 180 / std::numbers::pi;
-  const std::vector<Joint>& joints = data.cell.robot.joints;
-  const auto turns = [&](int i) {
-    return joints[static_cast<std::size_t>(i)].type != JointType::kPrismatic;
-  };
-  const double as_radians = AfterMend(data, threads, [&](JointVector& q) {
-    for (int i = 0; i < data.cell.robot.size(); ++i) {
-      if (turns(i)) q[i] *= kDegPerRadian;
-    }
-  });
-  if (better(as_radians)) {
-    return fmt::format("{}; {:.2f} mm if the q columns hold radians: write degrees", found,
-                       1e3 * as_radians);
-  }
-  for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const double after = AfterMend(data, threads, [i](JointVector& q) { q[i] = -q[i]; });
-    if (better(after)) {
-      return fmt::format(
-          "{}; {:.2f} mm if joint q{} counts the other way: check its sign in the cell, "
-          "or in the recording",
-          found, 1e3 * after, i + 1);
-    }
-  }
-  for (int i = 0; i < data.cell.robot.size(); ++i) {
-    if (!turns(i)) continue;
-    for (const double turn : {90.0, -90.0, 180.0}) {
-      const double after =
-          AfterMend(data, threads, [&](JointVector& q) { q[i] += turn / kDegPerRadian; });
-      if (better(after)) {
-        return fmt::format(
-            "{}; {:.2f} mm if joint q{} is turned by {:.0f} deg: check theta_offset_deg", found,
-            1e3 * after, i + 1, turn);
-      }
-    }
-  }
-  return fmt::format(
-      "{}: no effect but a wrong frame does that; check the DH table, units (mm, deg), the frame "
-      "(is "
-      "it \"unaligned\"?) and that cell and data belong together",
-      found);
+  const double before_m = MiddleResidual(aligned);
+  std::vector<Vec3> residuals;
+  for (const LinearRow& row : aligned.rows) residuals.push_back(row.residual);
+  const std::vector<Mistake> mistakes = MistakesOf(data);
+  if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);
+  return NameSubtle(Few(data), mistakes, RobustSigma(residuals, data.axes()), threads);
 }
 
 }  // namespace plumbline

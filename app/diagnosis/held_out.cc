@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <thread>
 
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
@@ -12,22 +12,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kFolds = 5;
-constexpr int kBlocksPerFold = 4;
-
-std::vector<int> FoldsOf(const Dataset& data) {
-  const int count = data.rows();
-  const int blocks = std::min(count, kFolds * kBlocksPerFold);
-  std::map<int, int> of_cluster;
-  std::vector<int> folds;
-  for (int k = 0; k < count; ++k) {
-    const int block = static_cast<int>(std::int64_t{k} * blocks / count);
-    const auto [fold, fresh] =
-        of_cluster.emplace(data.cluster_of[static_cast<std::size_t>(k)], block % kFolds);
-    folds.push_back(fold->second);
-  }
-  return folds;
-}
+constexpr std::size_t kLeastTraining = 4;
 
 /// Frames' numbers of each session by least squares of unwhitened residuals of the training rows.
 std::vector<Eigen::Matrix<double, 9, 1>> FramesFor(const Dataset& data, const Linearisation& linear,
@@ -56,81 +41,157 @@ std::vector<Eigen::Matrix<double, 9, 1>> FramesFor(const Dataset& data, const Li
   return steps;
 }
 
-}  // namespace
-
-HeldOut HoldOut(const Dataset& data, const std::shared_ptr<const Linearisation>& at,
-                const Model& model, const Candidates& candidates,
-                const std::vector<double>& weights, double sigma_m, bool with_unknown,
-                std::size_t most_blocks, const Remainder* remainder,
-                const DiagnosisOptions& options) {
-  const Linearisation& linear = *at;
-  HeldOut result;
-  result.fold_of = FoldsOf(data);
-  // y = residual with all effects taken out of the model again, in metres.
+/// What each row moves away from the arm without effects, measured: residuals of the model with all
+/// of its effects taken out again [m].
+std::vector<Vec3> WithoutEffects(const HeldOutInput& input) {
   std::vector<Vec3> y;
-  for (int k = 0; k < data.rows(); ++k) {
+  for (int k = 0; k < input.data.rows(); ++k) {
     const auto row = static_cast<std::size_t>(k);
     Influence<double> influence;
-    AddEffects(model.effects, data.conditions[row], influence);
-    Vec3 of_row = linear.rows[row].residual;
+    AddEffects(input.model.effects, input.data.conditions[row], influence);
+    Vec3 of_row = input.linear->rows[row].residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
-      if (influence[entry] != 0) of_row += influence[entry] * linear.rows[row].dp.col(entry);
+      if (influence[entry] != 0) of_row += influence[entry] * input.linear->rows[row].dp.col(entry);
     }
     y.push_back(of_row);
   }
-  result.before = y;
-  result.after = y;
-  result.predicted.assign(y.size(), false);
-  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  const int folds = std::min(kFolds, data.rows());
-  for (int fold = 0; fold < folds; ++fold) {
-    if (options.interrupted && options.interrupted()) break;
-    std::vector<int> training, test;
-    for (int k = 0; k < data.rows(); ++k) {
-      (result.fold_of[static_cast<std::size_t>(k)] == fold ? test : training).push_back(k);
-    }
-    if (test.empty() || training.size() < 4) continue;
-    const LinearProblem problem(data, at, model, training, weights, sigma_m, options.threads);
-    Pool pool(problem);
-    const std::vector<Explanation> ranked =
-        Search(pool, candidates, most_blocks, options.interrupted);
-    const Explanation best = with_unknown ? WithUnknown(pool, ranked) : ranked.front();
-    std::optional<Remainder> rest;
-    if (remainder) rest = RemainderOf(pool, best, candidates, remainder->ratio);
-    std::vector<Vec3> after = y;
-    for (int k = 0; rest && k < data.rows(); ++k) {
-      after[static_cast<std::size_t>(k)] -= DisplacementBy(*rest, data, linear, k);
-    }
-    Eigen::MatrixXd columns;
-    const Coefficients coefficients = pool.CoefficientsOf(best);
-    for (const int block : best.blocks) {
-      const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-      if (rest && !Stays(of)) continue;  // the remainder has it
-      columns.resize(3, static_cast<int>(of.columns.size()));
-      for (int k = 0; k < data.rows(); ++k) {
-        ColumnsAt(data, linear, of, k, columns);
-        for (int c = 0; c < columns.cols(); ++c) {
-          const auto value = coefficients.find({block, c});
-          if (value == coefficients.end()) continue;
-          after[static_cast<std::size_t>(k)] -= value->second * columns.col(c);
-        }
+  return y;
+}
+
+/// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
+/// model carries itself only where `all`. Empirical curves are read in `held`.
+void Subtract(const HeldOutInput& input, const Dataset& held, const Pool& pool,
+              const Explanation& explanation, bool all, std::vector<Vec3>& residuals) {
+  Eigen::MatrixXd columns;
+  const Coefficients coefficients = pool.CoefficientsOf(explanation);
+  for (const int block : explanation.blocks) {
+    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+    if (!all && !Stays(of)) continue;
+    columns.resize(3, static_cast<int>(of.columns.size()));
+    for (int k = 0; k < input.data.rows(); ++k) {
+      ColumnsAt(of.empirical() ? held : input.data, *input.linear, of, k, columns);
+      for (int c = 0; c < columns.cols(); ++c) {
+        const auto value = coefficients.find({block, c});
+        if (value == coefficients.end()) continue;
+        residuals[static_cast<std::size_t>(k)] -= value->second * columns.col(c);
       }
     }
-    std::vector<int> rows_of_session(data.sessions.size(), 0);
+  }
+}
+
+/// The data with each recorded signal held at the range of the training rows, as a written curve
+/// holds it. A joint's angle stays: the discrepancy model's curves along it go on (see CurveOf).
+Dataset HeldAtRange(const Dataset& data, const std::vector<int>& training, bool of_joints) {
+  Dataset held = data;
+  for (RecordedSignal& signal : held.signals) {
+    if (signal.of_joint && !of_joints) continue;
+    double low = 1e300, high = -1e300;
     for (const int k : training) {
-      if (weights[static_cast<std::size_t>(k)] < kOutlierWeight) continue;
-      ++rows_of_session[static_cast<std::size_t>(data.session_of[static_cast<std::size_t>(k)])];
+      low = std::min(low, signal.values[static_cast<std::size_t>(k)]);
+      high = std::max(high, signal.values[static_cast<std::size_t>(k)]);
     }
-    const auto frames_before = FramesFor(data, linear, training, weights, y);
-    const auto frames_after = FramesFor(data, linear, training, weights, after);
-    for (const int k : test) {
-      const auto row = static_cast<std::size_t>(k);
-      const auto session = static_cast<std::size_t>(data.session_of[row]);
-      if (rows_of_session[session] * data.axes() < free_numbers) continue;
-      result.predicted[row] = true;
-      result.before[row] = y[row] - linear.rows[row].frames * frames_before[session];
-      result.after[row] = after[row] - linear.rows[row].frames * frames_after[session];
+    for (double& value : signal.values) value = std::clamp(value, low, high);
+  }
+  return held;
+}
+
+/// One fold: its rows, and what was chosen without them.
+struct Fold {
+  std::vector<int> training, test, framed;  ///< `framed` locate the free frames
+  std::vector<EffectKey> selected;
+  std::vector<Vec3> after, after_named;  ///< of all rows
+  bool searched = false;
+};
+
+Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
+  Fold fold;
+  for (int k = 0; k < input.data.rows(); ++k) {
+    const bool held_out = plan.fold_of[static_cast<std::size_t>(k)] == number;
+    (held_out ? fold.test : fold.training).push_back(k);
+    if (!held_out || plan.aligned) fold.framed.push_back(k);
+  }
+  return fold;
+}
+
+void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fold) {
+  constexpr int kThreads = 1;  // the folds run beside each other
+  const LinearProblem problem(input.data, input.linear, input.model, fold.training, input.weights,
+                              input.sigma_m, kThreads);
+  Pool pool(problem);
+  const std::vector<Explanation> ranked =
+      Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
+  const Explanation best = input.with_unknown ? WithUnknown(pool, ranked) : ranked.front();
+  fold.selected = EffectKeys(pool, best);
+  const Dataset held = HeldAtRange(input.data, fold.training, true);
+  fold.after_named = y;
+  Subtract(input, held, pool, best, true, fold.after_named);
+  fold.after = fold.after_named;
+  fold.searched = true;
+  if (!input.with_discrepancy) return;
+  const std::optional<Remainder> rest = RemainderOf(pool, best, input.candidates, {});
+  if (!rest) return;
+  fold.after = y;
+  Subtract(input, held, pool, best, false, fold.after);
+  const Dataset by_signals = HeldAtRange(input.data, fold.training, false);
+  for (int k = 0; k < input.data.rows(); ++k) {
+    fold.after[static_cast<std::size_t>(k)] -= DisplacementBy(*rest, by_signals, *input.linear, k);
+  }
+}
+
+/// Predicts the rows of a fold, where the rows beside it locate their session's frames.
+void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fold& fold,
+                 HeldOut& result) {
+  const Dataset& data = input.data;
+  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
+  std::vector<int> rows_of_session(data.sessions.size(), 0);
+  for (const int k : fold.framed) {
+    if (input.weights[static_cast<std::size_t>(k)] < kOutlierWeight) continue;
+    ++rows_of_session[static_cast<std::size_t>(data.session_of[static_cast<std::size_t>(k)])];
+  }
+  const auto frames = [&](const std::vector<Vec3>& residuals) {
+    return FramesFor(data, *input.linear, fold.framed, input.weights, residuals);
+  };
+  const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
+  for (const int k : fold.test) {
+    const auto row = static_cast<std::size_t>(k);
+    const auto session = static_cast<std::size_t>(data.session_of[row]);
+    if (rows_of_session[session] * data.axes() < free_numbers) continue;
+    const auto& derivative = input.linear->rows[row].frames;
+    result.predicted[row] = true;
+    result.before[row] = y[row] - derivative * before[session];
+    result.after[row] = fold.after[row] - derivative * after[session];
+    result.after_named[row] = fold.after_named[row] - derivative * named[session];
+  }
+}
+
+}  // namespace
+
+HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
+  const std::vector<Vec3> y = WithoutEffects(input);
+  HeldOut result;
+  result.by = plan.by;
+  result.fold_of = plan.fold_of;
+  result.before = result.after = result.after_named = y;
+  result.predicted.assign(y.size(), false);
+  std::vector<Fold> folds;
+  for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));
+  const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));
+  const auto search_every = [&](int first) {
+    for (int number = first; number < plan.folds; number += threads) {
+      Fold& fold = folds[static_cast<std::size_t>(number)];
+      if (input.options.interrupted && input.options.interrupted()) return;
+      if (fold.test.empty() || fold.training.size() < kLeastTraining) continue;
+      SearchFold(input, y, fold);
     }
+  };
+  std::vector<std::thread> others;
+  for (int thread = 1; thread < threads; ++thread) others.emplace_back(search_every, thread);
+  search_every(0);
+  for (std::thread& other : others) other.join();
+  for (const Fold& fold : folds) {
+    if (!fold.searched) continue;
+    result.selected.push_back(fold.selected);
+    PredictFold(input, y, fold, result);
   }
   return result;
 }
@@ -154,6 +215,7 @@ std::optional<HeldOutError> ErrorOf(const Dataset& data, const HeldOut& held_out
   }
   if (total.count == 0) return std::nullopt;
   HeldOutError error;
+  error.by = held_out.by;
   error.before_m = std::sqrt(total.before / total.count);
   error.after_m = std::sqrt(total.after / total.count);
   Random random(77);

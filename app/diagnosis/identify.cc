@@ -15,9 +15,6 @@ constexpr int kPasses = 7;
 constexpr int kFrugalPasses = 2;  // first few effects at most: outliers must not hide in many
 constexpr std::size_t kFrugal = 2;
 constexpr double kUnknownMargin = 10;  // an empirical term must beat the catalogue by this score
-constexpr std::size_t kMostAtFirst = 3;
-constexpr std::size_t kMostBesideUnknown = 14;
-constexpr int kRowsForMany = 300;
 constexpr std::size_t kRefitTries = 12;
 constexpr double kWorthTrying = 60;      // score behind the best at which rejected rows may tell
 constexpr double kRejectingMargin = 10;  // an explanation must beat the best by this over all rows
@@ -104,20 +101,11 @@ Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_un
   for (Block& block : BlocksOf(data, so_far.model.effects)) {
     candidates.blocks.push_back(std::move(block));
   }
-  // Up to three effects first: many of them can imitate one unknown cause, never the reverse.
-  so_far.ranked =
-      Search(*so_far.pool, candidates, std::min(most, kMostAtFirst), options.interrupted);
-  Explanation extended =
+  so_far.ranked = Search(*so_far.pool, candidates, most, options.interrupted);
+  // The catalogue has had its say at every depth before an empirical term may beat it.
+  const Explanation extended =
       with_unknown ? WithUnknown(*so_far.pool, so_far.ranked) : so_far.ranked.front();
-  const auto beats = [&] { return extended.score < so_far.ranked.front().score - kUnknownMargin; };
-  // Small sets cannot hold more beside an unknown cause; large ones are given the chance.
-  const bool room = !beats() || data.rows() >= kRowsForMany;
-  if (room && most > kMostAtFirst && so_far.ranked.front().blocks.size() >= kMostAtFirst) {
-    const std::size_t more = beats() ? std::min(most, kMostBesideUnknown) : most;
-    so_far.ranked = Search(*so_far.pool, candidates, more, options.interrupted);
-    if (with_unknown) extended = WithUnknown(*so_far.pool, so_far.ranked);
-  }
-  so_far.unknown = with_unknown && beats();
+  so_far.unknown = with_unknown && extended.score < so_far.ranked.front().score - kUnknownMargin;
   so_far.best = so_far.unknown ? extended : so_far.ranked.front();
   Result<Refit> refit = RefitTo(data, so_far, so_far.best, options.threads);
   // A support that only the linear columns bear gives way to the next.

@@ -152,7 +152,9 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   std::string text(original);
   std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
                                   StringText(origin.file), origin.rows, origin.date);
-  const bool adds = !diagnosis.findings.empty() || !diagnosis.remainder.empty();
+  const bool withheld = !diagnosis.withheld.empty();
+  const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.remainder.empty());
+  if (withheld) added += "# No correction: " + diagnosis.withheld + '\n';
   if (adds && HasInlineEffects(text)) {
     text = WithoutTable(text, "effect");
     for (const WrittenEffect& effect : cell.effects) added += EffectText(effect);
@@ -164,7 +166,7 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
     effect.from_date = origin.date;
     added += EffectText(effect);
   };
-  for (const Finding& finding : diagnosis.findings) add(finding);
+  if (adds) std::for_each(diagnosis.findings.begin(), diagnosis.findings.end(), add);
   if (!diagnosis.remainder.empty()) {
     added +=
         "\n# What those leave, shrunk: it corrects where there is data, and explains nothing\n";

@@ -17,7 +17,7 @@ struct Layout {
 };
 
 bool Adjusted(const ActiveEffect& effect, std::size_t k) {
-  if (effect.term.effect->traits().id == "empirical") return false;
+  if (effect.term.effect->traits().empirical) return false;
   const ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];

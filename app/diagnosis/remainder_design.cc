@@ -66,9 +66,10 @@ void AddJointCurves(const Pool& pool, const Explanation& named, RemainderDesign&
   }
   for (const int index : named.blocks) {  // lines between whole cycles
     const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
-    if (block.id != "gear_periodic") continue;
-    const double of = block.columns.front().values[1];
-    if (of != std::round(of) || of > cycles) add(block.term.parameters.front().joint, of);
+    const std::optional<PeriodicLine> line = LineOf(block);
+    if (!line) continue;
+    const double of = line->cycles_per_turn;
+    if (of != std::round(of) || of > cycles) add(line->joint, of);
   }
 }
 
@@ -154,9 +155,9 @@ std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
   }
   for (const CurveTerm& term : design.of.curves) {
     const bool is_named = holds([&](const Block& block, int) {
-      return block.id == "gear_periodic" && term.degree == 0 &&
-             block.term.parameters.front().joint == term.entry &&
-             block.columns.front().values[1] == term.cycles;
+      const std::optional<PeriodicLine> line = LineOf(block);
+      return line && term.degree == 0 && line->joint == term.entry &&
+             line->cycles_per_turn == term.cycles;
     });
     if (is_named) chosen.push_back(at);
     ++at;
@@ -176,11 +177,8 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
 }
 
 bool Stays(const Block& block) {
-  static constexpr std::string_view kShaped[] = {"counterbalance", "tool_stiffness", "tool_shear",
-                                                 "thermal_drift",  "step_event",     "empirical"};
-  if (std::find(std::begin(kShaped), std::end(kShaped), block.id) == std::end(kShaped))
-    return false;
-  return !IsJointCurve(block);
+  if (block.empirical()) return !IsJointCurve(block);
+  return !LineOf(block) && !IsLinear(block.term);
 }
 
 }  // namespace plumbline

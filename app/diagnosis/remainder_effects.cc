@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/remainder.h"
+#include "firmware-like/effects/empirical.h"
 
 namespace plumbline {
 namespace {
@@ -34,7 +35,7 @@ bool IsNamed(const Model& named, const EffectTerm& term) {
 double NamedTurn(const Model& named, int joint, double q) {
   double turn = 0;
   for (const ActiveEffect& effect : named.effects) {
-    const bool lines = effect.term.effect->traits().id == "gear_periodic";
+    const bool lines = RepeatsWithAngle(*effect.term.effect);
     const bool curve = effect.term.drivers == std::vector<std::string>{AngleOf(joint)} &&
                        effect.term.parameters.size() == 1 &&
                        effect.term.parameters.front().joint == joint;
@@ -88,7 +89,7 @@ std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
   }
   const Eigen::MatrixXd covariance = remainder.covariance(places, places);
   WrittenEffect written;
-  written.id = "empirical";
+  written.id = Empirical().traits().id;
   written.drivers = {signal.column};
   written.nodes.setZero(nodes, 2);
   double largest = 0, square = 0, variance = 0;

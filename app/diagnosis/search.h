@@ -118,16 +118,6 @@ std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::s
 std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
                            const Eigen::VectorXd& residual);
 
-/// Lines of the spectrum of a residual, the strongest of each joint.
-struct PeriodicLine {
-  int joint = 0;
-  double cycles_per_turn = 0;
-  double gain = 0;  ///< drop of chi2
-  double amplitude_rad = 0;
-};
-std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
-                                        const Eigen::VectorXd& residual);
-
 EffectKey KeyOf(const Block& block);
 
 /// The effects of an explanation, distinct, ascending.

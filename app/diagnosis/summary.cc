@@ -50,6 +50,19 @@ void AddRivals(const Diagnosis& diagnosis, std::string& text) {
   }
 }
 
+void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
+  for (std::size_t k = 0; k < std::min(diagnosis.doubts.size(), kMostRemarks); ++k) {
+    const Doubt& doubt = diagnosis.doubts[k];
+    text += fmt::format("Doubtful: {}: {}\n", EffectName(doubt.id, doubt.scope), doubt.reason);
+  }
+  if (diagnosis.doubts.size() > kMostRemarks) {
+    text += fmt::format("  and {} more doubts\n", diagnosis.doubts.size() - kMostRemarks);
+  }
+  for (const ExplanationCheck& check : diagnosis.checks) {
+    if (check.effect.empty() && !check.passed) text += "Not explained: " + check.sentence + '\n';
+  }
+}
+
 void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string& text) {
   const auto& poses = diagnosis.next_poses;
   if (poses.empty()) return;
@@ -103,6 +116,7 @@ std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell) {
   text += error.empty() ? "\n" : ":\n" + error + '\n';
   AddParameters(diagnosis, text);
   AddRivals(diagnosis, text);
+  AddDoubts(diagnosis, text);
   AddNextPoses(diagnosis, cell, text);
   text += DataLine(diagnosis);
   AddRemarks("Not recorded", diagnosis.not_recorded, text);

@@ -1,10 +1,10 @@
 // Supports of effects: all single ones and pairs, triples of the best pairs, a beam beyond.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "app/diagnosis/search.h"
+#include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
 namespace {
@@ -22,17 +22,8 @@ class Searching {
   std::vector<Explanation> Run();
 
  private:
-  /// True where two moments stand so near that only a few rows lie between them: outliers, no
-  /// event.
-  bool HasShortStep(const std::vector<int>& support) const;
-  /// True where two lines of one joint stand nearer than its range can tell apart.
-  bool HasTwinLines(const std::vector<int>& support) const;
-  /// Two exponentials are one with another time constant, or something else.
-  bool HasTwoDrifts(const std::vector<int>& support) const {
-    return std::count_if(support.begin(), support.end(), [this](int block) {
-             return pool_.blocks()[static_cast<std::size_t>(block)].id == "thermal_drift";
-           }) > 1;
-  }
+  /// True where the shapes of one of its effects do not go together.
+  bool Excluded(const std::vector<int>& support) const;
   bool Interrupted() const { return interrupted_ && interrupted_(); }
   /// Fits a support once; what elimination leaves is listed.
   void JudgeSupport(std::vector<int> support);
@@ -54,61 +45,19 @@ class Searching {
   std::vector<Explanation> found_;
 };
 
-bool Searching::HasShortStep(const std::vector<int>& support) const {
-  std::vector<double> moments;
+bool Searching::Excluded(const std::vector<int>& support) const {
+  std::vector<const Block*> blocks;
   for (const int block : support) {
-    const Block& of = pool_.blocks()[static_cast<std::size_t>(block)];
-    if (BeginsAtAMoment(of.term)) moments.push_back(of.columns.front().values.front());
+    blocks.push_back(&pool_.blocks()[static_cast<std::size_t>(block)]);
   }
-  if (moments.size() < 2) return false;
-  std::sort(moments.begin(), moments.end());
-  const Dataset& data = pool_.problem().data();
-  const int least = std::max(6, data.rows() / 10);
-  for (std::size_t k = 1; k < moments.size(); ++k) {
-    int between = 0;
-    for (const int row : pool_.problem().rows()) {
-      const Conditions& moment = data.conditions[static_cast<std::size_t>(row)];
-      const double clock =
-          data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0);
-      between += clock >= moments[k - 1] && clock < moments[k] ? 1 : 0;
-    }
-    if (between < least) return true;
-  }
-  return false;
-}
-
-bool Searching::HasTwinLines(const std::vector<int>& support) const {
-  constexpr double kLobes = 0.7;
-  const Dataset& data = pool_.problem().data();
-  std::vector<std::pair<int, double>> lines;
-  for (const int block : support) {
-    const Block& of = pool_.blocks()[static_cast<std::size_t>(block)];
-    if (of.id == "gear_periodic") {
-      lines.emplace_back(of.term.parameters.front().joint, of.columns.front().values[1]);
-    }
-  }
-  for (std::size_t a = 0; a < lines.size(); ++a) {
-    double low = 1e9, high = -1e9;
-    for (const MeasuredRow& row : data.table.rows) {
-      low = std::min(low, row.q[lines[a].first]);
-      high = std::max(high, row.q[lines[a].first]);
-    }
-    const double lobe = 2 * std::numbers::pi / std::max(0.05, high - low);
-    for (std::size_t b = a + 1; b < lines.size(); ++b) {
-      const double apart = std::abs(lines[a].second - lines[b].second);
-      const bool whole = lines[a].second == std::round(lines[a].second) &&
-                         lines[b].second == std::round(lines[b].second);
-      if (lines[a].first == lines[b].first && apart < kLobes * lobe && !whole) return true;
-    }
-  }
-  return false;
+  return ShapesClash(pool_.problem(), blocks);
 }
 
 void Searching::JudgeSupport(std::vector<int> support) {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
   if (!tried_.insert(support).second) return;
-  if (HasShortStep(support) || HasTwinLines(support) || HasTwoDrifts(support)) return;
+  if (Excluded(support)) return;
   Explanation explanation = pool_.Evaluate(support);
   if (pool_.Absurd(explanation)) return;
   if (listed_.insert(explanation.columns).second) found_.push_back(std::move(explanation));

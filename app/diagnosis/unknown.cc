@@ -170,42 +170,135 @@ std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
   return indices;
 }
 
-Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
-  Explanation best = ranked.front();
-  std::vector<int> empirical;
-  const std::size_t promising = std::min<std::size_t>(ranked.size(), 12);
-  const auto learn = [&](const Explanation& from) {
-    for (const int block : AddEmpirical(pool, pool.Residual(from))) {
-      if (std::find(empirical.begin(), empirical.end(), block) == empirical.end()) {
-        empirical.push_back(block);
-      }
+namespace {
+
+/// Explanations with one empirical block, grown and pruned as the catalogue's own are.
+class EmpiricalSearch {
+ public:
+  EmpiricalSearch(Pool& pool, const Explanation& catalogue) : pool_(pool), best_(catalogue) {
+    for (std::size_t block = 0; block < pool.blocks().size(); ++block) {
+      const auto index = static_cast<int>(block);
+      if (!pool.blocks()[block].empirical() && pool.Observable(index)) catalogue_.push_back(index);
     }
-  };
-  const auto judge = [&](std::vector<int> support) {
-    Explanation explanation = pool.Evaluate(std::move(support));
-    if (explanation.score < best.score && !pool.Absurd(explanation) && !Wild(pool, explanation))
-      best = std::move(explanation);
-  };
-  learn(pool.Fit({}));
-  for (std::size_t k = 0; k < std::min<std::size_t>(promising, 3); ++k) learn(ranked[k]);
-  for (const int block : empirical) {
-    judge({block});
-    for (std::size_t k = 0; k < promising; ++k) {
-      std::vector<int> support = ranked[k].blocks;
-      support.push_back(block);
-      judge(std::move(support));
-      // Without each of the effects that were only there to imitate it.
-      for (const int gone : ranked[k].blocks) {
-        std::vector<int> fewer;
-        for (const int other : ranked[k].blocks) {
-          if (other != gone) fewer.push_back(other);
-        }
-        fewer.push_back(block);
-        judge(std::move(fewer));
+  }
+
+  const Explanation& best() const { return best_; }
+
+  /// Adds the empirical blocks that fit what an explanation leaves.
+  void Learn(const Explanation& from) {
+    for (const int block : AddEmpirical(pool_, pool_.Residual(from))) {
+      const bool known = std::find(empirical_.begin(), empirical_.end(), block) != empirical_.end();
+      if (!known) empirical_.push_back(block);
+    }
+  }
+
+  /// Every empirical block by itself and beside an explanation.
+  void JudgeBeside(const Explanation& explanation) {
+    for (const int block : empirical_) {
+      Judge({block});
+      Judge(With(explanation.blocks, block));
+    }
+  }
+
+  /// Every empirical block beside an explanation without one of its effects.
+  void JudgeInstead(const Explanation& explanation) {
+    for (const int block : empirical_) {
+      for (const int gone : explanation.blocks) {
+        Judge(With(Without(explanation.blocks, gone), block));
       }
     }
   }
-  return best;
+
+  /// The `kPruned` empirical blocks that go best with an explanation, each beside what is left of
+  /// it as its effects are taken out one by one, the least missed first: those that were only there
+  /// to imitate the unknown cause.
+  void Prune(const Explanation& explanation) {
+    constexpr std::size_t kPruned = 4;
+    std::vector<std::pair<double, int>> by_score;
+    for (const int block : empirical_) {
+      by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
+    }
+    std::stable_sort(by_score.begin(), by_score.end());
+    by_score.resize(std::min(kPruned, by_score.size()));
+    for (const auto& [score_beside, block] : by_score) {
+      std::vector<int> beside = explanation.blocks;
+      while (!beside.empty()) {
+        double least = 1e300;
+        int gone = beside.front();
+        for (const int candidate : beside) {
+          const double score = Judge(With(Without(beside, candidate), block));
+          if (score >= least) continue;
+          least = score;
+          gone = candidate;
+        }
+        beside = Without(beside, gone);
+      }
+    }
+  }
+
+  /// Adds catalogued effects to the best, one at a time, as long as one is worth it.
+  void Grow() {
+    constexpr double kGainToGrow = 2;  // as of the catalogue's search
+    double before = 1e300;
+    while (HasEmpirical(best_) && best_.score < before - kGainToGrow) {
+      const std::vector<int> from = best_.blocks;
+      before = best_.score;
+      for (const int block : catalogue_) Judge(With(from, block));
+    }
+  }
+
+ private:
+  static std::vector<int> With(std::vector<int> support, int block) {
+    support.push_back(block);
+    return support;
+  }
+
+  static std::vector<int> Without(std::vector<int> support, int gone) {
+    support.erase(std::remove(support.begin(), support.end(), gone), support.end());
+    return support;
+  }
+
+  bool HasEmpirical(const Explanation& explanation) const {
+    return std::any_of(explanation.blocks.begin(), explanation.blocks.end(), [this](int block) {
+      return pool_.blocks()[static_cast<std::size_t>(block)].empirical();
+    });
+  }
+
+  /// The score of a support; it is taken where it beats the best.
+  double Judge(std::vector<int> support) {
+    std::sort(support.begin(), support.end());
+    support.erase(std::unique(support.begin(), support.end()), support.end());
+    const auto known = scores_.find(support);
+    if (known != scores_.end()) return known->second;
+    Explanation explanation = pool_.Evaluate(support);
+    const double score = explanation.score;
+    scores_.emplace(std::move(support), score);
+    if (score < best_.score && !pool_.Absurd(explanation) && !Wild(pool_, explanation)) {
+      best_ = std::move(explanation);
+    }
+    return score;
+  }
+
+  Pool& pool_;
+  Explanation best_;
+  std::vector<int> catalogue_, empirical_;
+  std::map<std::vector<int>, double> scores_;
+};
+
+}  // namespace
+
+Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
+  constexpr std::size_t kLearnedFrom = 3, kPromising = 12;
+  EmpiricalSearch search(pool, ranked.front());
+  search.Learn(pool.Fit({}));
+  for (std::size_t k = 0; k < std::min(ranked.size(), kLearnedFrom); ++k) search.Learn(ranked[k]);
+  for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {
+    search.JudgeBeside(ranked[k]);
+    if (k < kLearnedFrom) search.JudgeInstead(ranked[k]);
+  }
+  search.Prune(ranked.front());
+  search.Grow();
+  return search.best();
 }
 
 std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,

@@ -6,15 +6,10 @@
 #include <cmath>
 
 #include "app/diagnosis/candidates.h"
+#include "firmware-like/effects/catalogue.h"
 
 namespace plumbline {
 namespace {
-
-const std::pair<std::string_view, std::string_view> kNames[] = {
-    {"gear_periodic", "periodic gear error"}, {"step_event", "a step at one moment"},
-    {"camera_tag_size", "a wrong tag size"},  {"camera_zoom", "an uncorrected zoom change"},
-    {"camera_lens", "a stale lens"},          {"empirical", "an empirical term"},
-};
 
 constexpr double kPercent = 100;
 
@@ -72,6 +67,14 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     std::string name = RivalName(rival);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
+  if (diagnosis.rivals.empty()) {
+    std::vector<std::string> doubtful;
+    for (const Doubt& doubt : diagnosis.doubts) {
+      doubtful.push_back(EffectName(doubt.id, doubt.scope));
+    }
+    return names.front() + " fit these points, but " + Listed(doubtful) +
+           (doubtful.size() == 1 ? " is" : " are") + " in doubt";
+  }
   std::string text = Listed(names, "or") + ": these points cannot tell";
   const std::size_t poses = diagnosis.next_poses.size();
   const char* can = diagnosis.next_poses_tell_all ? "would" : "may";
@@ -85,7 +88,7 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
   std::string text;
   std::vector<std::string> physical;
   for (const Finding& finding : diagnosis.findings) {
-    if (finding.effect.term.effect->traits().id == "empirical") continue;
+    if (finding.effect.term.effect->traits().empirical) continue;
     physical.push_back(fmt::format("{} ({} of the residual)", EffectName(finding),
                                    PercentText(finding.share_of_residual)));
   }
@@ -102,9 +105,9 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string EffectName(std::string_view id) {
-  for (const auto& [known, name] : kNames) {
-    if (known == id) return std::string(name);
-  }
+  const Effect* effect = FindEffect(id);
+  if (effect != nullptr && !effect->traits().name.empty())
+    return std::string(effect->traits().name);
   std::string name(id);
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;
@@ -193,10 +196,9 @@ std::string SigmaOriginText(const Diagnosis& diagnosis) {
 }
 
 bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
-  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
-                     [](const Finding& finding) {
-                       return finding.effect.term.effect->traits().id == "empirical";
-                     });
+  return std::any_of(
+      diagnosis.findings.begin(), diagnosis.findings.end(),
+      [](const Finding& finding) { return finding.effect.term.effect->traits().empirical; });
 }
 
 std::string Headline(const Diagnosis& diagnosis) {

@@ -215,15 +215,15 @@ std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
     row.q = from.q;
-    if (recorded.qd) row.qd = from.qd;
-    if (recorded.qdd) row.qdd = from.qdd;
+    if (recorded.qd && from.qd.size() > 0) row.qd = from.qd;
+    if (recorded.qdd && from.qdd.size() > 0) row.qdd = from.qdd;
     if (recorded.tau) row.tau = from.tau;
     if (recorded.time) row.t_s = from.t_s;
     if (recorded.payload) row.payload_kg = from.payload_kg;
     if (recorded.temperature) row.temp_C = from.temp_C;
-    if (recorded.position) row.measured_W = from.p_WT;
-    if (recorded.range) row.range_m = from.range_m;
-    if (recorded.orientation) row.orientation_W = from.q_WT;
+    if (recorded.position && from.has_point) row.measured_W = from.p_WT;
+    if (recorded.range && from.has_range) row.range_m = from.range_m;
+    if (recorded.orientation && from.has_orientation) row.orientation_W = from.q_WT;
     if (recorded.q_step) row.q_step_rad = from.q_step_rad;
   }
   return rows;

@@ -144,6 +144,14 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
     html +=
         "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
   }
+  for (const Doubt& doubt : diagnosis.doubts) {
+    html += "<p>Doubtful: " + Escape(EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) +
+            "</p>\n";
+  }
+  for (const ExplanationCheck& check : diagnosis.checks) {
+    if (!check.effect.empty() || check.passed) continue;
+    html += "<p>Not explained: " + Escape(check.sentence) + "</p>\n";
+  }
   html += "</section>\n<dl class=\"keys\">\n";
   const bool held_out = !diagnosis.held_out_by.empty();
   const HeldOutError& error = diagnosis.held_out;

@@ -1,6 +1,8 @@
 #include "app/table/conditions.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace plumbline {
@@ -8,13 +10,66 @@ namespace {
 
 constexpr double kStandstill = 1e-6;  // [rad] or [m]: less is no move, only the reading's noise
 
+/// The order of moves: of each session the joints before the present row and how they came there.
+class Way {
+ public:
+  explicit Way(const MeasuredTable& table) : table_(table) {}
+
+  /// Passes all that happened before a row: rows without measurement, and places where the way is
+  /// not known.
+  void PassUntil(int line) {
+    while (true) {
+      const int next_row = unmeasured_ < table_.unmeasured.size()
+                               ? table_.unmeasured[unmeasured_].line
+                               : std::numeric_limits<int>::max();
+      const int next_break =
+          break_ < table_.breaks.size() ? table_.breaks[break_] : std::numeric_limits<int>::max();
+      // A break counts before the row of its own line.
+      if (next_break <= std::min(next_row, line)) {
+        last_of_session_.clear();
+        ++break_;
+      } else if (next_row < line) {
+        Conditions passed;
+        Move(table_.unmeasured[unmeasured_], passed);
+        ++unmeasured_;
+      } else {
+        return;
+      }
+    }
+  }
+
+  /// Fills in how the robot came to a row's joints.
+  void Move(const MeasuredRow& row, Conditions& moment) {
+    const auto before = last_of_session_.find(row.session);
+    if (before != last_of_session_.end()) {
+      const Place& last = before->second;
+      moment.last_move = row.q - last.q;
+      moment.approach = last.approach.size() > 0 ? last.approach : JointVector::Zero(row.q.size());
+      for (Eigen::Index i = 0; i < row.q.size(); ++i) {
+        if (std::abs(moment.last_move[i]) > kStandstill) {
+          moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
+        }
+      }
+    }
+    last_of_session_[row.session] = {row.q, moment.approach};
+  }
+
+ private:
+  struct Place {
+    JointVector q, approach;
+  };
+  const MeasuredTable& table_;
+  std::size_t unmeasured_ = 0, break_ = 0;
+  std::map<std::string, Place> last_of_session_;
+};
+
 }  // namespace
 
 std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable& table) {
   std::vector<Conditions> conditions;
   conditions.reserve(table.rows.size());
   const Conditions declared = DeclaredConditions(cell);
-  std::map<std::string, std::size_t> last_of_session;
+  Way way(table);
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     Conditions& moment = conditions.emplace_back(declared);
@@ -29,18 +84,8 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});
     }
-    const auto before = last_of_session.find(row.session);
-    if (before != last_of_session.end()) {
-      const Conditions& last = conditions[before->second];
-      moment.last_move = row.q - last.q;
-      moment.approach = last.approach.size() > 0 ? last.approach : JointVector::Zero(row.q.size());
-      for (Eigen::Index i = 0; i < row.q.size(); ++i) {
-        if (std::abs(moment.last_move[i]) > kStandstill) {
-          moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
-        }
-      }
-    }
-    last_of_session[row.session] = k;
+    way.PassUntil(row.line);
+    way.Move(row, moment);
   }
   return conditions;
 }

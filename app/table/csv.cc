@@ -10,6 +10,7 @@
 #include "app/config/nearest_word.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "app/table/gaps.h"
 #include "drivers/files/open_failure.h"
 
 namespace plumbline {
@@ -97,12 +98,12 @@ std::string Shown(std::string_view field) {
   return fmt::format("\"{}{}\"", shown, field.size() > 40 ? "..." : "");
 }
 
-/// The number that a field holds; NaN where it holds none.
-double NumberOrNan(std::string_view field) {
+/// The number that a field holds; infinity where it holds none.
+double NumberOrInfinity(std::string_view field) {
   double number = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   const bool whole = error == std::errc() && end == field.data() + field.size();
-  return whole && std::abs(number) <= kLargestNumber ? number : std::nan("");
+  return whole && std::abs(number) <= kLargestNumber ? number : HUGE_VAL;
 }
 
 /// Decimals that a number is written with; nothing where it has an exponent.
@@ -135,8 +136,9 @@ void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
 /// Reads one table: the header fixes the columns, then each line gives a row or a warning.
 class TableReader {
  public:
-  TableReader(std::string file, const std::vector<Joint>& joints, FaultList& faults)
+  TableReader(std::string file, const std::vector<Joint>& joints, FaultList& faults, TableUse use)
       : joint_count_(static_cast<int>(joints.size())),
+        use_(use),
         known_(KnownColumns(joints)),
         faults_(faults) {
     table_.file = std::move(file);
@@ -153,15 +155,21 @@ class TableReader {
   std::string DidYouMean(std::string_view name) const;
   bool Recorded(Quantity quantity, bool required);
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
+  std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
+  bool JointsOf(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
+  void SkipButKeepPlace(MeasuredRow row, std::string_view column, const std::string& reason);
   void CountDecimals();
 
   int joint_count_;
+  TableUse use_;
   std::vector<Column> known_;
   FaultList& faults_;
   std::vector<Column> columns_;
   std::vector<std::string_view> fields_;
   bool header_faulty_ = false;
+  bool decimals_counted_ = false;
+  std::vector<MeasuredRow> rows_;  ///< measured and not, in file order
   MeasuredTable table_;
 };
 
@@ -255,15 +263,71 @@ bool TableReader::ReadHeader(std::string_view line) {
   return !header_faulty_;
 }
 
+bool IsMeasured(Quantity quantity) {
+  return quantity == Quantity::kPosition || quantity == Quantity::kRange ||
+         quantity == Quantity::kOrientation;
+}
+
+/// Marks an empty cell of a measured table, for FillEmptyCells; answers why the row cannot do
+/// without it, or an empty text.
+std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) const {
+  const char* const needed = "is empty";
+  switch (column.quantity) {
+    case Quantity::kSession:
+    case Quantity::kQ:
+      return needed;
+    case Quantity::kPosition:
+      row.has_point = false;
+      return {};
+    case Quantity::kRange:
+      row.has_range = false;
+      return {};
+    case Quantity::kOrientation:
+      row.has_orientation = false;
+      return {};
+    default:
+      break;
+  }
+  if (use_ == TableUse::kPoses) return needed;
+  switch (column.quantity) {
+    case Quantity::kTime:
+      row.t_s = std::nan("");
+      break;
+    case Quantity::kQd:
+      row.qd[column.index] = std::nan("");
+      break;
+    case Quantity::kQdd:
+      row.qdd[column.index] = std::nan("");
+      break;
+    case Quantity::kTau:
+      row.tau[column.index] = std::nan("");
+      break;
+    case Quantity::kPayload:
+      row.payload_kg = std::nan("");
+      break;
+    case Quantity::kTemperature:
+      row.temp_C = std::nan("");
+      break;
+    case Quantity::kJointStep:
+      row.q_step_rad = std::nan("");
+      break;
+    default:
+      break;
+  }
+  return {};
+}
+
 /// Puts a field into its place of the row; answers why it cannot, or an empty text.
 std::string TableReader::Store(const Column& column, std::string_view field,
                                MeasuredRow& row) const {
   if (column.quantity == Quantity::kUnused) return {};
+  if (use_ == TableUse::kPoses && IsMeasured(column.quantity)) return {};
   if (column.quantity == Quantity::kFurther) {
-    row.further[static_cast<std::size_t>(column.index)] = NumberOrNan(field);
+    row.further[static_cast<std::size_t>(column.index)] =
+        field.empty() ? std::nan("") : NumberOrInfinity(field);
     return {};
   }
-  if (field.empty()) return "is empty";
+  if (field.empty()) return StoreEmpty(column, row);
   if (column.quantity == Quantity::kSession) {
     row.session = std::string(field);
     return {};
@@ -331,15 +395,39 @@ void TableReader::Skip(int line, std::string_view column, const std::string& rea
                reason + "; row not used"});
 }
 
+/// The joints alone; false where one cannot be read, or the session.
+bool TableReader::JointsOf(MeasuredRow& row) const {
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const Quantity quantity = columns_[i].quantity;
+    if (quantity != Quantity::kQ && quantity != Quantity::kSession) continue;
+    if (!Store(columns_[i], fields_[i], row).empty()) return false;
+  }
+  return true;
+}
+
+/// Of a row that cannot be used the joints still count as a move, where they can be read.
+void TableReader::SkipButKeepPlace(MeasuredRow row, std::string_view column,
+                                   const std::string& reason) {
+  Skip(row.line, column, reason);
+  if (JointsOf(row)) {
+    row.has_point = row.has_range = row.has_orientation = false;
+    rows_.push_back(std::move(row));
+  } else {
+    table_.breaks.push_back(row.line);
+  }
+}
+
 void TableReader::ReadRow(std::string_view line, int line_number) {
   if (Trimmed(line).empty()) {
     Skip(line_number, "", "the line is empty");
+    table_.breaks.push_back(line_number);
     return;
   }
   SplitFields(line, fields_);
   if (fields_.size() != columns_.size()) {
     Skip(line_number, "",
          fmt::format("has {} fields, the header {}", fields_.size(), columns_.size()));
+    table_.breaks.push_back(line_number);
     return;
   }
   MeasuredRow row;
@@ -352,25 +440,29 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = Store(columns_[i], fields_[i], row);
     if (!reason.empty()) {
-      Skip(line_number, columns_[i].name, reason);
+      SkipButKeepPlace(std::move(row), columns_[i].name, reason);
       return;
     }
   }
-  if (table_.recorded.orientation) {
+  if (!row.has_point) row.p_WT.setZero();
+  if (!row.has_orientation) row.q_WT.setIdentity();
+  if (table_.recorded.orientation && row.has_orientation && use_ == TableUse::kMeasured) {
     const double length = row.q_WT.norm();
     if (std::abs(length - 1) > kQuaternionTolerance) {
-      Skip(line_number, "qw", fmt::format("the quaternion has length {:.4g}, not 1", length));
+      SkipButKeepPlace(std::move(row), "qw",
+                       fmt::format("the quaternion has length {:.4g}, not 1", length));
       return;
     }
     row.q_WT.normalize();
   }
   CountDecimals();
-  table_.rows.push_back(std::move(row));
+  rows_.push_back(std::move(row));
 }
 
 /// Of the angles in the row just read.
 void TableReader::CountDecimals() {
-  if (table_.rows.empty()) table_.q_decimals = 0;
+  if (!decimals_counted_) table_.q_decimals = 0;
+  decimals_counted_ = true;
   for (std::size_t i = 0; i < fields_.size() && table_.q_decimals; ++i) {
     if (columns_[i].quantity != Quantity::kQ || columns_[i].to_si != kRadPerDeg) continue;
     const auto decimals = DecimalsOf(fields_[i]);
@@ -391,45 +483,57 @@ void TableReader::WarnOfMetres() {
                            farthest_m / kMetrePerMm)});
 }
 
-/// The table; a further column that does not hold a number in every row is left out, and said.
+/// The table; a further column that holds anything but numbers and empty cells is left out, and
+/// said.
 MeasuredTable TableReader::Take() {
-  WarnOfMetres();
+  const RecordedColumns& recorded = table_.recorded;
+  const bool measures = recorded.position || recorded.range;
   for (std::size_t i = table_.further.size(); i-- > 0;) {
-    const auto bad =
-        std::find_if(table_.rows.begin(), table_.rows.end(),
-                     [i](const MeasuredRow& row) { return !std::isfinite(row.further[i]); });
-    if (bad == table_.rows.end()) continue;
+    const auto bad = std::find_if(rows_.begin(), rows_.end(), [i](const MeasuredRow& row) {
+      return std::isinf(row.further[i]);
+    });
+    if (bad == rows_.end()) continue;
     faults_.Add({Fault::Severity::kWarning, table_.file, bad->line, ShownName(table_.further[i]),
                  "is no column of the format, and no number here: the column is not used"});
-    const auto at = static_cast<std::ptrdiff_t>(i);
-    table_.further.erase(table_.further.begin() + at);
-    for (MeasuredRow& row : table_.rows) row.further.erase(row.further.begin() + at);
+    DropFurther(i, rows_, table_);
   }
+  FindLostLines(rows_, table_);
+  if (use_ == TableUse::kMeasured) FillEmptyCells(rows_, table_, faults_);
+  for (MeasuredRow& row : rows_) {
+    const bool readable = table_.unreadable_lines.empty() ||
+                          !std::binary_search(table_.unreadable_lines.begin(),
+                                              table_.unreadable_lines.end(), row.line);
+    const bool measured = (recorded.position && row.has_point) || (recorded.range && row.has_range);
+    const bool used = readable && (use_ == TableUse::kPoses || !measures || measured);
+    (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
+  }
+  WarnOfMetres();
   return std::move(table_);
 }
 
 }  // namespace
 
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
-                                          const std::vector<Joint>& joints, FaultList& faults) {
+                                          const std::vector<Joint>& joints, FaultList& faults,
+                                          TableUse use) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
     text.remove_prefix(kByteOrderMark.size());
   }
-  TableReader reader(file, joints, faults);
+  TableReader reader(file, joints, faults, use);
   if (!reader.ReadHeader(TakeUntil('\n', text))) return std::nullopt;
   for (int line = 2; !text.empty(); ++line) reader.ReadRow(TakeUntil('\n', text), line);
   return reader.Take();
 }
 
 std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
-                                       FaultList& faults) {
+                                       FaultList& faults, TableUse use) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
     faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
     return std::nullopt;
   }
-  return TableFromCsv(*text, path, joints, faults);
+  return TableFromCsv(*text, path, joints, faults, use);
 }
 
 }  // namespace plumbline

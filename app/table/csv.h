@@ -46,6 +46,9 @@ struct MeasuredRow {
   double range_m = 0;
   Eigen::Quaterniond q_WT = Eigen::Quaterniond::Identity();  ///< measured orientation, unit length
   std::vector<double> further;  ///< of MeasuredTable::further, as the file has them
+  bool has_point = true;        ///< false: its x_mm, y_mm, z_mm are empty, `p_WT` means nothing
+  bool has_range = true;        ///< likewise range_mm
+  bool has_orientation = true;  ///< likewise qw, qx, qy, qz
 };
 
 struct MeasuredTable {
@@ -54,13 +57,27 @@ struct MeasuredTable {
   std::vector<std::string> further;   ///< recorded columns that the format does not know
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
+  /// Where the robot was without a usable measurement, in file order: rows of joints alone, and
+  /// unreadable ones whose joints can be read. They keep their place in the order of moves.
+  std::vector<MeasuredRow> unmeasured;
+  /// Lines before which the robot made moves that are not in the table, ascending: the last move of
+  /// the first row at or after such a line is not known.
+  std::vector<int> breaks;
+  std::vector<std::string> notes;  ///< what was done about empty cells and lost lines
   /// Most decimals that a joint's angle is written with; not known of a table that was no file, or
   /// where an exponent is written.
   std::optional<int> q_decimals;
 };
 
+/// What a table is read for.
+enum class TableUse {
+  kMeasured,  ///< measured points: a row without one is `unmeasured`
+  kPoses,     ///< poses only: columns of measured points are not read
+};
+
 /// Reads a table by its text; a pure function. Columns stand in any order, separated by commas;
-/// a byte-order mark and CRLF line ends are accepted. Angles become rad, lengths m.
+/// a byte-order mark and CRLF line ends are accepted. Angles become rad, lengths m. Of measured
+/// tables an empty cell costs that cell: see gaps.h.
 ///
 /// @param joints  the cell's: joint i has the column q<i>_deg, or q<i>_mm where it is prismatic
 /// @param faults  gets faults of the header (a joint's column missing, a group incomplete, a
@@ -68,10 +85,11 @@ struct MeasuredTable {
 ///                column of another meaning and each row that cannot be read, by line and reason
 /// @return        the table; nothing where the header has a fault
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
-                                          const std::vector<Joint>& joints, FaultList& faults);
+                                          const std::vector<Joint>& joints, FaultList& faults,
+                                          TableUse use = TableUse::kMeasured);
 
 /// TableFromCsv of a file's content; a file that cannot be read is a fault.
 std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
-                                       FaultList& faults);
+                                       FaultList& faults, TableUse use = TableUse::kMeasured);
 
 }  // namespace plumbline

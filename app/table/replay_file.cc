@@ -4,7 +4,8 @@ namespace plumbline {
 
 std::optional<MeasuredTable> ReadReplayFile(const DaemonConfig& config, FaultList& faults) {
   const std::string& file = config.robot.replay_file;
-  std::optional<MeasuredTable> table = ReadTable(file, config.machine.cell.robot.joints, faults);
+  std::optional<MeasuredTable> table =
+      ReadTable(file, config.machine.cell.robot.joints, faults, TableUse::kPoses);
   if (table && table->rows.empty()) {
     faults.Add({Fault::Severity::kFault, file, 0, "", "has no row that can be played"});
     return std::nullopt;

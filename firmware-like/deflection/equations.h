@@ -97,8 +97,9 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
       const T& torque = influence->Joint(I::kTorque, i);
       s += softer * tau + (compliance_[i] + softer) * torque + influence->Joint(I::kTurn, i) -
            influence->Joint(I::kHardening, i) * tau * tau * tau;
-      if (tau > T(0)) s += influence->Joint(I::kLoadGap, i);
-      if (tau < T(0)) s -= influence->Joint(I::kLoadGap, i);
+      const T& share = influence->Joint(I::kLoadShare, i);
+      if (tau > T(0)) s += influence->Joint(I::kLoadGap, i) + share * tau;
+      if (tau < T(0)) s -= influence->Joint(I::kLoadGap, i) + share * tau;
     }
     state.sag[i] = s;
   }

@@ -38,8 +38,8 @@ struct LoadedState : LoadedStateOf<double> {
 
 /// Joint and tool deflection of a cell under gravity, and what its effects add.
 ///   theta_i = sign_i (q_i + s_i) + offset_i
-///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + turn_i
-///   X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
+///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i| +
+///   turn_i X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
 ///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any
 ///   K(p) = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)

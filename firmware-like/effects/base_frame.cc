@@ -17,7 +17,8 @@ struct BaseFrameFormula {
                        {"yaw", "deg", kRadPerDeg, {-2, 2}}},
         .needs = {},
         .confused_with = {"joint_offset", "link_geometry", "gravity_direction",
-                          "pedestal_compliance", "thermal_drift", "step_event", "tool_frame"}};
+                          "pedestal_compliance", "thermal_drift", "step_event", "tool_frame"},
+        .nuisance = Nuisance::kBaseFrame};
   }
 
   template <typename T>

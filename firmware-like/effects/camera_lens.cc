@@ -12,7 +12,8 @@ struct CameraLensFormula {
                 "the robot for it",
             .parameters = {{"k1", "1", 1, {-0.5, 0.5}}},
             .needs = {Signal::kCamera},
-            .confused_with = {"camera_zoom", "camera_tag_size", "measurement_scale"}};
+            .confused_with = {"camera_zoom", "camera_tag_size", "measurement_scale"},
+            .name = "a stale lens"};
   }
 
   template <typename T>

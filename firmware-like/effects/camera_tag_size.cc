@@ -12,7 +12,8 @@ struct CameraTagSizeFormula {
                 "camera's configuration; do not correct the robot for it",
             .parameters = {{"scale", "1", 1, {-0.3, 0.3}}},
             .needs = {Signal::kCamera},
-            .confused_with = {"measurement_scale", "camera_zoom", "link_geometry"}};
+            .confused_with = {"measurement_scale", "camera_zoom", "link_geometry"},
+            .name = "a wrong tag size"};
   }
 
   template <typename T>

@@ -16,7 +16,8 @@ struct CameraZoomFormula {
                            {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
                            {"scale", "1", 1, {-0.3, 0.3}}},
             .needs = {Signal::kCamera},
-            .confused_with = {"camera_tag_size", "camera_lens", "measurement_scale", "step_event"}};
+            .confused_with = {"camera_tag_size", "camera_lens", "measurement_scale", "step_event"},
+            .name = "an uncorrected zoom change"};
   }
 
   template <typename T>

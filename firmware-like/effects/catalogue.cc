@@ -3,66 +3,55 @@
 #include <algorithm>
 #include <array>
 
-#include "firmware-like/effects/approach_lag.h"
-#include "firmware-like/effects/backlash.h"
-#include "firmware-like/effects/base_frame.h"
-#include "firmware-like/effects/camera_lens.h"
-#include "firmware-like/effects/camera_tag_size.h"
-#include "firmware-like/effects/camera_zoom.h"
-#include "firmware-like/effects/counterbalance.h"
-#include "firmware-like/effects/dynamic_inertia.h"
 #include "firmware-like/effects/empirical.h"
-#include "firmware-like/effects/gear_periodic.h"
-#include "firmware-like/effects/gear_ratio.h"
-#include "firmware-like/effects/gravity_direction.h"
-#include "firmware-like/effects/joint_compliance.h"
-#include "firmware-like/effects/joint_hardening.h"
-#include "firmware-like/effects/joint_offset.h"
-#include "firmware-like/effects/latency.h"
-#include "firmware-like/effects/link_geometry.h"
-#include "firmware-like/effects/measurement_scale.h"
-#include "firmware-like/effects/payload_cog.h"
-#include "firmware-like/effects/payload_mass.h"
-#include "firmware-like/effects/pedestal_compliance.h"
-#include "firmware-like/effects/step_event.h"
-#include "firmware-like/effects/thermal_drift.h"
-#include "firmware-like/effects/thermal_growth.h"
-#include "firmware-like/effects/tool_frame.h"
-#include "firmware-like/effects/tool_root_compliance.h"
-#include "firmware-like/effects/tool_shear.h"
-#include "firmware-like/effects/tool_stiffness.h"
 
 namespace plumbline {
 
+/// Every effect, in the order of the file formats' table; its line here is all that a new one
+/// needs beside its two files.
+// clang-format off
+#define PLUMBLINE_EFFECTS(EFFECT) \
+  EFFECT(BaseFrame) \
+  EFFECT(ToolFrame) \
+  EFFECT(JointOffset) \
+  EFFECT(GearRatio) \
+  EFFECT(AxisCoupling) \
+  EFFECT(LinkGeometry) \
+  EFFECT(JointCompliance) \
+  EFFECT(JointHardening) \
+  EFFECT(Counterbalance) \
+  EFFECT(ToolStiffness) \
+  EFFECT(ToolShear) \
+  EFFECT(ToolRootCompliance) \
+  EFFECT(PayloadMass) \
+  EFFECT(PayloadCog) \
+  EFFECT(GravityDirection) \
+  EFFECT(PedestalCompliance) \
+  EFFECT(Backlash) \
+  EFFECT(ApproachLag) \
+  EFFECT(FollowingError) \
+  EFFECT(ArrivalFriction) \
+  EFFECT(GearPeriodic) \
+  EFFECT(ThermalGrowth) \
+  EFFECT(ThermalDrift) \
+  EFFECT(Latency) \
+  EFFECT(DynamicInertia) \
+  EFFECT(MeasurementScale) \
+  EFFECT(StepEvent) \
+  EFFECT(CameraTagSize) \
+  EFFECT(CameraZoom) \
+  EFFECT(CameraLens)
+// clang-format on
+
+#define EFFECT(name) const Effect& name();
+PLUMBLINE_EFFECTS(EFFECT)
+#undef EFFECT
+
 std::span<const Effect* const> Catalogue() {
-  static const std::array<const Effect*, 27> catalogue = {
-      &BaseFrame(),           //
-      &ToolFrame(),           //
-      &JointOffset(),         //
-      &GearRatio(),           //
-      &LinkGeometry(),        //
-      &JointCompliance(),     //
-      &JointHardening(),      //
-      &Counterbalance(),      //
-      &ToolStiffness(),       //
-      &ToolShear(),           //
-      &ToolRootCompliance(),  //
-      &PayloadMass(),         //
-      &PayloadCog(),          //
-      &GravityDirection(),    //
-      &PedestalCompliance(),  //
-      &Backlash(),            //
-      &ApproachLag(),         //
-      &GearPeriodic(),        //
-      &ThermalGrowth(),       //
-      &ThermalDrift(),        //
-      &Latency(),             //
-      &DynamicInertia(),      //
-      &MeasurementScale(),    //
-      &StepEvent(),           //
-      &CameraTagSize(),       //
-      &CameraZoom(),          //
-      &CameraLens(),          //
+  static const std::array catalogue = {
+#define EFFECT(name) &name(),
+      PLUMBLINE_EFFECTS(EFFECT)
+#undef EFFECT
   };
   return catalogue;
 }

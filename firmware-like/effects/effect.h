@@ -39,7 +39,8 @@ enum class ParameterRole {
   kWord,   ///< a choice: `by` of backlash, `frame` of step_event
 };
 
-/// A parameter of the file formats. In `name`, `#` stands for a number, the first that of a joint.
+/// A parameter of the file formats. In `name`, `#` stands for a number, the first that of a joint;
+/// the second one of another joint inwards of it where it follows a `q`, else a count from 2.
 struct ParameterSpec {
   std::string_view name{};
   std::string_view unit{};  ///< as in the files
@@ -50,17 +51,27 @@ struct ParameterSpec {
   ParameterRole role = ParameterRole::kSize;
   std::string_view words{};  ///< of a kWord: its choices, comma-separated; the first if not said
   bool inverse = false;      ///< the SI value is 1 / (file value): absent is infinite (kappa)
+  /// Of a size that does not act linearly: the value that acts as `linear` times the derivative at
+  /// zero does. Null: the size is linear, that value is `linear` itself.
+  double (*value_of_linear)(double linear) = nullptr;
+  /// True where the parameter makes sense between parallel axes only; elsewhere others imitate it.
+  bool parallel_axes_only = false;
 };
 
 /// True of the moment (`time` or `row`) from which an effect acts: a threshold, without derivative.
 bool IsMoment(const ParameterSpec& spec);
+/// True of a parameter between two joints: its name has a second `q#`.
+bool IsOfTwoJoints(const ParameterSpec& spec);
+/// True of the cycles a turn of an effect that repeats with a joint's angle.
+bool IsCycles(const ParameterSpec& spec);
 
-/// One parameter of a term: which spec, of which joint (0-based; -1: none), and which of several
-/// terms of one joint (harmonics count from 1).
+/// One parameter of a term: which spec, of which joint (0-based; -1: none), which of several terms
+/// of one joint (harmonics count from 1), and with which second joint.
 struct TermParameter {
   int spec = 0;
   int joint = -1;
   int harmonic = 1;
+  int of = -1;  ///< second joint, of a parameter between two ("q3_of_q2"); -1: none
   bool operator==(const TermParameter&) const = default;
 };
 
@@ -82,6 +93,9 @@ struct WordNeed {
   Signal signal;
 };
 
+/// A frame that a measurement may leave unknown, so that every fit estimates it anyway.
+enum class Nuisance { kNone, kBaseFrame, kToolFrame };
+
 /// What the catalogue tells of an effect.
 struct EffectTraits {
   std::string_view id;
@@ -93,6 +107,14 @@ struct EffectTraits {
   std::vector<std::string_view> confused_with;  ///< ids
   /// True where joints are judged one by one, and the answer's scope names them.
   bool per_joint = false;
+  /// True where its parameters are kept or dropped one by one, although they belong to no joint.
+  bool one_by_one = false;
+  std::string_view name{};  ///< in sentences; empty: the id with spaces
+  Nuisance nuisance = Nuisance::kNone;
+  /// True where a parameter adds to the declared compliance of its joint: the sum is not negative
+  /// in any passive joint.
+  bool adds_compliance = false;
+  bool empirical = false;  ///< a curve along a recorded signal, no physics
 
   /// Whether a row must have `signal` to show the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;

@@ -42,7 +42,9 @@ struct EmpiricalFormula {
                            {"q#", "1", 1, kFactor},
                            {"tool_bending", "1", 1, kFactor}},
             .needs = {},
-            .confused_with = {}};
+            .confused_with = {},
+            .name = "an empirical term",
+            .empirical = true};
   }
 
   template <typename T>
@@ -64,7 +66,7 @@ struct EmpiricalFormula {
       const auto column = static_cast<Eigen::Index>(k) + 1;
       double node = term.nodes(place.below, column);
       if (place.part > 0) node += place.part * (term.nodes(place.below + 1, column) - node);
-      const double to_SI = term.parameters[k].spec < kTurn ? 1e-3 : 1.0;
+      const double to_SI = EmpiricalNodeToSI(term.parameters[k]);
       Carrier(term.parameters[k], influence) += values[k] * (to_SI * node);
     }
   }
@@ -75,6 +77,10 @@ struct EmpiricalFormula {
 const Effect& Empirical() {
   static const EffectOf<EmpiricalFormula> effect;
   return effect;
+}
+
+double EmpiricalNodeToSI(const TermParameter& parameter) {
+  return parameter.spec < EmpiricalFormula::kTurn ? 1e-3 : 1.0;
 }
 
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,

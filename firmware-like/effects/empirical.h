@@ -17,6 +17,9 @@ namespace plumbline {
 /// in a moment where it is not known nothing is added. Valid inside its nodes only.
 const Effect& Empirical();
 
+/// SI units in one unit of a node of that carrier: 1e-3 of a shift, in mm; 1 of a turn or a ratio.
+double EmpiricalNodeToSI(const TermParameter& parameter);
+
 /// Why drivers and nodes make no empirical term of that many parameters; empty where they do.
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,
                            std::size_t parameters);

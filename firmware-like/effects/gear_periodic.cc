@@ -21,7 +21,8 @@ struct GearPeriodicFormula {
                            {"q#_#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
             .needs = {},
             .confused_with = {"counterbalance", "gear_ratio", "joint_offset", "joint_compliance"},
-            .per_joint = true};
+            .per_joint = true,
+            .name = "periodic gear error"};
   }
 
   template <typename T>

@@ -57,6 +57,12 @@ std::optional<double> Conditions::Signal(std::string_view column) const {
   return std::nullopt;
 }
 
+double ShareOfMove(const Conditions& conditions, int joint) {
+  if (conditions.last_move.size() <= joint) return 0;
+  const double leading = conditions.last_move.cwiseAbs().maxCoeff();
+  return leading > 0 ? conditions.last_move[joint] / leading : 0;
+}
+
 Conditions DeclaredConditions(const CellModel& cell) {
   Conditions conditions;
   const int size = cell.robot.size();

@@ -27,10 +27,12 @@ class Influence {
     kCompliance,  ///< added to the declared compliance [rad/(N m)]
     kHardening,   ///< s -= value tau^3 [rad/(N m)^3]
     kLoadGap,     ///< s += value sign(tau) [rad]
+    kLoadShare,   ///< s += value |tau|, whichever way the load pulls [rad/(N m)]
     kTorque,      ///< acts only through the joint's compliance [N m]
     kLengthA,     ///< added to a of the DH table [m]
     kOffsetD,     ///< added to d [m]
     kTwistAlpha,  ///< added to alpha [rad]
+    kTwistBeta,   ///< turn about y after that about x, of axes that are parallel [rad]
     kJointEntries
   };
   enum Entry {
@@ -96,6 +98,10 @@ struct Conditions {
   /// of `further`; nothing where it is not known. Allocates nothing.
   std::optional<double> Signal(std::string_view column) const;
 };
+
+/// Joint i's share of the last synchronised move, dq_i / max_j |dq_j| in -1..1; zero where nothing
+/// moved or the move is not known.
+double ShareOfMove(const Conditions& conditions, int joint);
 
 /// Conditions with what the cell declares filled in and nothing known of the moment.
 Conditions DeclaredConditions(const CellModel& cell);

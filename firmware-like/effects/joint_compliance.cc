@@ -12,7 +12,8 @@ struct JointComplianceFormula {
             .needs = {Signal::kTorques},
             .confused_with = {"joint_hardening", "payload_mass", "payload_cog",
                               "pedestal_compliance", "link_geometry", "counterbalance", "backlash"},
-            .per_joint = true};
+            .per_joint = true,
+            .adds_compliance = true};
   }
 
   template <typename T>

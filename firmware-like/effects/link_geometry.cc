@@ -14,7 +14,12 @@ struct LinkGeometryFormula {
             "a property of this arm: let the correction carry it; a sudden change is a collision",
         .parameters = {{"a#", "mm", 1e-3, {-5, 5}},
                        {"d#", "mm", 1e-3, {-5, 5}},
-                       {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}}},
+                       {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}},
+                       {.name = "beta#",
+                        .unit = "deg",
+                        .to_SI = kRadPerDeg,
+                        .plausible = {-0.5, 0.5},
+                        .parallel_axes_only = true}},
         .needs = {},
         .confused_with = {"joint_offset", "thermal_growth", "measurement_scale", "base_frame",
                           "tool_frame", "joint_compliance"},
@@ -25,7 +30,7 @@ struct LinkGeometryFormula {
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
     constexpr std::array kEntries = {Influence<T>::kLengthA, Influence<T>::kOffsetD,
-                                     Influence<T>::kTwistAlpha};
+                                     Influence<T>::kTwistAlpha, Influence<T>::kTwistBeta};
     for (std::size_t k = 0; k < values.size(); ++k) {
       const TermParameter& parameter = term.parameters[k];
       const auto entry = kEntries[static_cast<std::size_t>(parameter.spec)];

@@ -17,11 +17,13 @@ int TakeNumber(std::string_view& text) {
 /// The joint and harmonic of a name that fits the pattern, each `#` standing for a number.
 std::optional<TermParameter> Fit(std::string_view pattern, std::string_view name, int joint_count) {
   TermParameter parameter;
+  char before = 0;
   for (const char c : pattern) {
     if (name.empty()) return std::nullopt;
     if (c != '#') {
       if (name.front() != c) return std::nullopt;
       name.remove_prefix(1);
+      before = c;
       continue;
     }
     const int number = TakeNumber(name);
@@ -29,6 +31,9 @@ std::optional<TermParameter> Fit(std::string_view pattern, std::string_view name
     if (parameter.joint < 0) {
       if (number > joint_count) return std::nullopt;
       parameter.joint = number - 1;
+    } else if (before == 'q') {
+      if (number > parameter.joint) return std::nullopt;  // a joint inwards of the first
+      parameter.of = number - 1;
     } else {
       if (number < 2) return std::nullopt;
       parameter.harmonic = number;
@@ -59,7 +64,8 @@ std::string NameFromParameter(const EffectTraits& traits, const TermParameter& p
       name += c;
       continue;
     }
-    name += std::to_string(joint_written ? parameter.harmonic : parameter.joint + 1);
+    const int second = parameter.of >= 0 ? parameter.of + 1 : parameter.harmonic;
+    name += std::to_string(joint_written ? second : parameter.joint + 1);
     joint_written = true;
   }
   return name;

@@ -14,7 +14,8 @@ struct PayloadMassFormula {
         .parameters = {{"scale", "1", 1, {-0.3, 0.3}}, {"constant", "kg", 1, {-20, 20}}},
         .needs = {Signal::kPayload},
         .confused_with = {"tool_stiffness", "joint_compliance", "payload_cog",
-                          "tool_root_compliance", "gravity_direction"}};
+                          "tool_root_compliance", "gravity_direction"},
+        .one_by_one = true};
   }
 
   template <typename T>

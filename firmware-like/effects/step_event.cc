@@ -17,7 +17,8 @@ struct StepEventFormula {
                            {"z", "mm", 1e-3, {-10, 10}},
                            {.name = "frame", .role = ParameterRole::kWord, .words = "base,tool"}},
             .needs = {},
-            .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth"}};
+            .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth"},
+            .name = "a step at one moment"};
   }
 
   template <typename T>

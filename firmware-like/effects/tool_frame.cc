@@ -14,7 +14,8 @@ struct ToolFrameFormula {
                        {"z", "mm", 1e-3, {-10, 10}}},
         .needs = {},
         .confused_with = {"joint_offset", "link_geometry", "payload_cog", "step_event",
-                          "base_frame"}};
+                          "base_frame"},
+        .nuisance = Nuisance::kToolFrame};
   }
 
   template <typename T>

@@ -1,7 +1,15 @@
 #include "firmware-like/effects/tool_stiffness.h"
 
+#include <algorithm>
+
 namespace plumbline {
 namespace {
+
+/// The ratio of that bending: 1/(1 + ratio) = 1 - linear, as far as a twentieth of the stiffness.
+double RatioFromBending(double linear) {
+  constexpr double kSoftest = 0.05;
+  return 1 / std::max(kSoftest, 1 - linear) - 1;
+}
 
 struct ToolStiffnessFormula {
   static EffectTraits Traits() {
@@ -10,7 +18,10 @@ struct ToolStiffnessFormula {
         .meaning = "the tool's bending stiffness differs from the declared one",
         .remedy =
             "check section, wall and modulus of the tool in cell.toml; a sudden fall is a crack",
-        .parameters = {{"ratio", "1", 1, {-0.6, 1.5}}},
+        .parameters = {{.name = "ratio",
+                        .unit = "1",
+                        .plausible = {-0.6, 1.5},
+                        .value_of_linear = RatioFromBending}},
         .needs = {Signal::kBeam},
         .confused_with = {"payload_mass", "payload_cog", "tool_root_compliance", "tool_shear",
                           "tool_frame"}};

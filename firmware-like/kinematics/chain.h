@@ -46,7 +46,10 @@ class Chain {
   double Reach() const { return reach_m_; }
 
   /// Frames at joint positions q [rad] or [m], shape (n). Allocates nothing.
-  /// @param change  changes of a, d and alpha; null where the table stands as declared
+  /// @param change  changes of a, d and alpha, and beta, a turn about y that the table lacks:
+  ///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
+  ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
+  /// null where the table stands as declared
   template <typename T>
   void Evaluate(const JointVectorOf<T>& q, const Influence<T>* change, PostureOf<T>& posture) const;
   void Evaluate(const JointVector& q, Posture& posture) const {
@@ -82,13 +85,16 @@ void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
     const bool turns = link.type == JointType::kRevolute;
     const T theta = turns ? T(link.offset + count) : T(link.offset);
     T a(link.a), d = turns ? T(link.d) : T(link.d + count);
-    T ca(link.cos_alpha), sa(link.sin_alpha);
+    T ca(link.cos_alpha), sa(link.sin_alpha), cb(1), sb(0);
     if (change != nullptr) {
       a += change->Joint(Influence<T>::kLengthA, joint);
       d += change->Joint(Influence<T>::kOffsetD, joint);
       const T alpha = link.alpha + change->Joint(Influence<T>::kTwistAlpha, joint);
       ca = cos(alpha);
       sa = sin(alpha);
+      const T& beta = change->Joint(Influence<T>::kTwistBeta, joint);
+      cb = cos(beta);
+      sb = sin(beta);
     }
     const T c = cos(theta), s = sin(theta), zero(0);
     PoseOf<T> X;  // of this frame in the one before
@@ -97,9 +103,16 @@ void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
       posture.point_B[i] = X_BL.p;
       X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, zero, sa, ca;
       X.p << a * c, a * s, d;
+      if (change != nullptr) {
+        const Vec3Of<T> x = X.R.col(0), z = X.R.col(2);
+        X.R.col(0) = cb * x - sb * z;
+        X.R.col(2) = sb * x + cb * z;
+      }
     } else {
-      X.R << c, -s, zero, s * ca, c * ca, -sa, s * sa, c * sa, ca;
-      X.p << a, -sa * d, ca * d;
+      X.R << c * cb, -s * cb, sb,                                //
+          s * ca + c * sa * sb, c * ca - s * sa * sb, -sa * cb,  //
+          s * sa - c * ca * sb, c * sa + s * ca * sb, ca * cb;
+      X.p << a + sb * d, -sa * cb * d, ca * cb * d;
     }
     X_BL = X_BL * X;
     posture.X_BL[i] = X_BL;

@@ -10,9 +10,12 @@ pool: joints within the measured range, widened as the product widens it, no tip
 before, at the payloads that were measured or proposed. Both are tried to 24 poses; a case that
 neither tells by then is counted apart. Of a case that one random pose tells nothing can need half:
 the ratio without these is printed, too.
+
+    next_poses.py --results FILE --comparable 60 --cases 10     once and again, until it says enough
 """
 
 import csv
+import itertools
 import json
 import math
 import os
@@ -285,27 +288,72 @@ def markdown(rows):
     return text
 
 
-def main():
-    parser = runs.parser(__doc__, 8, 2, "one run of each, three draws")
-    parser.add_argument("--draws", type=int, default=5, help="sets of random poses a case")
-    options = runs.parse(parser)
-    if options.quick:
-        options.seeds, options.draws = 1, 3
-    cases = [c for c in plan(options.seeds, options.first_seed)
-             if not options.family or c[1] in options.family]
-    rows = runs.run_all(options.jobs, run_case, cases, options)
-    print(f"Seeds from {options.first_seed}, {options.draws} random draws a case.\n\n" + markdown(rows))
+def comparable(rows):
+    """Runs that were ambiguous and told by proposed or by random poses: those that a ratio is of."""
+    return [r for r in rows if "random" in r
+            and math.isfinite(min(r["proposed"], statistics.median(r["random"])))]
+
+
+def cases_left(options, results):
+    """Cases in the order of their seeds, without those that are in the results."""
+    done = {(r["design"], r["family"], r["seed"]) for r in results.rows}
+    for case in plan(10000 if options.comparable else options.seeds, results.settings["first_seed"]):
+        if case[:3] not in done and (not options.family or case[1] in options.family):
+            yield case
+
+
+def evaluate(options, results):
+    """Runs cases until there are enough."""
+    left = cases_left(options, results)
+    if options.cases:
+        left = itertools.islice(left, options.cases)
+
+    def until_enough():
+        for case in left:
+            if options.comparable and len(comparable(results.rows)) >= options.comparable:
+                return
+            yield case
+
+    for row in runs.run_each(options.jobs, run_case, until_enough(), options):
+        results.add(row)
+
+
+def told_cases(rows):
+    text = ""
     for r in rows:
         case = f"- --family {r['family']} --seed {r['seed']} {' '.join(r['options'])}: "
         if "error" in r:
-            print(case + r["error"])
+            text += case + r["error"] + "\n"
         elif "random" in r:
-            print(case + f"proposed {told(r['proposed'])} ({r['end']}), random "
-                  f"{', '.join(map(told, r['random']))}; payloads {r['payloads']}; between "
-                  f"{', '.join(r['rivals'])}{'' if r['among'] else ', the hidden one not among them'}")
+            text += (case + f"proposed {told(r['proposed'])} ({r['end']}), random "
+                     f"{', '.join(map(told, r['random']))}; payloads {r['payloads']}; between "
+                     f"{', '.join(r['rivals'])}{'' if r['among'] else ', the hidden one not among them'}\n")
+    return text
+
+
+def main():
+    parser = runs.parser(__doc__, 8, 2, "one run of each, three draws")
+    parser.add_argument("--draws", type=int, default=5, help="sets of random poses a case")
+    parser.add_argument("--results", help="a file that keeps every finished run; those in it are not "
+                        "run again, its first seed is taken")
+    parser.add_argument("--comparable", type=int, help="run until so many cases can be compared, "
+                        "whatever --seeds says")
+    parser.add_argument("--cases", type=int, help="run at most so many cases now")
+    options = runs.parse(parser)
+    if options.quick:
+        options.seeds, options.draws = 1, 3
+    resumed = options.results and os.path.exists(options.results)
+    results = runs.Results(options.results, {"draws": options.draws,
+                                             "first_seed": None if resumed else options.first_seed})
+    evaluate(options, results)
+    rows = sorted(results.rows, key=lambda r: r["seed"])
+    print(f"Seeds from {results.settings['first_seed']}, {options.draws} random draws a case.\n\n" +
+          markdown(rows) + "\n" + told_cases(rows))
+    if options.comparable:
+        print(f"{len(comparable(rows))} of the {options.comparable} comparable cases asked for.")
     if options.json:
         with open(options.json, "w") as file:
-            json.dump({"first_seed": options.first_seed, "runs": rows}, file, indent=1)
+            json.dump({"first_seed": results.settings["first_seed"], "runs": rows}, file, indent=1)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,8 @@ class Set:
         self.train, self.test, self.align, self.unknown = train, test, align, unknown
         self.rows = {name: separability.table(path) for name, path in
                      (("train", train), ("test", test), ("align", align)) if path}
+        # What one part does not have, no method may learn from.
+        self.recorded = set.intersection(*(set(rows[0]) for rows in self.rows.values()))
         self.measured = {name: np.array([[float(r[c]) for c in ("x_mm", "y_mm", "z_mm")] for r in rows])
                          for name, rows in self.rows.items() if "x_mm" in rows[0]}
         # The frames that hold for the training rows, and those for the test rows.
@@ -83,7 +85,7 @@ class Set:
         blocks = separability.Blocks(heads, values, self.rows[name])
         frame = [h["id"] in ("base_frame", "tool_frame") for h in heads]
         effects = [v for v, f in zip(values, frame) if not f or not self.unknown]
-        if "t_s" in self.rows[name][0]:
+        if "t_s" in self.recorded:
             effects += [c for tau in (600, 2400) for c in blocks.drift(tau).T]
         nuisances = [v for v, f in zip(values, frame) if f and self.unknown]
         return np.array(effects).T, np.array(nuisances).T if nuisances else np.zeros((values.shape[1], 0))
@@ -169,8 +171,12 @@ def ridge(data):
 
 def lasso(data):
     """Every effect at once, the strength by inner cross-validation over blocks of time."""
+    import warnings
+    from sklearn.exceptions import ConvergenceWarning
     from sklearn.linear_model import LassoCV
     from sklearn.model_selection import PredefinedSplit
+    # Weak penalties may end before they converge; which is taken, held-out error decides all the same.
+    warnings.simplefilter("ignore", ConvergenceWarning)
     columns, residual, scale = penalised(data)
     split = PredefinedSplit(blocks_in_time(len(residual) // 3))
     model = LassoCV(fit_intercept=False, cv=split, n_alphas=60, max_iter=3000, tol=1e-3)
@@ -178,12 +184,11 @@ def lasso(data):
     return data.realigned(lambda x, _: x @ chosen)
 
 
-def features(rows):
+def features(rows, recorded):
     """Sine and cosine of the joints, their last moves' signs, and whatever else was recorded."""
     found = []
-    skip = {"session", "x_mm", "y_mm", "z_mm"}
     for name in rows[0]:
-        if name in skip:
+        if name not in recorded - {"session", "x_mm", "y_mm", "z_mm"}:
             continue
         value = np.array([float(r[name]) for r in rows])
         if name.startswith("q") and name[1:-4].isdigit() and name.endswith("_deg"):
@@ -195,16 +200,16 @@ def features(rows):
 
 
 def standardised(data):
-    x = features(data.rows["train"])
+    x = features(data.rows["train"], data.recorded)
     middle, spread = x.mean(0), x.std(0)
     use = spread > 1e-9
     y = data.residual(data.train, "train", data.frames).reshape(-1, 3)
-    return lambda rows: (features(rows)[:, use] - middle[use]) / spread[use], y
+    return lambda rows: (features(rows, data.recorded)[:, use] - middle[use]) / spread[use], y
 
 
 def gaussian_process(data):
     """A Gaussian process of each coordinate of the residual (length scale by feature; the kernel's
-    parameters from at most 500 rows)."""
+    parameters from at most 500 rows, the process from at most 3000)."""
     import warnings
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
@@ -212,13 +217,14 @@ def gaussian_process(data):
     warnings.simplefilter("ignore", ConvergenceWarning)
     make, y = standardised(data)
     x = make(data.rows["train"])
-    some = np.random.default_rng(1).permutation(len(x))[:500]
+    drawn = np.random.default_rng(1).permutation(len(x))
+    some, most = drawn[:500], drawn[:3000]
     models = []
     for axis in range(3):
         spread = y[:, axis].std() or 1.0
         kernel = ConstantKernel(1.0) * RBF(np.full(x.shape[1], 3.0), (0.1, 1e3)) + WhiteKernel(0.1, (1e-8, 10))
         tuned = GaussianProcessRegressor(kernel, normalize_y=False).fit(x[some], y[some, axis] / spread)
-        full = GaussianProcessRegressor(tuned.kernel_, optimizer=None).fit(x, y[:, axis] / spread)
+        full = GaussianProcessRegressor(tuned.kernel_, optimizer=None).fit(x[most], y[most, axis] / spread)
         models.append((full, spread))
     return data.realigned(lambda _, rows: np.column_stack(
         [m.predict(make(rows)) * s for m, s in models]).ravel())

@@ -2,6 +2,8 @@
 
 import argparse
 import concurrent.futures
+import itertools
+import json
 import os
 import sys
 import time
@@ -33,6 +35,46 @@ def parse(made):
     if options.keep:
         os.makedirs(options.keep, exist_ok=True)
     return options
+
+
+def run_each(jobs, run_case, cases, *more):
+    """run_case(case, *more) of each case, given as they end; the caller may stop asking for more."""
+    cases, pending = iter(cases), set()
+    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
+        while True:
+            for case in itertools.islice(cases, jobs - len(pending)):
+                pending.add(pool.submit(run_case, case, *more))
+            if not pending:
+                return
+            done, pending = concurrent.futures.wait(pending, return_when="FIRST_COMPLETED")
+            for run in done:
+                yield run.result()
+
+
+class Results:
+    """Finished runs in a file, a line each, so that a long evaluation can be made in parts. Its first
+    line holds the settings; parts of other settings are refused."""
+
+    def __init__(self, path, settings):
+        self.path, self.settings, self.rows = path, settings, []
+        if path and os.path.exists(path):
+            with open(path) as file:
+                self.settings, *self.rows = map(json.loads, file)
+            other = {k: v for k, v in settings.items() if v is not None and self.settings.get(k) != v}
+            if other:
+                sys.exit(f"{path} was made with {self.settings}, not {other}: name another file, or "
+                         "leave these options out")
+        elif path:
+            self.append_line(settings)
+
+    def append_line(self, what):
+        with open(self.path, "a") as file:
+            file.write(json.dumps(what) + "\n")
+
+    def add(self, row):
+        self.rows.append(row)
+        if self.path:
+            self.append_line(row)
 
 
 def run_all(jobs, run_case, cases, *more):

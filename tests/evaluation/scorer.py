@@ -23,7 +23,7 @@ def joints_of(effect):
     if scope:
         return frozenset(scope)
     names = [p["name"] for p in effect.get("parameters") or []]
-    found = [re.match(r"(?:q|a|d|alpha)(\d+)", name) for name in names]
+    found = [re.match(r"(?:q|a|d|alpha|beta)(\d+)", name) for name in names]
     return frozenset("q" + match.group(1) for match in found if match)
 
 
@@ -50,6 +50,16 @@ def twins_of(judged, number):
     return [("link_geometry", frozenset(t)) for t in twins[number]] if number < len(twins) else []
 
 
+def choices_of(truth, judged, number):
+    """All that a hidden effect may be called, and those of its joints that may be left out."""
+    effect = truth["effects"][number]
+    choices = [key(effect)] + twins_of(judged, number)
+    choices += [(e["id"], frozenset(e["scope"])) for e in truth.get("equivalents", [])
+                if e["instead_of"] == effect["id"]]
+    optional = (judged or {}).get("optional") or []
+    return choices, frozenset(optional[number]) if number < len(optional) else frozenset()
+
+
 def same_effects(answer, truth, judged=None, nuisances=False):
     """Whether the effects of an answer are those of the truth, one for one.
 
@@ -59,13 +69,7 @@ def same_effects(answer, truth, judged=None, nuisances=False):
     named = [key(effect) for effect in answer]
     if nuisances:
         named = [k for k in named if k[0] not in NUISANCES]
-    optional = (judged or {}).get("optional") or []
-    wanted = []
-    for number, effect in enumerate(truth["effects"]):
-        choices = [key(effect)] + twins_of(judged, number)
-        choices += [(e["id"], frozenset(e["scope"])) for e in truth.get("equivalents", [])
-                    if e["instead_of"] == effect["id"]]
-        wanted.append((choices, frozenset(optional[number]) if number < len(optional) else frozenset()))
+    wanted = [choices_of(truth, judged, number) for number in range(len(truth["effects"]))]
     if len(named) != len(wanted):
         return False
     for choices, leave_out in wanted:
@@ -76,24 +80,36 @@ def same_effects(answer, truth, judged=None, nuisances=False):
     return True
 
 
+def false_names(answer, truth, judged=None, nuisances=False):
+    """Named effects, or effects in joints, that were not hidden. What an ambiguous answer names with
+    a rival in its place is no claim; an empirical term is no name."""
+    hedged = set()
+    if answer.get("verdict") == "ambiguous":
+        hedged = {rival.get("instead_of") for rival in answer.get("rivals") or []}
+    allowed = [c for n in range(len(truth["effects"])) for c in choices_of(truth, judged, n)[0]]
+    found = []
+    for effect in answer.get("effects") or []:
+        name, joints = key(effect)
+        if name == "empirical" or effect["id"] in hedged or (nuisances and name in NUISANCES):
+            continue
+        if not any(name == choice[0] and joints <= choice[1] for choice in allowed):
+            found.append([name, sorted(joints)])
+    return found
+
+
 def truth_among(answer, truth, judged=None):
     """Whether each hidden effect is named, by `effects` or as one of the `rivals`.
 
     A rival carries no joints in the format: its id is enough then.
     """
-    optional = (judged or {}).get("optional") or []
-
     def names_it(item, choice, leave_out):
         named = key(item)
         if not named[1] and named[0].split("/")[0] == choice[0].split("/")[0]:
             return True
         return fits(named, choice, leave_out)
 
-    for number, effect in enumerate(truth["effects"]):
-        leave_out = frozenset(optional[number]) if number < len(optional) else frozenset()
-        choices = [key(effect)] + twins_of(judged, number)
-        choices += [(e["id"], frozenset(e["scope"])) for e in truth.get("equivalents", [])
-                    if e["instead_of"] == effect["id"]]
+    for number in range(len(truth["effects"])):
+        choices, leave_out = choices_of(truth, judged, number)
         items = (answer.get("effects") or []) + (answer.get("rivals") or [])
         if not any(names_it(item, c, leave_out) for item in items for c in choices):
             return False
@@ -107,14 +123,32 @@ def only_equivalents(answer, truth):
     return bool(rivals) and all(rival["id"] in same for rival in rivals)
 
 
+def bare(name):
+    return re.sub(r"_(deg|deg_s|deg_s2)$", "", name)
+
+
 def driver_names(answer):
-    names = [d if isinstance(d, str) else d.get("name", "") for d in answer.get("drivers", [])]
-    return [re.sub(r"_(deg|deg_s|deg_s2)$", "", name) for name in names]
+    return [bare(d if isinstance(d, str) else d.get("name", "")) for d in answer.get("drivers", [])]
 
 
 def right_driver(answer, truth, among=3):
-    wanted = {re.sub(r"_(deg|deg_s|deg_s2)$", "", name) for name in truth.get("drivers", [])}
-    return bool(wanted & set(driver_names(answer)[:among]))
+    """Whether all true drivers are among the first named."""
+    wanted = {bare(name) for name in truth.get("drivers", [])}
+    return bool(wanted) and wanted <= set(driver_names(answer)[:among])
+
+
+def rival_drivers(answer, truth):
+    """Whether signals that the rows cannot tell apart are all named, as drivers or as rivals."""
+    named = set(driver_names(answer))
+    named |= {bare(str(r.get(k))) for r in answer.get("rivals") or [] for k in ("id", "word", "driver")}
+    return {bare(name) for name in truth["interchangeable_drivers"]} <= named
+
+
+def tells_slope(said, truth):
+    """Whether a sentence has the slope of a base that follows the pressure, to a tenth."""
+    true = math.hypot(*(p["value"] for p in truth["effects"][0]["parameters"]))
+    told = re.findall(r"([\d.]+)\s*mm per bar", said)
+    return any(abs(float(value) - true) <= 0.1 * true for value in told)
 
 
 def covered(answer, truth):
@@ -144,39 +178,67 @@ def covered(answer, truth):
     return hits, count
 
 
+def judge_outside(answer, truth, judged):
+    """A cause outside the catalogue: unknown, with its drivers; where the rows cannot tell two signals
+    apart, ambiguous between them."""
+    verdict = answer.get("verdict")
+    kind = "outside" if judged["class"] in ("separable", "outside") else "between"
+    row = {"kind": kind, "driver": right_driver(answer, truth),
+           "driver_first": bool(set(driver_names(answer)[:1]) & {bare(d) for d in truth["drivers"]})}
+    row["right"] = verdict == "unknown" and row["driver"]
+    row["wrong"] = verdict == "explained" and kind == "outside"
+    if truth.get("interchangeable_drivers"):
+        row["kind"] = "rival drivers"
+        row["right"] = verdict == "ambiguous" and rival_drivers(answer, truth)
+    return row
+
+
+def judge_catalogued(answer, truth, judged):
+    verdict, kind = answer.get("verdict"), judged["class"]
+    named = same_effects(answer.get("effects", []), truth, judged, bool(truth.get("unaligned")))
+    # The hidden effect beside nothing but its equivalents under other names is named exactly.
+    same_only = verdict == "ambiguous" and named and only_equivalents(answer, truth)
+    row = {"kind": kind, "named": (verdict == "explained" or same_only) and named,
+           "among": verdict == "ambiguous" and truth_among(answer, truth, judged),
+           "wrong": verdict == "explained" and not named}
+    row["right"] = {"separable": row["named"], "ambiguous": row["among"],
+                    "unseen": verdict == "no_effect" or row["named"] or row["among"]}.get(
+                        kind, row["named"] or row["among"])
+    return row
+
+
 def judge_answer(answer, truth, judged):
     """One row of the evaluation: what kind of case it was, and how the answer stands in it.
 
-    kind: none, outside, separable, ambiguous (an effect as simple imitates the hidden one below the
-    noise), between (neither clear) or unseen (the hidden effect itself is below the noise).
+    kind: none, outside, rival drivers, separable, ambiguous (an effect as simple imitates the hidden
+    one below the noise), between (neither clear) or unseen (the hidden effect itself is below the noise).
     """
     verdict = answer.get("verdict")
-    unaligned = bool(truth.get("unaligned"))
-    named = same_effects(answer.get("effects", []), truth, judged, unaligned)
-    row = {"verdict": verdict, "named": False, "right": False, "wrong": False}
+    row = {"verdict": verdict, "named": False}
     if truth["family"] == "none":
-        kind = "none"
-        row["right"] = verdict == "no_effect"
-        row["wrong"] = verdict == "explained"
+        row.update(kind="none", right=verdict == "no_effect", wrong=verdict == "explained")
     elif not truth.get("in_catalogue", True):
-        kind = "outside" if judged["class"] in ("separable", "outside") else "between"
-        row["driver_first"] = right_driver(answer, truth, 1)
-        row["driver"] = right_driver(answer, truth)
-        row["right"] = verdict == "unknown" and row["driver"]
-        row["wrong"] = verdict == "explained" and kind == "outside"
+        row.update(judge_outside(answer, truth, judged))
     else:
-        kind = judged["class"]
-        # The hidden effect beside nothing but its equivalents under other names is named exactly.
-        same_only = verdict == "ambiguous" and named and only_equivalents(answer, truth)
-        row["named"] = (verdict == "explained" or same_only) and named
-        among = verdict == "ambiguous" and truth_among(answer, truth, judged)
-        row["among"] = among
-        row["wrong"] = verdict == "explained" and not named
-        row["right"] = {"separable": row["named"], "ambiguous": among,
-                        "unseen": verdict == "no_effect" or row["named"] or among}.get(
-                            kind, row["named"] or among)
-    row["kind"] = kind
+        row.update(judge_catalogued(answer, truth, judged))
+    false = false_names(answer, truth, judged, bool(truth.get("unaligned")))
+    row["no_false_name"] = not false
     row["answer"] = [[k[0], sorted(k[1])] for k in map(key, answer.get("effects", []))]
     row["truth"] = [[k[0], sorted(k[1])] for k in map(key, truth["effects"])]
     row["covered"], row["intervals"] = covered(answer, truth) if row["named"] else (0, 0)
+    return row
+
+
+def judge_mistake(answer, said, words, truth):
+    """A mistake in the files: named by what the product printed, and nothing false explained by it.
+
+    answer: None where the product refused. words: a pattern that says the mistake.
+    """
+    false = false_names(answer, truth) if answer else []
+    row = {"kind": "mistake", "verdict": answer["verdict"] if answer else "refused",
+           "wrong": bool(answer) and answer["verdict"] == "explained" and bool(false),
+           "named_mistake": bool(re.search(words, said, re.IGNORECASE))}
+    row["right"] = row["named_mistake"] and not row["wrong"]
+    row["answer"] = [[k[0], sorted(k[1])] for k in map(key, (answer or {}).get("effects", []))]
+    row["truth"] = [[k[0], sorted(k[1])] for k in map(key, truth["effects"])]
     return row

@@ -18,7 +18,9 @@ TELLS_NOTHING, TELLS = 3.3, 6.0
 MANY_ROWS = 1000  # where everything can be told apart, and the projections take minutes
 CYCLES = [0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24]
 PER_JOINT = ["joint_offset", "gear_ratio", "joint_compliance", "joint_hardening", "backlash/load",
-             "backlash/move", "approach_lag", "dynamic_inertia"]
+             "backlash/move", "approach_lag", "dynamic_inertia", "following_error",
+             "arrival_friction"]
+BY_PARAMETER = ["link_geometry", "axis_coupling"]  # several columns a joint
 WHOLE = ["base_frame", "tool_frame", "tool_stiffness", "tool_shear", "tool_root_compliance",
          "payload_mass", "payload_cog", "gravity_direction", "pedestal_compliance",
          "thermal_growth", "latency", "measurement_scale", "counterbalance",
@@ -44,17 +46,18 @@ def read_columns(prefix):
 class Blocks:
     """Column blocks of the effects at one data set, in mm per unit, (3 rows, parameters)."""
 
-    def __init__(self, heads, values, rows):
+    def __init__(self, heads, values, rows, seen=slice(None)):
+        """seen: which of the 3 rows' coordinates were measured"""
         self.columns = {}
         for head, value in zip(heads, values):
             name = head["id"]
             if name == "backlash":
                 name += "/" + head["name"].split("_")[1]
-            label = head["name"] if name in WHOLE or name in ("link_geometry", "gear_periodic") \
+            label = head["name"] if name in WHOLE + BY_PARAMETER + ["gear_periodic"] \
                 else head["scope"][0]
-            self.columns[name, label] = value
-        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], 3)
-        self.session = np.repeat([r.get("session", "") for r in rows], 3)
+            self.columns[name, label] = value[seen]
+        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], 3)[seen]
+        self.session = np.repeat([r.get("session", "") for r in rows], 3)[seen]
 
     def of(self, name):
         return {k[1]: v for k, v in self.columns.items() if k[0] == name}
@@ -84,7 +87,7 @@ class Blocks:
         """The block of a hidden effect itself; for its sub-scopes, by joint."""
         values = {p["name"]: p["value"] for p in effect["parameters"]}
         name = key[0]
-        if name == "link_geometry":
+        if name in BY_PARAMETER:
             return {p: self.columns[name, p][:, None] for p in values}
         if name in PER_JOINT:
             return {q: self.columns[name, q][:, None] for q in sorted(key[1])}
@@ -109,7 +112,7 @@ def rivals(blocks, joints, how_many):
         block = blocks.stack(name)
         if block.shape[1]:
             yield name, (), block.shape[1], block
-    for name in PER_JOINT + ["link_geometry"]:
+    for name in PER_JOINT + BY_PARAMETER:
         labels = sorted(blocks.of(name))
         for size in range(1, min(how_many, 3) + 1):
             for chosen in itertools.combinations(labels, size):
@@ -129,6 +132,13 @@ def rivals(blocks, joints, how_many):
             yield "step_event", (frame,), 4, blocks.step(time, frame)
         if blocks.of("camera_zoom"):
             yield "camera_zoom", (), 2, blocks.zoom(time)
+
+
+def joint_of(name, label):
+    """The joint that a parameter of several a joint belongs to: q3 of beta3 and of q3_of_q2."""
+    if name == "link_geometry":
+        return "q" + label.lstrip("abdehlpt")
+    return label.split("_")[0]
 
 
 def left_over(field, fixed, block):
@@ -176,8 +186,8 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
                 if left_over(field, fixed, rest) < TELLS:
                     small.append(label)
         labels = [q for q in scope if all(
-            l in small for l in parts if l == q or (name == "link_geometry" and l[-1] == q[-1]))]
-        optional.append(labels if name == "link_geometry" else small)
+            l in small for l in parts if l == q or joint_of(name, l) == q)]
+        optional.append(labels if name in BY_PARAMETER else small)
         needed = set(parts) - set(small)
         parameters = sum(b.shape[1] for l, b in parts.items() if l in needed or not l)
         if name in ("thermal_drift", "step_event"):
@@ -204,7 +214,7 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
                 nearest = (distance, label)
             if rival == name == "link_geometry" and distance < TELLS_NOTHING:
                 # Another way to write the same link: d of parallel axes, for example.
-                twins[-1].append(sorted({"q" + c.lstrip("adlph") for c in chosen}))
+                twins[-1].append(sorted({joint_of(name, c) for c in chosen}))
             elif count <= parameters and distance < nearest_simple[0]:
                 nearest_simple = (distance, label)
     if unseen:
@@ -219,8 +229,9 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
             "twins": twins, "confusable": sorted(confusable)}
 
 
-def judge(folder, simulate, keys_of):
-    """Judges the data set in a folder that plumbline-simulate wrote."""
+def judge(folder, simulate, keys_of, measured=None):
+    """Judges the data set in a folder that plumbline-simulate wrote, by the rows of `measured` (else of
+    measured.csv): of a row that lacks coordinates only those that it has."""
     with open(os.path.join(folder, "truth.json")) as file:
         truth = json.load(file)
     if not truth["effects"]:
@@ -228,14 +239,16 @@ def judge(folder, simulate, keys_of):
     if truth["n_train"] > MANY_ROWS:
         return {"class": "separable", "optional": [[] for _ in truth["effects"]]}
     place = lambda name: os.path.join(folder, name)
-    rows = table(place("measured.csv"))
+    measured = measured or place("measured.csv")
+    rows = table(measured)
+    seen = np.array([bool(row[c]) for row in rows for c in ("x_mm", "y_mm", "z_mm")])
 
     def tips(effects):
         with open(place("with.json"), "w") as file:
             json.dump({"effects": effects, "nuisances": truth["nuisances"]}, file)
         subprocess.run([simulate, "--predict", "--with", place("with.json"), "--cell", place("cell.toml"),
-                        "--poses", place("measured.csv"), "--out", place("tips.csv")], check=True)
-        return points(place("tips.csv")).ravel()
+                        "--poses", measured, "--out", place("tips.csv")], check=True)
+        return points(place("tips.csv")).ravel()[seen]
 
     still = tips([])
     cycles = set(CYCLES)
@@ -244,8 +257,10 @@ def judge(folder, simulate, keys_of):
     fields = [tips([effect]) - still for effect in truth["effects"]]
     tips([])  # leaves with.json with the nuisances alone
     subprocess.run([simulate, "--columns", "--cell", place("cell.toml"), "--measured",
-                    place("measured.csv"), "--with", place("with.json"), "--out", place("columns"),
+                    measured, "--with", place("with.json"), "--out", place("columns"),
                     "--cycles", ",".join(f"{c:g}" for c in sorted(cycles))], check=True)
-    blocks = Blocks(*read_columns(place("columns")), rows)
+    blocks = Blocks(*read_columns(place("columns")), rows, seen)
     keys = [keys_of(effect) for effect in truth["effects"]]
-    return judge_blocks(truth, keys, blocks, fields, truth["sigma"] * 1e3)
+    # Nobody can see below the noise, nor claim to see below what it is declared to be.
+    sigma_mm = 1e3 * max(truth["sigma"], truth.get("declared_sigma", 0.0))
+    return judge_blocks(truth, keys, blocks, fields, sigma_mm)

@@ -20,7 +20,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   // Nothing is dropped silently: every line but the header is a row or has its warning.
   const auto ends = std::count(text.begin(), text.end(), '\n');
   const auto lines = ends + (text.back() == '\n' ? 0 : 1);
-  const auto told = table->rows.size() + table->unreadable_lines.size();
+  const auto& unreadable = table->unreadable_lines;
+  const auto unmeasured = std::count_if(
+      table->unmeasured.begin(), table->unmeasured.end(), [&](const plumbline::MeasuredRow& row) {
+        return !std::binary_search(unreadable.begin(), unreadable.end(), row.line);
+      });
+  const auto told = table->rows.size() + unreadable.size() + static_cast<std::size_t>(unmeasured);
   if (static_cast<std::size_t>(lines) != told + 1) std::abort();
   for (const plumbline::MeasuredRow& row : table->rows) {
     if (!row.q.allFinite() || !row.p_WT.allFinite() || !std::isfinite(row.t_s)) std::abort();

@@ -23,6 +23,12 @@ struct Walker {
     z = c * z - s * y;
     y = turned;
   }
+  void TurnAboutY(double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Vector3d turned = c * z + s * x;
+    x = c * x - s * z;
+    z = turned;
+  }
   Vector3d Point(const Vector3d& p) const { return at + p.x() * x + p.y() * y + p.z() * z; }
   Vector3d Into(const Vector3d& v) const { return {x.dot(v), y.dot(v), z.dot(v)}; }
 };
@@ -101,6 +107,10 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
   base += changes_.sine_m *
           std::sin(2.0 * M_PI * row.t_s / changes_.sine_period_s + changes_.sine_phase_rad);
   base += changes_.pressure_m_per_bar * (row.pressure_bar - 1.0);
+  const double pressure = (row.pressure_bar - 1.0) / 0.01;
+  const double warmth = (row.temp_C - cell_.reference_temperature_C) / 10.0;
+  base += changes_.weather_m[0] * pressure + changes_.weather_m[1] * warmth +
+          changes_.weather_m[2] * pressure * warmth;
 
   Walker walker{base, Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitX())),
                 Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitY())),
@@ -117,6 +127,7 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
     if (cell_.proximal) {
       walker.TurnAboutX(alpha);
       walker.at += a * walker.x;
+      walker.TurnAboutY(changes_.beta_rad[i]);
     }
     axis[i] = joint.sign * walker.z;
     point[i] = walker.at;
@@ -125,6 +136,7 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
     if (!cell_.proximal) {
       walker.at += a * walker.x;
       walker.TurnAboutX(alpha);
+      walker.TurnAboutY(changes_.beta_rad[i]);
     }
     centre[i] = walker.Point(joint.com_m);
   }
@@ -159,17 +171,22 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
 
 Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm) const {
   const int n = int(cell_.joints.size());
-  Eigen::VectorXd s(n);
+  Eigen::VectorXd s = changes_.coupling * row.q_rad;
+  const double longest = row.last_move_rad.cwiseAbs().maxCoeff();
   for (int i = 0; i < n; ++i) {
     const double tau = torque_Nm[i];
     const double compliance =
         cell_.joints[i].compliance_rad_per_Nm.value_or(0.0) + changes_.compliance[i];
-    s[i] = compliance * tau - changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
-           changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
-           changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
-           changes_.lag[i] * row.last_move_rad[i] - changes_.latency_s * row.qd_rad_s[i] -
-           changes_.inertia[i] * row.qdd_rad_s2[i] -
-           changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]);
+    const double speed = longest > 0.0 ? row.last_move_rad[i] / longest : 0.0;
+    s[i] +=
+        compliance * tau - changes_.hardening[i] * tau * tau * tau + changes_.offset[i] +
+        changes_.gear_ratio[i] * row.q_rad[i] + changes_.backlash_load[i] * Sign(tau) +
+        changes_.backlash_move[i] * Sign(row.last_move_rad[i]) -
+        changes_.lag[i] * row.last_move_rad[i] -
+        speed * (changes_.following[i] + changes_.friction[i] * std::abs(tau)) -
+        changes_.latency_s * row.qd_rad_s[i] - changes_.inertia[i] * row.qdd_rad_s2[i] -
+        changes_.viscous_squared[i] * row.qd_rad_s[i] * std::abs(row.qd_rad_s[i]) +
+        changes_.warm_payload[i] * row.payload_kg * (row.temp_C - cell_.reference_temperature_C);
   }
   for (const Changes::Periodic& p : changes_.periodics) {
     s[p.joint] += p.amplitude_rad * std::sin(p.cycles * row.q_rad[p.joint] + p.phase_rad);
@@ -248,6 +265,8 @@ Vector3d Arm::Tip(const Row& row) const {
     const double warm_K = row.temp_C - cell_.reference_temperature_C;
     tip.z() += changes_.growth_mm_per_K2 * 1e-3 * warm_K * warm_K;
   }
+  tip += changes_.warm_payload_m_per_K_kg * row.payload_kg *
+         (row.temp_C - cell_.reference_temperature_C);
   for (const Changes::Frame& frame : changes_.frames) {
     if (frame.session.empty() || frame.session == row.session) tip += frame.tip_m;
   }

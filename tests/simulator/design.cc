@@ -3,16 +3,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 namespace simulator {
 namespace {
 
 constexpr double kDuration_s = 5400.0;
-
-double Normal(Generator& random) {
-  return std::normal_distribution<double>()(random);
-}
 
 Eigen::VectorXd RandomJoints(const Cell& cell, Generator& random) {
   Eigen::VectorXd q(int(cell.joints.size()));
@@ -63,7 +60,8 @@ struct Hall {
         pressure_period_s(Uniform(random, 1800, 3600)),
         pressure_phase(Uniform(random, 0, 6.28)) {}
 
-  double Temperature(double t_s, double start_C, Generator& random) const {
+  double Temperature(double t_s, double start_C, bool steady, Generator& random) const {
+    if (steady) return start_C + rise * t_s / kDuration_s + 0.02 * Normal(random);
     return start_C + rise * (1.0 - std::exp(-t_s / rise_s)) +
            wave * (std::sin(2 * M_PI * t_s / period_s + phase) - std::sin(phase)) +
            0.35 * Normal(random);
@@ -97,7 +95,7 @@ void Circumstances(const Cell& cell, const Design& design, const Hall& hall, Row
                    Generator& random) {
   const int n = int(cell.joints.size());
   row.t_s = Uniform(random, 0.0, kDuration_s);
-  row.temp_C = hall.Temperature(row.t_s, cell.reference_temperature_C, random);
+  row.temp_C = hall.Temperature(row.t_s, cell.reference_temperature_C, design.steady_rise, random);
   row.pressure_bar = hall.Pressure(row.t_s, random);
   if (design.dynamic) {
     for (int i = 0; i < n; ++i) {
@@ -133,6 +131,9 @@ Tables DrawDesign(const Cell& cell, const Design& design, Generator& random) {
   }
   for (Table* table : {&tables.measured, &tables.tests}) {
     for (Row& row : table->rows) Circumstances(cell, design, hall, row, random);
+    if (table == &tables.tests) {
+      for (Row& row : table->rows) row.temp_C += design.tests_warmer_K;
+    }
     Order(table->rows);
     table->t = table->temp = true;
     table->payload = cell.payload_cog_m.has_value();
@@ -144,34 +145,29 @@ Tables DrawDesign(const Cell& cell, const Design& design, Generator& random) {
   return tables;
 }
 
-std::vector<int> Measure(const Cell& cell, const Design& design,
-                         const std::vector<Eigen::Vector3d>& truth_m, Table& measured,
-                         Generator& random) {
-  const std::size_t rows = measured.rows.size();
-  for (std::size_t k = 0; k < rows; ++k) {
-    // Student's t with 3 degrees of freedom: variance 3, scaled to the same sigma at its quartiles.
-    for (int axis = 0; axis < 3; ++axis) {
-      double noise = Normal(random);
-      if (design.heavy_tails) {
-        double square = 0.0;
-        for (int i = 0; i < 3; ++i) square += std::pow(Normal(random), 2);
-        noise *= 0.882 / std::sqrt(square / 3.0);
-      }
-      measured.rows[k].xyz_m[axis] = truth_m[k][axis] + cell.sigma_m * noise;
-    }
+Tables DesignAt(const Table& poses, Cell cell, const Design& design, Generator& random) {
+  Tables tables{poses, {}};
+  tables.measured.xyz = true;
+  std::set<double> payloads;
+  for (const Row& row : poses.rows) payloads.insert(row.payload_kg);
+  cell.payloads_kg.assign(payloads.begin(), payloads.end());
+  for (std::size_t i = 0; i < cell.joints.size(); ++i) {
+    const auto by_angle = [i](const Row& a, const Row& b) { return a.q_rad[i] < b.q_rad[i]; };
+    const auto [low, high] = std::minmax_element(poses.rows.begin(), poses.rows.end(), by_angle);
+    cell.joints[i].min_rad = low->q_rad[i];
+    cell.joints[i].max_rad = high->q_rad[i];
   }
-  std::vector<std::size_t> order(rows);
-  for (std::size_t k = 0; k < rows; ++k) order[k] = k;
-  std::shuffle(order.begin(), order.end(), random);
-  order.resize(std::size_t(std::lround(design.outliers * double(rows))));
-  std::vector<int> lines;
-  for (const std::size_t k : order) {
-    const Eigen::Vector3d direction(Normal(random), Normal(random), Normal(random));
-    measured.rows[k].xyz_m += direction.normalized() * cell.sigma_m * Uniform(random, 10, 100);
-    lines.push_back(int(k) + 2);
+  tables.tests = poses;
+  tables.tests.rows.clear();
+  for (int k = 0; k < design.tests; ++k) {
+    Row row = RandomPose(cell, design, random);
+    const auto like = std::uniform_int_distribution<std::size_t>(0, poses.rows.size() - 1)(random);
+    row.t_s = poses.rows[like].t_s;
+    row.temp_C = poses.rows[like].temp_C;
+    tables.tests.rows.push_back(row);
   }
-  std::sort(lines.begin(), lines.end());
-  return lines;
+  Order(tables.tests.rows);
+  return tables;
 }
 
 }  // namespace simulator

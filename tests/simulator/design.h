@@ -1,4 +1,4 @@
-// Which poses are measured, when, how warm, with what payload, and how badly.
+// Which poses are measured, when, how warm and with what payload.
 #pragma once
 
 #include <random>
@@ -14,16 +14,20 @@ struct Design {
   bool dynamic = false;   ///< velocities and accelerations are recorded
   bool vertical = false;  ///< tool straight down and one payload: little can be told apart
   bool one_payload = false;
-  bool pressure = false;  ///< an air_pressure_bar column
+  bool pressure = false;        ///< an air_pressure_bar column
+  bool steady_rise = false;     ///< the temperature rises in proportion to the time
+  double tests_warmer_K = 0.0;  ///< of the test poses, beyond what was measured
   int sessions = 1;
-  double outliers = 0.0;  ///< share of the rows, 10 to 100 sigma off
-  bool heavy_tails = false;
 };
 
 using Generator = std::mt19937_64;
 
 inline double Uniform(Generator& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+inline double Normal(Generator& random) {
+  return std::normal_distribution<double>()(random);
 }
 
 struct Tables {
@@ -34,9 +38,8 @@ struct Tables {
 /// Poses over one and a half hours of a warming hall, in time's order.
 Tables DrawDesign(const Cell& cell, const Design& design, Generator& random);
 
-/// What the instrument reads. Returns the file lines of the outliers.
-std::vector<int> Measure(const Cell& cell, const Design& design,
-                         const std::vector<Eigen::Vector3d>& truth_m, Table& measured,
-                         Generator& random);
+/// The poses of a file, measured in its order; tests within the range of its joints, with its
+/// payloads.
+Tables DesignAt(const Table& poses, Cell cell, const Design& design, Generator& random);
 
 }  // namespace simulator

@@ -65,11 +65,12 @@ Effects EffectsFromJson(const nlohmann::json& list) {
 }
 
 Changes::Changes(int joints) {
-  for (Eigen::VectorXd* vector :
-       {&offset, &gear_ratio, &compliance, &hardening, &backlash_load, &backlash_move, &lag,
-        &inertia, &viscous_squared, &a_m, &d_m, &alpha_rad}) {
+  for (Eigen::VectorXd* vector : {&offset, &gear_ratio, &compliance, &hardening, &backlash_load,
+                                  &backlash_move, &lag, &inertia, &viscous_squared, &warm_payload,
+                                  &following, &friction, &a_m, &d_m, &alpha_rad, &beta_rad}) {
     vector->setZero(joints);
   }
+  coupling.setZero(joints, joints);
 }
 
 Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
@@ -99,6 +100,8 @@ void Changes::Add(const Effect& effect) {
       const int joint = JointOf(p.name);
       if (p.name.starts_with("alpha")) {
         alpha_rad[joint] += p.value * kDeg;
+      } else if (p.name.starts_with("beta")) {
+        beta_rad[joint] += p.value * kDeg;
       } else {
         (p.name[0] == 'a' ? a_m : d_m)[joint] += p.value * 1e-3;
       }
@@ -129,6 +132,14 @@ void Changes::Add(const Effect& effect) {
     each_joint(effect.by == "move" ? backlash_move : backlash_load);
   } else if (id == "approach_lag") {
     each_joint(lag);
+  } else if (id == "following_error") {
+    each_joint(following);
+  } else if (id == "arrival_friction") {
+    each_joint(friction);
+  } else if (id == "axis_coupling") {
+    for (const Parameter& p : effect.parameters) {
+      coupling(JointOf(p.name), JointOf(p.name.substr(p.name.find("_of_")))) += p.value;
+    }
   } else if (id == "gear_periodic") {
     for (const Parameter& p : effect.parameters) {
       if (!EndsWith(p.name, "_amplitude")) continue;
@@ -170,6 +181,15 @@ void Changes::Add(const Effect& effect) {
                      Value(effect, "centre"), Value(effect, "width"), Value(effect, "second")});
   } else if (id == "velocity_squared") {
     each_joint(viscous_squared);
+  } else if (id == "two_drivers") {
+    for (const Parameter& p : effect.parameters) {
+      const std::size_t term = p.name[0] == 'p' ? 0 : p.name[0] == 't' ? 1 : 2;
+      weather_m[term][p.name[1] - 'x'] += p.value * 1e-3;
+    }
+  } else if (id == "temperature_payload_joint") {
+    each_joint(warm_payload);
+  } else if (id == "temperature_payload") {
+    warm_payload_m_per_K_kg += Xyz(effect) * 1e-3;
   } else if (id == "air_pressure") {
     pressure_m_per_bar += Xyz(effect) * 1e-3;
   } else {

@@ -61,7 +61,8 @@ struct Changes {
   Changes(const Effects& effects, int joints);
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
-      inertia, viscous_squared, a_m, d_m, alpha_rad;
+      inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad;
+  Eigen::MatrixXd coupling;  ///< (i, j): joint i turns with the angle of joint j
   std::vector<Frame> frames;
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;
@@ -88,6 +89,10 @@ struct Changes {
   double bending_per_kg = 0.0;
   double growth_mm_per_K2 = 0.0;
   Eigen::Vector3d pressure_m_per_bar = Eigen::Vector3d::Zero();
+  /// Of the base, per 10 mbar, per 10 K and per product of both.
+  Eigen::Vector3d weather_m[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+                                  Eigen::Vector3d::Zero()};
+  Eigen::Vector3d warm_payload_m_per_K_kg = Eigen::Vector3d::Zero();  ///< of the tip
 
  private:
   void Add(const Effect& effect);

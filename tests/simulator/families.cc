@@ -1,11 +1,13 @@
 #include "tests/simulator/families.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 namespace simulator {
@@ -103,11 +105,54 @@ Effect LinkGeometry(int n, int count, Generator& random) {
   return effect;
 }
 
+/// Outer joints that turn with one further inwards.
+Effect AxisCoupling(const std::vector<int>& joints, Generator& random) {
+  Effect effect = Plain("axis_coupling", {});
+  for (const int joint : joints) {
+    const int of = Integer(random, 1, joint - 1);
+    effect.scope.push_back(Name(joint));
+    effect.parameters.push_back({fmt::format("{}_of_q{}", Name(joint), of),
+                                 1e-3 * Uniform(random, 0.6, 1.4) * Sign(random), "1"});
+  }
+  return effect;
+}
+
+/// Two neighbouring axes that are declared parallel, turned about the other direction than alpha.
+Effect ParallelAxis(const Cell& cell, Generator& random) {
+  std::vector<int> parallel;
+  const int n = int(cell.joints.size());
+  for (int i = 1; i <= n; ++i) {
+    const bool between = cell.proximal ? i > 1 : i < n;
+    if (between && std::abs(std::sin(cell.joints[i - 1].alpha_rad)) < 0.02) parallel.push_back(i);
+  }
+  if (parallel.empty()) throw std::runtime_error("parallel_axis: this arm has no parallel axes");
+  const int link = parallel[std::size_t(Integer(random, 0, int(parallel.size()) - 1))];
+  Effect effect = Plain(
+      "link_geometry",
+      {{fmt::format("beta{}", link), 0.05 * Uniform(random, 0.6, 1.4) * Sign(random), "deg"}});
+  effect.scope = {Name(link)};
+  return effect;
+}
+
 Effect StepEvent(Generator& random, double duration_s) {
   Effect step = Plain("step_event", Direction(random));
   step.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * duration_s, "s", true});
   step.frame = Integer(random, 0, 1) == 0 ? "base" : "tool";
   return step;
+}
+
+/// Effects of the last move, of coupled axes and of parallel ones.
+Effect OfMoves(const std::string& id, const Cell& cell, int count, Generator& random) {
+  const int n = int(cell.joints.size());
+  if (id == "following_error") {
+    return PerJoint(id, Joints(n, count, random), "rad", 2e-4, true, random);
+  }
+  if (id == "arrival_friction") {
+    return PerJoint(id, Joints(n, count, random, 2), "rad/(N m)", 1e-6, false, random);
+  }
+  if (id == "axis_coupling") return AxisCoupling(Joints(n, std::min(count, 2), random, 2), random);
+  if (id == "parallel_axis") return ParallelAxis(cell, random);
+  throw std::runtime_error("no family " + id + "; --list names them");
 }
 
 Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
@@ -194,21 +239,36 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
       zoom.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * 5400.0, "s", true});
     return zoom;
   }
-  throw std::runtime_error("no family " + id + "; --list names them");
+  return OfMoves(id, cell, count, random);
 }
 
 const std::vector<std::string> kCatalogued = {
-    "base_frame",     "tool_frame",        "joint_offset",         "gear_ratio",
-    "link_geometry",  "joint_compliance",  "joint_hardening",      "counterbalance",
-    "tool_stiffness", "tool_shear",        "tool_root_compliance", "payload_mass",
-    "payload_cog",    "gravity_direction", "pedestal_compliance",  "backlash_load",
-    "backlash_move",  "approach_lag",      "gear_periodic",        "thermal_growth",
-    "thermal_drift",  "latency",           "dynamic_inertia",      "measurement_scale",
-    "step_event",     "camera_tag_size",   "camera_zoom",          "camera_lens"};
+    "base_frame",      "tool_frame",        "joint_offset",         "gear_ratio",
+    "link_geometry",   "joint_compliance",  "joint_hardening",      "counterbalance",
+    "tool_stiffness",  "tool_shear",        "tool_root_compliance", "payload_mass",
+    "payload_cog",     "gravity_direction", "pedestal_compliance",  "backlash_load",
+    "backlash_move",   "approach_lag",      "gear_periodic",        "thermal_growth",
+    "thermal_drift",   "latency",           "dynamic_inertia",      "measurement_scale",
+    "step_event",      "camera_tag_size",   "camera_zoom",          "camera_lens",
+    "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis"};
 
-const std::vector<std::string> kOutside = {
-    "creep",     "slow_sine",        "payload_squared", "temperature_squared",
-    "two_bumps", "velocity_squared", "air_pressure"};
+const std::vector<std::string> kOutside = {"creep",
+                                           "slow_sine",
+                                           "payload_squared",
+                                           "temperature_squared",
+                                           "two_bumps",
+                                           "velocity_squared",
+                                           "air_pressure",
+                                           "two_drivers",
+                                           "temperature_payload",
+                                           "temperature_payload_joint"};
+
+/// What several effects at once are drawn from.
+const std::vector<std::string> kUsual = {
+    "joint_offset",  "joint_compliance",    "tool_stiffness", "backlash_load",
+    "backlash_move", "thermal_growth",      "gear_periodic",  "payload_mass",
+    "thermal_drift", "pedestal_compliance", "gear_ratio",     "tool_frame",
+    "step_event",    "link_geometry",       "payload_cog",    "tool_root_compliance"};
 
 bool Contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -248,12 +308,66 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
   } else if (family == "velocity_squared") {
     hidden.effects = {PerJoint(family, {joint}, "s^2/rad", 1e-4, false, random)};
     hidden.drivers = {fmt::format("qd{}_deg_s", joint)};
+  } else if (family == "two_drivers") {
+    Effect weather = Plain(family, {});
+    for (const char term : {'p', 't', 'm'}) {
+      for (Parameter p : Direction(random)) {
+        p.name = term + p.name;
+        weather.parameters.push_back(p);
+      }
+    }
+    hidden.effects = {weather};
+    hidden.drivers = {"air_pressure_bar", "temp_C"};
+  } else if (family == "temperature_payload_joint") {
+    hidden.effects = {PerJoint(family, {joint}, "rad/(K kg)", 1e-6, true, random)};
+    hidden.drivers = {"temp_C", "payload_kg"};
+  } else if (family == "temperature_payload") {
+    hidden.effects = {Plain(family, Direction(random))};
+    for (Parameter& p : hidden.effects[0].parameters) {
+      p.value *= 0.1 / cell.payloads_kg.back();
+      p.unit = "mm/(K kg)";
+    }
+    hidden.drivers = {"temp_C", "payload_kg"};
   } else {
     hidden.effects = {Plain(family, Direction(random))};
     for (Parameter& p : hidden.effects[0].parameters) p.unit = "mm/bar";
     hidden.drivers = {"air_pressure_bar"};
   }
   return hidden;
+}
+
+const std::map<std::string, int> kSeveral = {{"pair", 2}, {"three", 3}, {"four", 4}};
+
+/// `count` different names of kUsual.
+std::vector<std::string> Distinct(int count, Generator& random) {
+  const int first = Integer(random, 0, int(kUsual.size()) - 1);
+  std::vector<std::string> names = {kUsual[std::size_t(first)]};
+  int at = first;
+  while (int(names.size()) < count) {
+    at = (at + Integer(random, 1, int(kUsual.size()) - 1)) % int(kUsual.size());
+    if (!Contains(names, kUsual[std::size_t(at)])) names.push_back(kUsual[std::size_t(at)]);
+  }
+  return names;
+}
+
+/// Effects by "A+B@q2,q3+C": those whose joints are given are drawn until they have these.
+Effects Named(std::string family, const Cell& cell, Generator& random) {
+  if (family.starts_with("pair:")) family.erase(0, 5);
+  Effects effects;
+  std::istringstream names(family);
+  for (std::string name; std::getline(names, name, '+');) {
+    const std::size_t at = name.find('@');
+    const std::string wanted = at == std::string::npos ? "" : name.substr(at + 1);
+    for (int attempt = 0;; ++attempt) {
+      const Effect effect = Catalogued(name.substr(0, at), cell, random);
+      if (wanted.empty() || fmt::format("{}", fmt::join(effect.scope, ",")) == wanted) {
+        effects.push_back(effect);
+        break;
+      }
+      if (attempt == 10000) throw std::runtime_error("never drawn with these joints: " + name);
+    }
+  }
+  return effects;
 }
 
 bool IsSize(const Parameter& parameter) {
@@ -271,7 +385,7 @@ std::vector<std::string> Families() {
   names.insert(names.end(), kCatalogued.begin(), kCatalogued.end());
   names.emplace_back("rigid_declared");
   names.insert(names.end(), kOutside.begin(), kOutside.end());
-  names.emplace_back("pair");
+  for (const auto& [name, count] : kSeveral) names.push_back(name);
   return names;
 }
 
@@ -287,7 +401,7 @@ bool NeedsCamera(const std::string& family) {
 }
 
 bool NeedsPressure(const std::string& family) {
-  return family == "air_pressure";
+  return family == "air_pressure" || family == "two_drivers";
 }
 
 Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random) {
@@ -308,25 +422,13 @@ Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random
     hidden.effects = {all};
     return hidden;
   }
-  if (family == "pair") {
-    const std::vector<std::string> usual = {
-        "joint_offset",  "joint_compliance",    "tool_stiffness", "backlash_load",
-        "backlash_move", "thermal_growth",      "gear_periodic",  "payload_mass",
-        "thermal_drift", "pedestal_compliance", "gear_ratio",     "tool_frame",
-        "step_event",    "link_geometry",       "payload_cog",    "tool_root_compliance"};
-    const int first = Integer(random, 0, int(usual.size()) - 1);
-    const int second = (first + Integer(random, 1, int(usual.size()) - 1)) % int(usual.size());
-    hidden.effects = {Catalogued(usual[std::size_t(first)], cell, random),
-                      Catalogued(usual[std::size_t(second)], cell, random)};
+  if (const auto several = kSeveral.find(family); several != kSeveral.end()) {
+    for (const std::string& id : Distinct(several->second, random)) {
+      hidden.effects.push_back(Catalogued(id, cell, random));
+    }
     return hidden;
   }
-  if (family.starts_with("pair:")) {
-    const std::size_t plus = family.find('+');
-    hidden.effects = {Catalogued(family.substr(5, plus - 5), cell, random),
-                      Catalogued(family.substr(plus + 1), cell, random)};
-    return hidden;
-  }
-  hidden.effects = {Catalogued(family, cell, random)};
+  hidden.effects = Named(family, cell, random);
   return hidden;
 }
 

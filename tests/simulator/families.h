@@ -13,7 +13,8 @@ struct Hidden {
   bool rigid_declared = false;       ///< the cell file omits the joints' compliance
 };
 
-/// Names of all families but `pair:A+B`, which hides any two of the catalogue at once.
+/// Names of all families but `A+B@q2,q3+..`, which hides any effects of the catalogue at once, with
+/// the joints given, if any.
 std::vector<std::string> Families();
 
 bool NeedsVelocities(const std::string& family);

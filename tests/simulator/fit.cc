@@ -74,15 +74,20 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
     };
     joint("joint_offset", "rad");
     joint("gear_ratio", "1");
-    for (const char* name : {"a", "d", "alpha"}) {
+    for (const char* name : {"a", "d", "alpha", "beta"}) {
       add(One("link_geometry", fmt::format("{}{}", name, i), 0.0,
-              std::string(name) == "alpha" ? "deg" : "mm", {q}));
+              std::string(name).size() > 1 ? "deg" : "mm", {q}));
     }
     joint("joint_compliance", "rad/(N m)");
     joint("joint_hardening", "rad/(N m)^3");
     joint("backlash", "rad", "load");
     joint("backlash", "rad", "move");
     joint("approach_lag", "1");
+    joint("following_error", "rad");
+    joint("arrival_friction", "rad/(N m)");
+    for (int of = 1; of < i; ++of) {
+      add(One("axis_coupling", fmt::format("{}_of_q{}", q, of), 0.0, "1", {q}));
+    }
     if (table.qdd) joint("dynamic_inertia", "s^2");
     for (const double n : cycles) {
       for (const double phase : {0.0, M_PI / 2.0}) {
@@ -139,19 +144,24 @@ std::vector<Slot> Free(const Effects& form) {
   return slots;
 }
 
-/// Huber weights of the rows by the norm of their 3-D error, k = 2.5 of a robust scale.
-Eigen::VectorXd Weights(const Eigen::VectorXd& residual) {
+/// Huber weights of the rows by the norm of their 3-D error, k = 2.5 of a robust scale; zero where
+/// a coordinate was not measured.
+Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& measured) {
   const Eigen::Index rows = residual.size() / 3;
   Eigen::VectorXd norm(rows);
-  for (Eigen::Index k = 0; k < rows; ++k) norm[k] = residual.segment<3>(3 * k).norm();
-  std::vector<double> sorted(norm.begin(), norm.end());
-  std::nth_element(sorted.begin(), sorted.begin() + rows / 2, sorted.end());
-  const double limit = 2.5 * sorted[std::size_t(rows / 2)] / 1.538 * std::sqrt(3.0);
+  std::vector<double> sorted;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    norm[k] = residual.segment<3>(3 * k).norm();
+    if (measured.segment<3>(3 * k).minCoeff() > 0.0) sorted.push_back(norm[k]);
+  }
+  const std::size_t middle = sorted.size() / 2;
+  std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(middle), sorted.end());
+  const double limit = 2.5 * sorted.at(middle) / 1.538 * std::sqrt(3.0);
   Eigen::VectorXd weight(residual.size());
   for (Eigen::Index k = 0; k < rows; ++k) {
     weight.segment<3>(3 * k).setConstant(norm[k] <= limit ? 1.0 : std::sqrt(limit / norm[k]));
   }
-  return weight;
+  return weight.cwiseProduct(measured);
 }
 
 }  // namespace
@@ -175,12 +185,17 @@ FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
   for (Eigen::Index k = 0; k < Eigen::Index(measured.rows.size()); ++k) {
     points.segment<3>(3 * k) = measured.rows[std::size_t(k)].xyz_m * 1e3;
   }
+  const Eigen::VectorXd is_measured = points.array().isFinite().cast<double>();
+  points = is_measured.array().select(points, 0.0).eval();
+  const auto residual_of = [&](const Effects& effects) -> Eigen::VectorXd {
+    return is_measured.cwiseProduct(points - Stacked(Tips(cell, effects, measured.rows)));
+  };
   const std::vector<Slot> slots = Free(form);
   FitResult best{form, 0.0};
-  Eigen::VectorXd residual = points - Stacked(Tips(cell, best.effects, measured.rows));
+  Eigen::VectorXd residual = residual_of(best.effects);
   double damping = 1e-6;
   for (int iteration = 0; iteration < 60 && !slots.empty(); ++iteration) {
-    const Eigen::VectorXd weight = Weights(residual);
+    const Eigen::VectorXd weight = Weights(residual, is_measured);
     Eigen::MatrixXd slope(points.size(), Eigen::Index(slots.size()));
     for (std::size_t j = 0; j < slots.size(); ++j) {
       Effects moved = best.effects;
@@ -208,7 +223,7 @@ FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
       for (std::size_t j = 0; j < slots.size(); ++j) {
         moved[slots[j].effect].parameters[slots[j].parameter].value += step[Eigen::Index(j)];
       }
-      const Eigen::VectorXd after = points - Stacked(Tips(cell, moved, measured.rows));
+      const Eigen::VectorXd after = residual_of(moved);
       const double next = weight.cwiseProduct(after).squaredNorm();
       if (next < cost) {
         improved = true;
@@ -222,7 +237,7 @@ FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
     }
     if (!improved || gain < 1e-10) break;
   }
-  best.rms_m = std::sqrt(residual.squaredNorm() / double(measured.rows.size())) * 1e-3;
+  best.rms_m = std::sqrt(3.0 * residual.squaredNorm() / is_measured.sum()) * 1e-3;
   return best;
 }
 

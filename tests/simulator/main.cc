@@ -9,6 +9,7 @@
 
 #include "tests/simulator/families.h"
 #include "tests/simulator/fit.h"
+#include "tests/simulator/noise.h"
 
 namespace {
 
@@ -18,9 +19,11 @@ using nlohmann::json;
 struct Options {
   std::string family = "none", robot = "kr210", out;
   std::uint64_t seed = 1;
-  double sigma_mm = 0.05, signal = 10.0;
+  double sigma_mm = 0.05, declared_sigma = 1.0, signal = 10.0;
   bool unaligned = false, rigid_joints = false, camera = false;
   Design design;
+  Noise noise;
+  std::string declared_cell, design_poses;
   std::string cell, measured, tests, with, columns;
   bool fit = false;
   std::vector<double> cycles = {1, 2};
@@ -97,8 +100,15 @@ json Equivalents(const Cell& cell, const Effects& effects, const std::vector<Row
   return list;
 }
 
+/// Recorded signals of which one cannot be told from another in this design.
+json InterchangeableDrivers(const Design& design, const Hidden& hidden) {
+  const bool of_warmth = hidden.drivers == std::vector<std::string>{"temp_C"};
+  return design.steady_rise && of_warmth ? json{"t_s", "temp_C"} : json::array();
+}
+
 void Generate(Options options) {
-  Cell cell = ReadyCell(options.robot);
+  Cell cell =
+      options.declared_cell.empty() ? ReadyCell(options.robot) : ReadCell(options.declared_cell);
   cell.sigma_m = options.sigma_mm * 1e-3;
   cell.unaligned = cell.tool_unknown = options.unaligned;
   if (options.camera || NeedsCamera(options.family)) cell.camera = CameraBeside(cell);
@@ -110,7 +120,9 @@ void Generate(Options options) {
   std::uint64_t seed = options.seed * 1000003;
   for (const char letter : options.family) seed = seed * 31 + std::uint64_t(letter);
   Generator random(seed);
-  Tables tables = DrawDesign(cell, options.design, random);
+  Tables tables = options.design_poses.empty() ? DrawDesign(cell, options.design, random)
+                                               : DesignAt(ReadTable(options.design_poses, cell),
+                                                          cell, options.design, random);
   Hidden hidden = DrawFamily(options.family, cell, random);
   if (hidden.rigid_declared) {
     for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
@@ -121,7 +133,7 @@ void Generate(Options options) {
   Effects all = nuisances;
   all.insert(all.end(), hidden.effects.begin(), hidden.effects.end());
   const std::vector<int> outliers =
-      Measure(cell, options.design, Tips(cell, all, tables.measured.rows), tables.measured, random);
+      Measure(cell, options.noise, Tips(cell, all, tables.measured.rows), tables.measured, random);
   const auto truth = Tips(cell, all, tables.tests.rows);
   const auto before = Tips(cell, nuisances, tables.tests.rows);
   double square = 0.0;
@@ -129,7 +141,9 @@ void Generate(Options options) {
 
   std::filesystem::create_directories(options.out);
   cell.name = options.family;
-  WriteCell(cell, options.out + "/cell.toml");
+  Cell declared = cell;
+  declared.sigma_m *= options.declared_sigma;
+  WriteCell(declared, options.out + "/cell.toml");
   WriteTable(tables.measured, options.out + "/measured.csv");
   WriteTable(tables.tests, options.out + "/test_poses.csv");
   WritePoints(truth, options.out + "/test_truth.csv");
@@ -141,6 +155,7 @@ void Generate(Options options) {
                      {"seed", options.seed},
                      {"robot", options.robot},
                      {"sigma", cell.sigma_m},
+                     {"declared_sigma", declared.sigma_m},
                      {"n_train", options.design.rows},
                      {"n_test", options.design.tests},
                      {"family", options.family},
@@ -153,6 +168,7 @@ void Generate(Options options) {
                      {"equivalents", Equivalents(cell, all, tables.measured.rows)},
                      {"in_catalogue", hidden.in_catalogue},
                      {"drivers", hidden.drivers},
+                     {"interchangeable_drivers", InterchangeableDrivers(options.design, hidden)},
                      {"signal", Signal(cell, hidden.effects, tables.measured.rows)},
                      {"outlier_rows", outliers},
                      {"before_test_rms_mm",
@@ -202,7 +218,7 @@ int main(int argc, char** argv) {
   Options o;
   bool list = false;
   app.add_flag("--list", list, "Name the families and end");
-  app.add_option("--family", o.family, "What the data hides; pair:A+B for two");
+  app.add_option("--family", o.family, "What the data hides; A+B@q2,q3+C for several");
   app.add_option("--seed", o.seed);
   app.add_option("--out", o.out, "Folder to write; the predicted points with --fit or --predict");
   app.add_option("--robot", o.robot, "kr210, ur10 or arm6");
@@ -212,8 +228,17 @@ int main(int argc, char** argv) {
   app.add_option("--sigma-mm", o.sigma_mm);
   app.add_option("--signal", o.signal, "RMS displacement of each effect over sqrt(3) sigma");
   app.add_option("--sessions", o.design.sessions);
-  app.add_option("--outliers", o.design.outliers, "Share of the rows, 10 to 100 sigma off");
-  app.add_flag("--heavy-tails", o.design.heavy_tails, "Student's t with 3 degrees of freedom");
+  app.add_option("--outliers", o.noise.outliers, "Share of the rows, 10 to 100 sigma off");
+  app.add_flag("--heavy-tails", o.noise.heavy_tails, "Student's t with 3 degrees of freedom");
+  app.add_flag("--outlier-runs", o.noise.runs, "Outliers in 3 to 7 consecutive rows at a time");
+  app.add_option("--ar1", o.noise.ar1, "Correlation of the noise of consecutive rows")
+      ->check(CLI::Range(0.0, 0.99));
+  app.add_flag("--tracker-noise", o.noise.tracker, "Noise that grows with the tracker's distance");
+  app.add_option("--declared-sigma", o.declared_sigma, "Declared over true sigma");
+  app.add_flag("--steady-rise", o.design.steady_rise, "A temperature that rises with the time");
+  app.add_option("--tests-warmer-K", o.design.tests_warmer_K, "Test poses beyond the warmest");
+  app.add_option("--declared-cell", o.declared_cell, "A cell file instead of --robot");
+  app.add_option("--design-poses", o.design_poses, "Poses of a file instead of drawn ones");
   app.add_flag("--dyn", o.design.dynamic, "Record velocities and accelerations");
   app.add_flag("--vertical", o.design.vertical, "Tool straight down, one payload");
   app.add_flag("--one-payload", o.design.one_payload, "The same payload in every row");

@@ -1,13 +1,17 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <numbers>
+#include <set>
 #include <sstream>
 
 #include "tests/simulator/families.h"
 #include "tests/simulator/fit.h"
+#include "tests/simulator/noise.h"
 
 using namespace simulator;
 using Eigen::Vector3d;
@@ -80,6 +84,37 @@ TEST_CASE("a horizontal arm sags by weight times lever times compliance") {
   CHECK(tip.z() == Approx(-std::sin(sag_rad)).margin(1e-9));
   const Changes none(2);
   CHECK(Arm(cell, none).Torques(row)[1] == Approx(-49.03325).margin(1e-4));
+}
+
+TEST_CASE("a joint stops short by its share of the last move, and by friction under its load") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm.reset();
+  Row row = At(Eigen::Vector2d::Zero());
+  row.last_move_rad = Eigen::Vector2d(0.2, -0.1);
+  const auto tip = [&](const std::string& id, const Parameter& parameter) {
+    return Tip(cell, {Simple(id, {parameter})}, row);
+  };
+  CHECK(tip("following_error", {"q1", 1e-3, "rad"}).y() == Approx(-std::sin(1e-3)));
+  CHECK(tip("following_error", {"q2", 1e-3, "rad"}).z() == Approx(std::sin(0.5e-3)));
+  // 49.03325 N m about the second joint.
+  CHECK(tip("arrival_friction", {"q2", 1e-5, "rad/(N m)"}).z() ==
+        Approx(std::sin(0.5 * 1e-5 * 49.03325)));
+  row.last_move_rad.setZero();
+  CHECK(tip("following_error", {"q1", 1e-3, "rad"}).y() == Approx(0.0).margin(1e-15));
+}
+
+TEST_CASE("a coupled joint turns with the other one, a turned axis tilts what follows it") {
+  Cell cell = TwoJointArm();
+  cell.joints[1].compliance_rad_per_Nm.reset();
+  const Row turned = At(Eigen::Vector2d(0.3, 0.0));
+  CHECK(Tip(cell, {Simple("axis_coupling", {{"q2_of_q1", 1e-3, "1"}})}, turned).z() ==
+        Approx(std::sin(3e-4)));
+  // One metre beyond the second link, along its x; its z points along -y.
+  cell.tool.tcp_m = {1.0, 0.0, 0.0};
+  const Vector3d tip =
+      Tip(cell, {Simple("link_geometry", {{"beta2", 0.1, "deg"}})}, At(Eigen::Vector2d::Zero()));
+  CHECK(tip.y() == Approx(std::sin(0.1 * kDeg)));
+  CHECK(tip.x() == Approx(1.0 + std::cos(0.1 * kDeg)));
 }
 
 TEST_CASE("the torque about each joint is the derivative of gravity's work") {
@@ -202,7 +237,7 @@ TEST_CASE("every family hides the signal asked for, and a fit of its form finds 
     if (hidden.effects.size() == 1) {
       CHECK(Signal(cell, hidden.effects, tables.measured.rows) == Approx(100.0).epsilon(0.01));
     }
-    Measure(cell, design, Tips(cell, hidden.effects, tables.measured.rows), tables.measured,
+    Measure(cell, Noise{}, Tips(cell, hidden.effects, tables.measured.rows), tables.measured,
             random);
     Effects start = hidden.effects;
     for (Effect& effect : start) {
@@ -212,6 +247,72 @@ TEST_CASE("every family hides the signal asked for, and a fit of its form finds 
     }
     const FitResult fit = Fit(cell, start, tables.measured);
     CHECK(fit.rms_m < 3e-6);
+  }
+}
+
+TEST_CASE("several effects at once have the joints asked for, and different names if drawn") {
+  const Cell cell = ReadyCell("kr210");
+  Generator random(3);
+  const Hidden named =
+      DrawFamily("joint_compliance@q2,q3+thermal_growth+backlash_move@q4", cell, random);
+  REQUIRE(named.effects.size() == 3);
+  CHECK(named.effects[0].scope == std::vector<std::string>{"q2", "q3"});
+  CHECK(named.effects[1].id == "thermal_growth");
+  CHECK(named.effects[2].scope == std::vector<std::string>{"q4"});
+  CHECK(named.effects[2].by == "move");
+  for (int draw = 0; draw < 20; ++draw) {
+    std::set<std::string> names;
+    for (const Effect& effect : DrawFamily("four", cell, random).effects) {
+      names.insert(effect.id + effect.by);
+    }
+    CHECK(names.size() == 4);
+  }
+  CHECK_THROWS(DrawFamily("joint_compliance@q1,q2,q3,q4", cell, random));
+}
+
+TEST_CASE("a fit leaves out what was not measured, and the row keeps its place") {
+  Cell cell = ReadyCell("kr210");
+  cell.sigma_m = 1e-6;
+  Generator random(7);
+  Tables tables = DrawDesign(cell, Design{}, random);
+  Hidden hidden = DrawFamily("backlash_move", cell, random);
+  ScaleTo(100.0, cell, tables.measured.rows, hidden.effects);
+  Measure(cell, Noise{}, Tips(cell, hidden.effects, tables.measured.rows), tables.measured, random);
+  for (std::size_t k = 0; k < tables.measured.rows.size(); k += 3) {
+    tables.measured.rows[k].xyz_m[k % 2] = std::numeric_limits<double>::quiet_NaN();
+  }
+  tables.measured.rows[5].xyz_m.setConstant(std::numeric_limits<double>::quiet_NaN());
+  CHECK(Fit(cell, hidden.effects, tables.measured).rms_m < 3e-6);
+
+  const auto path = std::filesystem::temp_directory_path() / "plumbline_simulator_rows.csv";
+  std::ofstream(path) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n"
+                         "1,0,0,0,0,0,10,20,30\n2,0,0,0,0,0,,20,\n2,0,0,0,0,0,,,\n";
+  const Table table = ReadTable(path, cell);
+  std::filesystem::remove(path);
+  REQUIRE(table.rows.size() == 3);
+  CHECK(std::isnan(table.rows[1].xyz_m.x()));
+  CHECK(table.rows[1].xyz_m.y() == Approx(0.02));
+  CHECK(table.rows[2].xyz_m.array().isNaN().all());
+  CHECK(table.rows[2].last_move_rad[0] == Approx(kDeg));
+}
+
+TEST_CASE("poses of a file are measured in its order, tests stay within its joints and payloads") {
+  const Cell cell = ReadyCell("kr210");
+  Generator random(7);
+  Design design;
+  design.rows = 10;
+  Table poses = DrawDesign(cell, design, random).measured;
+  for (Row& row : poses.rows) row.payload_kg = 60.0;
+  const Tables tables = DesignAt(poses, cell, design, random);
+  REQUIRE(tables.measured.rows.size() == poses.rows.size());
+  CHECK(tables.measured.rows[3].q_rad == poses.rows[3].q_rad);
+  REQUIRE(tables.tests.rows.size() == 300);
+  for (const Row& row : tables.tests.rows) CHECK(row.payload_kg == 60.0);
+  const auto of_first = [](const Row& a, const Row& b) { return a.q_rad[0] < b.q_rad[0]; };
+  const auto [low, high] = std::minmax_element(poses.rows.begin(), poses.rows.end(), of_first);
+  for (const Row& row : tables.tests.rows) {
+    CHECK(row.q_rad[0] >= low->q_rad[0] - 1e-6);
+    CHECK(row.q_rad[0] <= high->q_rad[0] + 1e-6);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -75,6 +76,11 @@ Table ReadTable(const std::string& path, const Cell& cell) {
     const auto value = [&](const std::string& name, double otherwise) {
       const auto found = column.find(name);
       if (found == column.end()) return otherwise;
+      // Not measured in this row; a line that ends early lacks its last cells.
+      const bool measured = name == "x_mm" || name == "y_mm" || name == "z_mm";
+      if (measured && (found->second >= cells.size() || cells[found->second].empty())) {
+        return std::numeric_limits<double>::quiet_NaN();
+      }
       try {
         return std::stod(cells.at(found->second));
       } catch (const std::exception&) {

@@ -16,7 +16,8 @@ struct Table {
 };
 
 /// Reads a table and works out each joint's last move from the order of the rows: the difference
-/// to the nearest earlier row of another angle, zero where there is none.
+/// to the nearest earlier row of another angle, zero where there is none. Coordinates that were not
+/// measured in a row are NaN.
 /// @throws std::runtime_error with the line of a row that cannot be read
 Table ReadTable(const std::string& path, const Cell& cell);
 

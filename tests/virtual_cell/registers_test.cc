@@ -180,6 +180,24 @@ TEST_CASE("the tracker's noise has the size asked for") {
   CHECK(std::sqrt(sum / n) == Approx(0.1).epsilon(0.05));
 }
 
+TEST_CASE("the tracker's noise of a standstill comes again by its seed, not by its pose") {
+  const auto readings = [](unsigned seed) {
+    Tracker tracker(0.1, {}, true, seed);
+    std::vector<float> x;
+    for (const bool at_rest : {true, true, false, true, false, true}) {
+      tracker.Measure(Truth{}, {}, at_rest);
+      if (at_rest) x.push_back(tracker.bank().Float(0));
+    }
+    return x;
+  };
+  const std::vector<float> x = readings(3);
+  CHECK(x[0] == x[1]);  // one standstill, however often it is measured
+  CHECK(x[1] != x[2]);  // the same pose, another standstill
+  CHECK(x[2] != x[3]);
+  CHECK(readings(3) == x);
+  CHECK(readings(4) != x);
+}
+
 TEST_CASE("the program picks and places the payload, round after round") {
   Controller controller(DemoCell(), DemoProgram().home);
   ProgramRunner runner(DemoProgram(), "");

@@ -1,28 +1,11 @@
 #include "tests/virtual_cell/tracker.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace virtual_cell {
-namespace {
-
-/// A number that stands for joints (to 1e-4 rad) and payload (to 10 g).
-std::seed_seq::result_type PoseNumber(const Circumstances& now) {
-  std::seed_seq::result_type number = 2166136261U;
-  const auto mix = [&number](double value) {
-    number = (number ^ static_cast<std::seed_seq::result_type>(std::lround(value))) * 16777619U;
-  };
-  for (Eigen::Index i = 0; i < now.q.size(); ++i) mix(1e4 * now.q[i]);
-  mix(100 * now.payload_kg);
-  return number;
-}
-
-}  // namespace
-
-Tracker::Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_pose, unsigned seed)
+Tracker::Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_standstill,
+                 unsigned seed)
     : noise_mm_(noise_mm),
       reflectors_T_(std::move(reflectors_T)),
-      noise_of_pose_(noise_of_pose),
+      noise_of_standstill_(noise_of_standstill),
       seed_(seed),
       random_(seed) {
   reflectors_T_.resize(4, Vec3::Zero());
@@ -35,9 +18,11 @@ void Tracker::SetPoint(int at, const Vec3& p_W) {
 }
 
 void Tracker::Measure(const Truth& truth, const Circumstances& now, bool at_rest) {
-  if (noise_of_pose_ && at_rest) {
-    std::seed_seq of_pose{seed_, PoseNumber(now)};
-    random_.seed(of_pose);
+  if (at_rest && !at_rest_) ++standstills_;
+  at_rest_ = at_rest;
+  if (noise_of_standstill_ && at_rest) {
+    std::seed_seq of_standstill{seed_, standstills_};
+    random_.seed(of_standstill);
     normal_.reset();
   }
   SetPoint(0, truth.X_WT.translation());

@@ -14,12 +14,13 @@ namespace virtual_cell {
 /// carried [kg]; all numbers float32 ABCD.
 class Tracker {
  public:
-  /// @param noise_of_pose  at rest the noise follows from joints and payload alone, so that a run
-  ///                       does not depend on how many measurements the computer had time for
-  Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_pose = false,
+  /// @param noise_of_standstill  one error a standstill, drawn from the seed and the number of the
+  ///                             standstill, so that a run does not depend on how many
+  ///                             measurements the computer had time for
+  Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_standstill = false,
           unsigned seed = 1);
 
-  /// One measurement: noise of one standard deviation an axis, anew for each point.
+  /// One measurement: noise of one standard deviation an axis, for each point.
   void Measure(const Truth& truth, const Circumstances& now, bool at_rest);
   RegisterBank& bank() { return bank_; }
 
@@ -28,8 +29,10 @@ class Tracker {
 
   double noise_mm_;
   std::vector<Vec3> reflectors_T_;
-  bool noise_of_pose_;
+  bool noise_of_standstill_;
   unsigned seed_;
+  unsigned standstills_ = 0;
+  bool at_rest_ = false;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
   RegisterBank bank_{64};

@@ -21,7 +21,8 @@ struct VirtualCellOptions {
   std::string hold_at = {};  ///< point at which the program stays
   double time_scale = 1;
   double tracker_noise_mm = 0;
-  bool tracker_noise_of_pose = false;                       ///< see Tracker
+  bool tracker_noise_of_standstill = false;  ///< see Tracker
+  unsigned tracker_seed = 1;
   std::vector<Vec3> reflectors_T = {};                      ///< at most four
   std::vector<std::pair<double, double>> temperature = {};  ///< (time [s], T [C]), times rising
   std::vector<ReplayRow> replay = {};                       ///< rows instead of a program

@@ -30,10 +30,10 @@ TEST_CASE("the keys are those of the format, in its order, with every verdict") 
   for (const auto& [verdict, word] : cases) {
     CAPTURE(word);
     const Json answer = Json::parse(AnswerJson(ExampleDiagnosis(verdict), ""));
-    CHECK(KeysOf(answer) == std::vector<std::string>{"schema", "verdict", "effects", "rivals",
-                                                     "drivers", "next_poses",
-                                                     "minimum_detectable_mm", "rms_mm",
-                                                     "outlier_rows", "implausible", "remainder"});
+    CHECK(KeysOf(answer) == std::vector<std::string>{
+                                "schema", "verdict", "effects", "rivals", "drivers", "next_poses",
+                                "minimum_detectable_mm", "rms_mm", "outlier_rows", "implausible",
+                                "remainder", "checks", "doubts", "held_out", "withheld"});
     CHECK(answer["schema"] == 1);
     CHECK(answer["verdict"] == word);
     CHECK(answer["next_poses"].is_null());
@@ -41,6 +41,28 @@ TEST_CASE("the keys are those of the format, in its order, with every verdict") 
                                                                "after_held_out", "noise_floor"});
     CHECK(answer["outlier_rows"] == Json({17, 54}));
   }
+}
+
+TEST_CASE("checks, doubts and every way of holding rows out are listed with their figures") {
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
+  diagnosis.checks = {{"selection_frequency", "backlash", false, 0.4, 0.8, "selected by 2 of 5"},
+                      {"held_out_error", "", true, 0.09, 0.1, "within the noise"}};
+  diagnosis.doubts = {{"backlash", {"q4"}, "selected by 2 of 5"}};
+  diagnosis.held_out_by_all = {{"sessions", 2e-3, 1e-4, 5e-5, 2e-4}};
+  diagnosis.withheld = "worse than the declared model";
+  const Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  CHECK(answer["checks"][0] == Json({{"name", "selection_frequency"},
+                                     {"effect", "backlash"},
+                                     {"passed", false},
+                                     {"figure", 0.4},
+                                     {"limit", 0.8},
+                                     {"in_words", "selected by 2 of 5"}}));
+  CHECK(answer["checks"][1]["effect"].is_null());
+  CHECK(answer["doubts"] ==
+        Json::array({{{"id", "backlash"}, {"scope", {"q4"}}, {"reason", "selected by 2 of 5"}}}));
+  CHECK(answer["held_out"][0]["by"] == "sessions");
+  CHECK(answer["held_out"][0]["after_mm"].get<double>() == Approx(0.1));
+  CHECK(answer["withheld"] == "worse than the declared model");
 }
 
 TEST_CASE("effects carry names, values and deviations in file units") {

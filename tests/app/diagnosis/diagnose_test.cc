@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
 
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/diagnosis.h"
@@ -45,6 +46,28 @@ TEST_CASE("hidden effects of the simulator are named, with their values") {
     CHECK(diagnosis->rms_after_m < 1.3 * diagnosis->noise_floor_m);
     CHECK(diagnosis->held_out.after_m < 1.5 * diagnosis->noise_floor_m);
     CHECK(diagnosis->held_out.before_m > 3 * diagnosis->held_out.after_m);
+  }
+}
+
+TEST_CASE("three and four effects at once are named on few rows") {
+  struct Case {
+    std::string options;
+    std::set<std::string> ids;
+  };
+  const Case cases[] = {
+      {"--family payload_mass+thermal_growth+payload_cog --seed 31000 --signal 8.505 --rows "
+       "60 "
+       "--repeats 10",
+       {"payload_mass", "thermal_growth", "payload_cog"}},
+      {"--family link_geometry+step_event+backlash_load+backlash_move --seed 31004 --signal "
+       "16.734 --rows 60 --repeats 10",
+       {"link_geometry", "step_event", "backlash"}}};
+  for (const Case& of : cases) {
+    CAPTURE(of.options);
+    const auto diagnosis = Answer(Simulated(of.options));
+    REQUIRE(diagnosis);
+    const std::vector<std::string> ids = Ids(*diagnosis);
+    CHECK(std::set<std::string>(ids.begin(), ids.end()) == of.ids);
   }
 }
 
@@ -364,6 +387,9 @@ TEST_CASE("mistakes in the data get a refusal that says what to do") {
         }).find("theta_offset_deg") != std::string::npos);
   CHECK(refused(clean, [](MeasuredRow& row) {
           row.p_WT += Vec3(1, 0, 0);
+        }).find("the robot's base lies (") != std::string::npos);
+  CHECK(refused(clean, [](MeasuredRow& row) {
+          row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);
 }
 

@@ -146,8 +146,9 @@ void AddRows(Simulation& simulation, const std::vector<Finding>& truth, Verdict 
   diagnosis.outlier_rows = {17, 54};
   diagnosis.rms_before_m = std::sqrt(before / (kRows - 2));
   diagnosis.rms_after_m = std::sqrt(after / (kRows - 2));
-  diagnosis.held_out = {1.01 * diagnosis.rms_before_m, 1.05 * diagnosis.rms_after_m,
-                        0.98 * diagnosis.rms_after_m, 1.12 * diagnosis.rms_after_m};
+  diagnosis.held_out = {"blocks of time", 1.01 * diagnosis.rms_before_m,
+                        1.05 * diagnosis.rms_after_m, 0.98 * diagnosis.rms_after_m,
+                        1.12 * diagnosis.rms_after_m};
 }
 
 void AddSpectrum(Simulation& simulation, Diagnosis& diagnosis) {

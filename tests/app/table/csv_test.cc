@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 
 #include "app/config/toml_reader.h"
@@ -196,6 +197,85 @@ TEST_CASE("Each row that cannot be read is named by line and reason, and the oth
     REQUIRE(table->rows.size() == 2);
     CHECK(table->rows[1].line == 4);
   }
+}
+
+TEST_CASE("An empty cell costs that cell, and a row without a point keeps its place") {
+  FaultList faults;
+  const auto table = Read(
+      "t_s,q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,payload_kg,temp_C,air_bar,x_mm,y_mm,z_mm\n"
+      "0,1,2,5,5,20,20,6,100,1,1\n"
+      "10,2,2,5,5,,,7,100,1,1\n"
+      ",3,2,,5,20,24,,100,1,1\n"
+      "40,4,2,5,5,20,26,9,,,\n"
+      "50,5,2,5,5,,27,9,100,1,\n"
+      "60,6,2,5,5,40,28,9,100,1,1\n",
+      faults);
+  REQUIRE(table);
+  CHECK(table->unreadable_lines.empty());
+  REQUIRE(table->rows.size() == 4);
+  REQUIRE(table->unmeasured.size() == 2);
+  CHECK(table->unmeasured[0].line == 5);
+  CHECK(table->unmeasured[1].line == 6);
+  CHECK(table->rows[1].payload_kg == 20);
+  CHECK(table->rows[1].temp_C == Approx(20 + 4 * 10.0 / 25));
+  CHECK(table->rows[2].t_s == 25);
+  CHECK(table->rows[2].further[0] == Approx(8));
+  CHECK(table->rows[2].qd.size() == 0);
+  CHECK(table->rows[1].qd.size() == 2);
+  CHECK(table->breaks.empty());
+  const std::string told = FaultsText(faults);
+  CHECK_THAT(told, Catch::Contains("measured.csv:4 t_s: warning: is empty in 1 rows (first: line "
+                                   "4): interpolated between the rows around"));
+  CHECK_THAT(told, Catch::Contains("1 stand between different payloads"));
+}
+
+TEST_CASE("A column that most rows lack is not recorded") {
+  FaultList faults;
+  const auto table = Read("q1_deg,q2_mm,temp_C\n1,2,\n1,3,\n1,4,20\n", faults);
+  REQUIRE(table);
+  CHECK(table->rows.size() == 3);
+  CHECK_FALSE(table->recorded.temperature);
+  CHECK_THAT(FaultsText(faults), Catch::Contains("the column is not used"));
+}
+
+TEST_CASE("Poses are read without their measured points") {
+  FaultList faults;
+  const auto table = TableFromCsv("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,,,\n3,4,n/a,1,2\n", "p.csv",
+                                  TwoJoints(), faults, TableUse::kPoses);
+  REQUIRE(table);
+  CHECK(faults.All().empty());
+  CHECK(table->rows.size() == 2);
+}
+
+TEST_CASE("Lost lines are noticed by a count of the rows, by a regular clock, by what is unread") {
+  const auto rows = [](const std::function<std::string(int)>& line) {
+    std::string text;
+    for (int i = 0; i < 20; ++i) {
+      if (i != 7 && i != 12) text += line(i) + "\n";
+    }
+    return text;
+  };
+  FaultList faults;
+  const auto counted = Read(
+      "n,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", i + 5, i); }), faults);
+  REQUIRE(counted);
+  CHECK(counted->breaks == std::vector<int>{9, 13});
+  CHECK(counted->further.empty());
+  const auto timed = Read(
+      "t_s,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", 30 * i + i % 3, i); }),
+      faults);
+  REQUIRE(timed);
+  CHECK(timed->breaks == std::vector<int>{9, 13});
+  const auto irregular = Read(
+      "t_s,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", i * i, i); }), faults);
+  REQUIRE(irregular);
+  CHECK(irregular->breaks.empty());
+  const auto unread =
+      Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1,1,1\n,2,1,1,1\n1,2\n1,2,a,1,1\n", faults);
+  REQUIRE(unread);
+  CHECK(unread->breaks == std::vector<int>{3, 4});
+  REQUIRE(unread->unmeasured.size() == 1);
+  CHECK(unread->unmeasured[0].line == 5);
 }
 
 TEST_CASE("12,000 rows of 8 columns are read whole") {

@@ -16,7 +16,7 @@ namespace {
 double StepOf(int entry) {
   const int kind = entry / kMaxJoints;
   if (entry < I::kFirst) {
-    constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-1, 1e-5, 1e-5, 1e-5};
+    constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-8, 1e-1, 1e-5, 1e-5, 1e-5, 1e-5};
     return kSteps[kind];
   }
   switch (entry) {

@@ -15,7 +15,8 @@ const std::vector<std::string> kTable = {
     "tool_frame: x mm, y mm, z mm",
     "joint_offset: q# rad",
     "gear_ratio: q# 1",
-    "link_geometry: a# mm, d# mm, alpha# deg",
+    "axis_coupling: q#_of_q# 1",
+    "link_geometry: a# mm, d# mm, alpha# deg, beta# deg",
     "joint_compliance: q# rad/(N m)",
     "joint_hardening: q# rad/(N m)^3",
     "counterbalance: q#_amplitude N m, q#_phase rad",
@@ -28,6 +29,8 @@ const std::vector<std::string> kTable = {
     "pedestal_compliance: compliance rad/(N m)",
     "backlash: q# rad, by (load,move)",
     "approach_lag: q# 1",
+    "following_error: q# rad",
+    "arrival_friction: q# rad/(N m)",
     ("gear_periodic: q#_amplitude rad, q#_cycles 1/turn, q#_phase rad, q#_#_amplitude rad, "
      "q#_#_cycles 1/turn, q#_#_phase rad"),
     "thermal_growth: alpha 1/K",
@@ -119,7 +122,9 @@ TEST_CASE("Names of parameters match as written, and come back the same") {
         Case{"gear_periodic", "q3_phase", {2, 2, 1}},
         Case{"gear_periodic", "q3_2_phase", {5, 2, 2}},
         Case{"gear_periodic", "q1_10_cycles", {4, 0, 10}}, Case{"backlash", "by", {1, -1, 1}},
-        Case{"base_frame", "yaw", {5, -1, 1}}, Case{"empirical", "q2", {6, 1, 1}},
+        Case{"base_frame", "yaw", {5, -1, 1}}, Case{"axis_coupling", "q5_of_q4", {0, 4, 1, 3}},
+        Case{"axis_coupling", "q12_of_q1", {0, 11, 1, 0}},
+        Case{"link_geometry", "beta2", {3, 1, 1}}, Case{"empirical", "q2", {6, 1, 1}},
         Case{"empirical", "tip_z", {5, -1, 1}}}) {
     CAPTURE(good.id, good.name);
     const EffectTraits& traits = FindEffect(good.id)->traits();
@@ -133,7 +138,10 @@ TEST_CASE("Names of parameters match as written, and come back the same") {
         Case{"link_geometry", "alpha", {}}, Case{"link_geometry", "a02", {}},
         Case{"link_geometry", "a99999999999999999999", {}}, Case{"joint_offset", "q-1", {}},
         Case{"gear_periodic", "q3_1_phase", {}}, Case{"gear_periodic", "q3__phase", {}},
-        Case{"gear_periodic", "q3_phases", {}}, Case{"joint_offset", "", {}}}) {
+        Case{"axis_coupling", "q4_of_q4", {}}, Case{"axis_coupling", "q3_of_q5", {}},
+        Case{"axis_coupling", "q3_of_q0", {}}, Case{"axis_coupling", "q13_of_q2", {}},
+        Case{"axis_coupling", "q3_of_", {}}, Case{"gear_periodic", "q3_phases", {}},
+        Case{"joint_offset", "", {}}}) {
     CAPTURE(bad.id, bad.name);
     CHECK_FALSE(ParameterFromName(FindEffect(bad.id)->traits(), bad.name, 12));
   }

@@ -64,6 +64,32 @@ TEST_CASE("flange pose equals the product of elementary transforms") {
   }
 }
 
+TEST_CASE("beta turns about y after the twist, in both conventions") {
+  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
+    Robot robot;
+    robot.convention = convention;
+    robot.joints.resize(1);
+    Joint& joint = robot.joints.front();
+    joint.a_m = 0.4;
+    joint.alpha_rad = 0.7;
+    joint.d_m = 0.3;
+    const Chain chain(robot);
+    Influence<double> change;
+    change.Joint(Influence<double>::kTwistBeta, 0) = 0.2;
+    JointVector q(1);
+    q << -0.9;
+    PostureOf<double> posture;
+    chain.Evaluate<double>(q, &change, posture);
+    const Eigen::AngleAxisd Rz(q[0], Vec3::UnitZ()), Rx(0.7, Vec3::UnitX()), Ry(0.2, Vec3::UnitY());
+    const Eigen::Translation3d Tz(0, 0, 0.3), Tx(0.4, 0, 0);
+    const Eigen::Isometry3d expected = convention == DhConvention::kDistal
+                                           ? Eigen::Isometry3d(Rz * Tz * Tx * Rx * Ry)
+                                           : Eigen::Isometry3d(Rx * Tx * Ry * Rz * Tz);
+    CHECK((posture.X_BF().R - expected.rotation()).norm() < 1e-14);
+    CHECK((posture.X_BF().p - expected.translation()).norm() < 1e-14);
+  }
+}
+
 TEST_CASE("the Jacobian equals finite differences of the pose") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-2, 2);

@@ -1,0 +1,76 @@
+#include "app/diagnosis/drift_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/diagnosis/shape_gain.h"
+#include "firmware-like/effects/thermal_drift.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kDriftTrials = 4;  // curves of neighbouring time constants are nearly the same
+
+Block DriftBlock(double time_constant_s) {
+  Block block;
+  block.term.effect = &ThermalDrift();
+  block.id = block.term.effect->traits().id;
+  block.term.parameters = {{0}, {1}, {2}, {3}};
+  for (int axis = 0; axis < 3; ++axis) {
+    BlockColumn& column = block.columns.emplace_back();
+    column.parameter = axis;
+    column.values = {0, 0, 0, time_constant_s};
+    column.largest = LargestPlausible(block.term.effect->traits(), axis);
+  }
+  block.trials = kDriftTrials;
+  return block;
+}
+
+class DriftSearch final : public ShapeSearch {
+ public:
+  std::vector<Block> Propose(const LinearProblem& problem,
+                             const Eigen::VectorXd& residual) const override {
+    double span = 0;
+    for (const Conditions& moment : problem.data().conditions) {
+      span = std::max(span, moment.t_s.value_or(0));
+    }
+    if (!(span > 0)) return {};
+    const Eigen::VectorXd t =
+        AtRows(problem, [](const Conditions& m) { return m.t_s.value_or(0); });
+    constexpr int kSteps = 24;
+    constexpr std::size_t kKept = 2;
+    Found found;
+    for (int k = 0; k < kSteps; ++k) {
+      const double tau = span / 40 * std::pow(200.0, static_cast<double>(k) / (kSteps - 1));
+      const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
+      const auto columns = problem.Carried(Three(Influence<double>::kBase), warmth);
+      found.emplace_back(Gain(problem, columns, residual), DriftBlock(tau));
+    }
+    return Best(std::move(found), kKept);
+  }
+
+  std::vector<Block> Refitted(const Dataset&, const ActiveEffect& effect) const override {
+    std::vector<Block> blocks;
+    const auto& specs = effect.term.effect->traits().parameters;
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      const auto spec = static_cast<std::size_t>(effect.term.parameters[k].spec);
+      if (specs[spec].role == ParameterRole::kShape) blocks.push_back(DriftBlock(effect.values[k]));
+    }
+    return blocks;
+  }
+
+  bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {
+    return std::count_if(support.begin(), support.end(), [](const Block* block) {
+             return block->term.effect == &ThermalDrift();
+           }) > 1;
+  }
+};
+
+}  // namespace
+
+const ShapeSearch& ThermalDriftSearch() {
+  static const DriftSearch search;
+  return search;
+}
+
+}  // namespace plumbline

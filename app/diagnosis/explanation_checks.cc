@@ -1,0 +1,213 @@
+#include "app/diagnosis/explanation_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/words.h"
+#include "firmware-like/statistics/chi_square.h"
+
+namespace plumbline {
+namespace {
+
+// Chance of failing by noise alone, once in a thousand sound answers.
+constexpr double kHeldOutChance = 1e-3;
+// As the search's own chance of any false joint (search.cc): both bound what noise alone selects.
+constexpr double kLargestPValue = 0.01;
+// Four folds of five; stability selection takes 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat.
+// Soc. B 72 (2010) 417].
+constexpr double kLeastFrequency = 0.8;
+constexpr double kTrainingShare = 0.8;  // of the rows, in each of five folds
+
+EffectKey KeyOfFinding(const Finding& finding) {
+  return {std::string(finding.effect.term.effect->traits().id),
+          std::string(finding.effect.term.word)};
+}
+
+ExplanationCheck PValueCheck(const Finding& finding) {
+  ExplanationCheck check;
+  check.name = "p_value";
+  check.figure = finding.p_value;
+  check.limit = kLargestPValue;
+  check.passed = finding.p_value <= kLargestPValue;
+  check.sentence = fmt::format(
+      "by chance, in noise alone and counting all choices, with probability {:.2g}; at most {} is "
+      "accepted",
+      finding.p_value, kLargestPValue);
+  return check;
+}
+
+ExplanationCheck FrequencyCheck(double frequency, std::size_t folds) {
+  ExplanationCheck check;
+  check.name = "selection_frequency";
+  check.figure = frequency;
+  check.limit = kLeastFrequency;
+  check.passed = frequency >= kLeastFrequency - 1e-9;
+  check.sentence = fmt::format(
+      "selected by {:.0f} of {} searches that each saw part of the rows; at least {:.0f} "
+      "% are required",
+      frequency * static_cast<double>(folds), folds, 100 * kLeastFrequency);
+  return check;
+}
+
+ExplanationCheck PlausibilityCheck(const Finding& finding) {
+  ExplanationCheck check;
+  check.name = "plausible";
+  check.passed = finding.implausible.empty();
+  check.figure = check.passed ? 1 : 0;
+  check.limit = 1;
+  check.sentence =
+      check.passed ? "every value is one that a sound machine shows" : finding.implausible;
+  return check;
+}
+
+ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
+  const double noise_mm = 1e3 * evidence.sigma_m * std::sqrt(evidence.data.axes());
+  ExplanationCheck check;
+  check.name = "held_out_error";
+  check.figure = noise_mm * std::sqrt(found.ratio);
+  check.limit = noise_mm * std::sqrt(found.limit);
+  check.passed = found.ratio <= found.limit;
+  check.sentence = fmt::format(
+      "held-out error {:.3g} mm where these effects were selected; noise of {:.3g} mm explains up "
+      "to {:.3g} mm (chi-square, {} "
+      "clusters, 0.1 %)",
+      check.figure, noise_mm, check.limit, found.clusters);
+  return check;
+}
+
+ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
+  const double sigma_m = evidence.data.sigma_m > 0 ? evidence.data.sigma_m : evidence.sigma_m;
+  ExplanationCheck check;
+  check.name = "discrepancy_model";
+  check.figure = 1e3 * evidence.discrepancy_rms_m;
+  check.limit = 1e3 * sigma_m * std::sqrt(evidence.data.axes());
+  check.passed = check.figure <= check.limit;
+  check.sentence = fmt::format(
+      "beside the named effects {:.3g} mm are corrected without a cause; no more than the noise, "
+      "{:.3g} mm, is accepted",
+      check.figure, check.limit);
+  return check;
+}
+
+/// What a finding failed.
+struct Failures {
+  std::vector<std::string> sentences;
+  bool by_chance = false;  ///< noise, or the choice of rows, may have brought the effect
+};
+
+/// Adds a finding's checks; returns those that it failed.
+Failures CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
+                      std::vector<ExplanationCheck>& checks) {
+  std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding)};
+  const auto frequency = SelectionFrequency(evidence.held_out, KeyOfFinding(finding));
+  if (frequency) {
+    of_finding.push_back(FrequencyCheck(*frequency, evidence.held_out.selected.size()));
+  }
+  Failures failures;
+  for (ExplanationCheck& check : of_finding) {
+    check.effect = KeyOfFinding(finding).id;
+    if (!check.passed) failures.sentences.push_back(check.sentence);
+    checks.push_back(std::move(check));
+  }
+  const bool selected = !frequency || of_finding.back().passed;
+  failures.by_chance = !of_finding.front().passed || !selected;
+  return failures;
+}
+
+/// The folds whose search selected all the named effects: their rows judge the explanation, those
+/// of other folds another one, which `selection_frequency` counts. All folds where none agrees, or
+/// where some was not searched.
+std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
+  const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
+  const std::size_t folds =
+      last == held_out.fold_of.end() ? 0 : static_cast<std::size_t>(*last) + 1;
+  std::vector<bool> agree(folds, true);
+  if (held_out.selected.size() != folds) return agree;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    const std::vector<EffectKey>& keys = held_out.selected[fold];
+    agree[fold] = std::all_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+      if (!finding.effect.term.drivers.empty()) return true;  // a curve claims no cause
+      return std::find(keys.begin(), keys.end(), KeyOfFinding(finding)) != keys.end();
+    });
+  }
+  if (std::none_of(agree.begin(), agree.end(), [](bool one) { return one; })) {
+    agree.assign(folds, true);
+  }
+  return agree;
+}
+
+}  // namespace
+
+HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
+                              const std::vector<Finding>& findings) {
+  const std::vector<bool> agree = FoldsThatAgree(evidence.held_out, findings);
+  struct Sum {
+    double square = 0, weight = 0;
+  };
+  std::map<int, Sum> clusters;
+  Sum total;
+  for (int k = 0; k < evidence.data.rows(); ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    const double weight = evidence.weights[row];
+    if (!evidence.held_out.predicted[row] || weight < kOutlierWeight) continue;
+    if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
+      continue;
+    Sum& of = clusters[evidence.data.cluster_of[row]];
+    for (Sum* sum : {&of, &total}) {
+      sum->square += weight * evidence.held_out.after[row].squaredNorm();
+      sum->weight += weight;
+    }
+  }
+  HeldOutRatio found;
+  found.clusters = static_cast<int>(clusters.size());
+  if (total.weight == 0) return found;
+  const double axes = evidence.data.axes();
+  const double variance = evidence.sigma_m * evidence.sigma_m * axes;
+  found.ratio = total.square / total.weight / variance;
+  const double freedom = axes * static_cast<double>(clusters.size());
+  const double of_training = kTrainingShare * axes * total.weight;
+  found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
+                (1 + evidence.parameters / std::max(1.0, of_training));
+  return found;
+}
+
+std::optional<double> SelectionFrequency(const HeldOut& held_out, const EffectKey& key) {
+  if (held_out.selected.empty()) return std::nullopt;
+  const auto count = std::count_if(held_out.selected.begin(), held_out.selected.end(),
+                                   [&](const std::vector<EffectKey>& keys) {
+                                     return std::find(keys.begin(), keys.end(), key) != keys.end();
+                                   });
+  return static_cast<double>(count) / static_cast<double>(held_out.selected.size());
+}
+
+void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {
+  if (diagnosis.findings.empty()) return;
+  bool by_chance = false;
+  for (const Finding& finding : diagnosis.findings) {
+    if (!finding.effect.term.drivers.empty()) continue;  // a curve claims no cause
+    const Failures failures = CheckFinding(evidence, finding, diagnosis.checks);
+    if (failures.sentences.empty()) continue;
+    by_chance = by_chance || failures.by_chance;
+    diagnosis.doubts.push_back(
+        {KeyOfFinding(finding).id, ScopeOf(finding.effect.term), Listed(failures.sentences)});
+  }
+  bool sound = true;
+  const HeldOutRatio found = HeldOutOverNoise(evidence, diagnosis.findings);
+  if (found.clusters > 0) {
+    diagnosis.checks.push_back(HeldOutCheck(evidence, found));
+    sound = diagnosis.checks.back().passed;
+  }
+  diagnosis.checks.push_back(DiscrepancyCheck(evidence));
+  sound = sound && diagnosis.checks.back().passed;
+  if (!sound) {
+    diagnosis.verdict = Verdict::kUnknown;
+  } else if (by_chance && diagnosis.verdict == Verdict::kExplained) {
+    diagnosis.verdict = Verdict::kAmbiguous;
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,210 @@
+#include "app/diagnosis/impossible_values.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
+#include "firmware-like/statistics/median.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kHottest_C = 200;      // of a cell in which somebody measures
+constexpr double kShuffledFrom = 0.05;  // share of the steps in which t_s falls
+constexpr std::size_t kFewestRows = 4;
+constexpr double kNoCode = 1e-6;            // distance from a whole number that a code never has
+constexpr double kAwayFromOrigin_m = 0.05;  // of all other points, where 0, 0, 0 is no point
+
+bool LooksLikeCode(double value) {
+  constexpr std::array<double, 11> kCodes = {999,   9999,  99999, 999999,     9999999,   99999999,
+                                             32767, 32768, 65535, 2147483647, 2147483648};
+  const double size = std::abs(value);
+  return std::any_of(kCodes.begin(), kCodes.end(),
+                     [size](double code) { return std::abs(size - code) < kNoCode; });
+}
+
+/// A column in the file's unit.
+struct FileColumn {
+  std::string name;
+  std::function<double(const MeasuredRow&)> value;
+};
+
+std::vector<FileColumn> ColumnsOf(const MeasuredTable& table, const std::vector<Joint>& joints) {
+  std::vector<FileColumn> columns;
+  const RecordedColumns& recorded = table.recorded;
+  for (int axis = 0; recorded.position && axis < 3; ++axis) {
+    columns.push_back({std::string(1, "xyz"[axis]) + "_mm", [axis](const MeasuredRow& row) {
+                         return row.has_point ? row.p_WT[axis] / kMetrePerMm : std::nan("");
+                       }});
+  }
+  if (recorded.range) {
+    columns.push_back({"range_mm", [](const MeasuredRow& row) {
+                         return row.has_range ? row.range_m / kMetrePerMm : std::nan("");
+                       }});
+  }
+  if (recorded.time) columns.push_back({"t_s", [](const MeasuredRow& row) { return row.t_s; }});
+  if (recorded.temperature) {
+    columns.push_back({"temp_C", [](const MeasuredRow& row) { return row.temp_C; }});
+  }
+  if (recorded.payload) {
+    columns.push_back({"payload_kg", [](const MeasuredRow& row) { return row.payload_kg; }});
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool slides = joints[i].type == JointType::kPrismatic;
+    const double unit = slides ? kMetrePerMm : kRadPerDeg;
+    columns.push_back(
+        {fmt::format("q{}_{}", i + 1, slides ? "mm" : "deg"),
+         [i, unit](const MeasuredRow& row) { return row.q[static_cast<Eigen::Index>(i)] / unit; }});
+  }
+  for (std::size_t i = 0; i < table.further.size(); ++i) {
+    columns.push_back({table.further[i], [i](const MeasuredRow& row) { return row.further[i]; }});
+  }
+  return columns;
+}
+
+std::string LinesText(const std::vector<int>& lines) {
+  constexpr std::size_t kNamed = 8;
+  const std::vector<int> first(
+      lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, lines.size())));
+  return fmt::format("line{} {}{}", lines.size() == 1 ? "" : "s", fmt::join(first, ", "),
+                     lines.size() > kNamed ? ", .." : "");
+}
+
+std::optional<std::string> CodeIn(const MeasuredTable& table, const FileColumn& column) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  std::map<double, std::vector<int>> codes;
+  for (const MeasuredRow& row : table.rows) {
+    const double value = column.value(row);
+    if (!std::isfinite(value)) continue;
+    if (LooksLikeCode(value)) {
+      codes[std::round(value)].push_back(row.line);
+    } else {
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+  if (low > high) return std::nullopt;
+  const double span = high - low;
+  for (const auto& [code, lines] : codes) {
+    const double beyond = std::max(low - code, code - high);
+    if (!(beyond > span) || 2 * lines.size() > table.rows.size()) continue;
+    return fmt::format(
+        "{} is {:.0f} in {} rows ({}), while all others lie between {:.6g} and {:.6g}: that is a "
+        "code for \"nothing measured\", not a value. Leave such cells empty: the row then keeps "
+        "its place in the order of moves",
+        column.name, code, lines.size(), LinesText(lines), low, high);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> PointsAtOrigin(const MeasuredTable& table) {
+  if (!table.recorded.position) return std::nullopt;
+  std::vector<int> lines;
+  double nearest_m = HUGE_VAL;
+  for (const MeasuredRow& row : table.rows) {
+    if (!row.has_point) continue;
+    const double distance_m = row.p_WT.norm();
+    if (distance_m == 0) {
+      lines.push_back(row.line);
+    } else {
+      nearest_m = std::min(nearest_m, distance_m);
+    }
+  }
+  const bool some = !lines.empty() && lines.size() < table.rows.size();
+  if (!some || nearest_m < kAwayFromOrigin_m) return std::nullopt;
+  return fmt::format(
+      "x_mm, y_mm, z_mm are 0, 0, 0 in {} rows ({}), while no other point is within {:.0f} mm of "
+      "the origin: nothing was measured there. Leave those cells empty: the row then keeps its "
+      "place in the order of moves",
+      lines.size(), LinesText(lines), 1e3 * nearest_m);
+}
+
+std::optional<std::string> Kelvin(const MeasuredTable& table) {
+  if (!table.recorded.temperature || table.rows.empty()) return std::nullopt;
+  double coldest = HUGE_VAL, hottest = -HUGE_VAL;
+  for (const MeasuredRow& row : table.rows) {
+    coldest = std::min(coldest, row.temp_C);
+    hottest = std::max(hottest, row.temp_C);
+  }
+  if (coldest < kHottest_C) return std::nullopt;
+  return fmt::format(
+      "temp_C lies between {:.6g} and {:.6g}: no cell is that hot; as kelvin it is {:.4g}..{:.4g} "
+      "deg C. Subtract 273.15",
+      coldest, hottest, coldest - 273.15, hottest - 273.15);
+}
+
+/// Steps in which t_s falls, of those between rows of one session.
+struct FallingClock {
+  std::size_t steps = 0;
+  std::vector<int> lines;  ///< after each fall
+};
+
+FallingClock FallsOf(const MeasuredTable& table) {
+  std::map<std::string, double> last_s;
+  std::vector<double> rises_s;
+  std::vector<std::pair<int, double>> falls;
+  FallingClock clock;
+  for (const MeasuredRow& row : table.rows) {
+    const auto [before, fresh] = last_s.emplace(row.session, row.t_s);
+    if (fresh) continue;
+    const double step_s = row.t_s - before->second;
+    ++clock.steps;
+    if (step_s > 0) rises_s.push_back(step_s);
+    if (step_s < 0) falls.emplace_back(row.line, -step_s);
+    before->second = row.t_s;
+  }
+  // A clock that was set by less than an interval changes no order.
+  const double usual_s = rises_s.empty() ? 0 : MedianOf(rises_s);
+  for (const auto& [line, by_s] : falls) {
+    if (by_s > usual_s) clock.lines.push_back(line);
+  }
+  return clock;
+}
+
+std::optional<std::string> ShuffledRows(const MeasuredTable& table) {
+  if (!table.recorded.time || !table.recorded.order) return std::nullopt;
+  const FallingClock clock = FallsOf(table);
+  const auto falls = static_cast<double>(clock.lines.size());
+  if (clock.lines.size() < 3 || falls < kShuffledFrom * static_cast<double>(clock.steps)) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "t_s falls in {} of {} steps from row to row ({}): the rows are not in the order in which "
+      "the robot went through them, which effects of the last move and of time need. Sort them by "
+      "t_s; where the clock is wrong, leave t_s out; where several runs are mixed, give each its "
+      "own session",
+      clock.lines.size(), clock.steps, LinesText(clock.lines));
+}
+
+}  // namespace
+
+std::optional<std::string> ImpossibleValues(const MeasuredTable& table,
+                                            const std::vector<Joint>& joints) {
+  if (table.rows.size() < kFewestRows) return std::nullopt;
+  for (const FileColumn& column : ColumnsOf(table, joints)) {
+    if (const auto code = CodeIn(table, column)) return code;
+  }
+  if (const auto origin = PointsAtOrigin(table)) return origin;
+  if (const auto kelvin = Kelvin(table)) return kelvin;
+  return ShuffledRows(table);
+}
+
+void GiveUpRestartedClock(MeasuredTable& table) {
+  if (!table.recorded.time) return;
+  const FallingClock clock = FallsOf(table);
+  if (clock.lines.empty()) return;
+  table.recorded.time = false;
+  table.notes.push_back(fmt::format(
+      "t_s falls {} times ({}): the clock was restarted, and times before and after do not "
+      "compare. Effects of time are not offered; give each start its own session, or count on",
+      clock.lines.size(), LinesText(clock.lines)));
+}
+
+}  // namespace plumbline

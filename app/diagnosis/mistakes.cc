@@ -1,0 +1,277 @@
+#include "app/diagnosis/mistakes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kLeastSpread_rad = 0.5;  // of a joint whose sign a small residual may tell
+
+using Undo = std::function<void(Dataset&)>;
+
+Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
+  return [map = std::move(map)](Dataset& data) {
+    for (MeasuredRow& row : data.table.rows) row.p_WT = map(row.p_WT);
+  };
+}
+
+Undo OnJoints(std::function<void(JointVector&)> map) {
+  return [map = std::move(map)](Dataset& data) {
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      map(data.table.rows[k].q);
+      data.conditions[k].q = data.table.rows[k].q;
+    }
+  };
+}
+
+Undo OnPayload(double factor) {
+  return [factor](Dataset& data) {
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].payload_kg *= factor;
+      data.conditions[k].payload_kg *= factor;
+      data.payloads[k].mass_kg *= factor;
+    }
+  };
+}
+
+bool Turns(const Dataset& data, int joint) {
+  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type != JointType::kPrismatic;
+}
+
+void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
+  const bool range = data.axes() == 1;
+  const std::string columns = range ? "range_mm" : "x_mm, y_mm, z_mm";
+  const std::pair<double, const char*> units[] = {
+      {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
+  for (const auto& [factor, unit] : units) {
+    const Undo undo = [factor = factor, range](Dataset& changed) {
+      for (MeasuredRow& row : changed.table.rows) {
+        if (range) {
+          row.range_m *= factor;
+        } else {
+          row.p_WT *= factor;
+        }
+      }
+    };
+    mistakes.push_back({fmt::format("{} hold {}", columns, unit),
+                        fmt::format("write millimetres (times {:g})", factor), undo});
+  }
+  const auto radians = [cell = data.cell](JointVector& q) {
+    for (int i = 0; i < cell.robot.size(); ++i) {
+      const bool slides =
+          cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+      if (!slides) q[i] /= kRadPerDeg;
+    }
+  };
+  mistakes.push_back({"the q columns hold radians", "write degrees", OnJoints(radians)});
+}
+
+/// Where each measured axis comes from, with its sign.
+struct AxisMap {
+  std::array<int, 3> from;
+  std::array<int, 3> sign;
+};
+
+std::string SentenceOf(const AxisMap& map) {
+  constexpr const char* kAxes = "xyz";
+  std::vector<int> moved, turned;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    if (map.from[at] != axis) moved.push_back(axis);
+    if (map.sign[at] < 0) turned.push_back(axis);
+  }
+  if (moved.size() == 2 && turned.empty()) {
+    return fmt::format("{} and {} are swapped", kAxes[moved[0]], kAxes[moved[1]]);
+  }
+  if (moved.empty() && turned.size() == 1) {
+    return fmt::format("{} counts the other way (mirrored)", kAxes[turned[0]]);
+  }
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    text += fmt::format("{}{} is {}{}", axis == 0 ? "" : ", ", kAxes[axis],
+                        map.sign[at] < 0 ? "-" : "", kAxes[map.from[at]]);
+  }
+  return text + " of the file";
+}
+
+void AddAxes(const Dataset& data, std::vector<Mistake>& mistakes) {
+  if (data.axes() == 1) return;
+  if (data.frames_free()) {
+    mistakes.push_back(
+        {"one measured axis is mirrored, or two are swapped (the measured frame is left-handed)",
+         "check the signs and the order of x_mm, y_mm, z_mm",
+         OnPoints([](const Vec3& p) { return Vec3(-p); })});
+    return;
+  }
+  std::array<int, 3> from = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      AxisMap map{from, {}};
+      Mat3 M = Mat3::Zero();
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        map.sign[axis] = (signs & (1 << axis)) != 0 ? -1 : 1;
+        M(static_cast<int>(axis), from[axis]) = map.sign[axis];
+      }
+      if (M.isIdentity()) continue;
+      mistakes.push_back({SentenceOf(map),
+                          M.determinant() > 0
+                              ? "write them in the cell's frame, or declare frame = \"unaligned\""
+                              : "check the signs and the order of x_mm, y_mm, z_mm",
+                          OnPoints([M](const Vec3& p) { return Vec3(M * p); })});
+    }
+  } while (std::next_permutation(from.begin(), from.end()));
+}
+
+/// Points a row late or early.
+void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
+  if (data.rows() < 8) return;
+  for (const int shift : {-1, 1}) {
+    const Undo undo = [shift](Dataset& changed) {
+      std::vector<MeasuredRow>& rows = changed.table.rows;
+      const std::vector<MeasuredRow> old = rows;
+      const auto count = static_cast<int>(rows.size());
+      for (int k = 0; k < count; ++k) {
+        const auto at = static_cast<std::size_t>(std::clamp(k + shift, 0, count - 1));
+        rows[static_cast<std::size_t>(k)].p_WT = old[at].p_WT;
+        rows[static_cast<std::size_t>(k)].range_m = old[at].range_m;
+      }
+    };
+    mistakes.push_back({fmt::format("each row holds the measurement of the row {}",
+                                    shift > 0 ? "before" : "after"),
+                        "put measurements and joints of one moment into one row", undo});
+    mistakes.back().of_neighbours = true;
+  }
+}
+
+void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
+  const int count = data.cell.robot.size();
+  for (int i = 0; i < count; ++i) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const MeasuredRow& row : data.table.rows) {
+      low = std::min(low, row.q[i]);
+      high = std::max(high, row.q[i]);
+    }
+    Mistake sign{fmt::format("joint q{} counts the other way", i + 1),
+                 "check its sign in the cell, or in the recording",
+                 OnJoints([i](JointVector& q) { q[i] = -q[i]; })};
+    sign.subtle = i == count - 1 && high - low > kLeastSpread_rad;
+    mistakes.push_back(sign);
+  }
+  for (int i = 0; i < count; ++i) {
+    if (!Turns(data, i)) continue;
+    for (const double turn_deg : {90.0, -90.0, 180.0}) {
+      mistakes.push_back({fmt::format("joint q{} is turned by {:.0f} deg", i + 1, turn_deg),
+                          "check theta_offset_deg", OnJoints([i, turn_deg](JointVector& q) {
+                            q[i] += turn_deg * kRadPerDeg;
+                          })});
+    }
+  }
+  for (int i = 0; i + 1 < count; ++i) {
+    if (Turns(data, i) != Turns(data, i + 1)) continue;
+    mistakes.push_back({fmt::format("the columns of q{} and q{} are exchanged", i + 1, i + 2),
+                        "check the header against the recording",
+                        OnJoints([i](JointVector& q) { std::swap(q[i], q[i + 1]); })});
+  }
+  if (count < 3 || !Turns(data, 1) || !Turns(data, 2)) return;
+  for (const double ratio : {1.0, -1.0}) {
+    mistakes.push_back(
+        {fmt::format("joint q3 is counted against the ground (q3 {} q2 turns the joint)",
+                     ratio > 0 ? "+" : "-"),
+         "record the angle between the links, or convert it",
+         OnJoints([ratio](JointVector& q) { q[2] += ratio * q[1]; })});
+  }
+}
+
+Mat3 Turn(double angle_rad, const Vec3& axis) {
+  return RotationFromVector(angle_rad * axis);
+}
+
+void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
+  const bool distal = data.cell.robot.convention == DhConvention::kDistal;
+  mistakes.push_back({fmt::format("the table is in the {} convention",
+                                  distal ? "proximal (\"mdh\")" : "distal (\"dh\")"),
+                      "check convention in [robot]", [distal](Dataset& changed) {
+                        changed.cell.robot.convention =
+                            distal ? DhConvention::kProximal : DhConvention::kDistal;
+                      }});
+  if (data.frames_free()) return;
+  const Pose& X_WB = data.cell.robot.X_WB;
+  const Vec3 rpy = RollPitchYawFromRotation(X_WB.R);
+  const auto turned = [&](const std::string& sentence, const Mat3& R) {
+    if (R.isApprox(X_WB.R, 1e-6)) return;
+    mistakes.push_back({sentence, "write base_rpy_deg as R = Rz(yaw) Ry(pitch) Rx(roll)",
+                        [R](Dataset& changed) { changed.cell.robot.X_WB.R = R; }});
+  };
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  turned("base_rpy_deg holds angles about the moved axes x, y, z (R = Rx Ry Rz)",
+         Turn(rpy[0], x) * Turn(rpy[1], y) * Turn(rpy[2], z));
+  turned("base_rpy_deg holds yaw, pitch, roll (A, B, C: the order reversed)",
+         Turn(rpy[0], z) * Turn(rpy[1], y) * Turn(rpy[2], x));
+  turned("base_rpy_deg holds Euler angles about z, y, z",
+         Turn(rpy[0], z) * Turn(rpy[1], y) * Turn(rpy[2], z));
+  turned("base_rpy_deg holds Euler angles about z, x, z",
+         Turn(rpy[0], z) * Turn(rpy[1], x) * Turn(rpy[2], z));
+  turned("base_rpy_deg holds a rotation vector", RotationFromVector(rpy));
+  const Vec3 as_degrees = rpy / kRadPerDeg;
+  turned("base_rpy_deg holds radians",
+         Turn(as_degrees[2], z) * Turn(as_degrees[1], y) * Turn(as_degrees[0], x));
+  const Pose inverse = X_WB.Inverse();
+  if (!inverse.p.isApprox(X_WB.p, 1e-6) || !inverse.R.isApprox(X_WB.R, 1e-6)) {
+    mistakes.push_back(
+        {"base_xyz_mm and base_rpy_deg hold the instrument's pose in the robot's base",
+         "declare the base in the measurement frame, the inverse of it",
+         [inverse](Dataset& changed) { changed.cell.robot.X_WB = inverse; }});
+  }
+}
+
+void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
+  if (!data.table.recorded.payload || !data.cell.payload_cog_F) return;
+  constexpr double kBeside = 1.12;  // a size that the rows tell from the true one
+  const std::pair<double, const char*> units[] = {{0.45359237, "pounds"}, {1 / 9.80665, "newtons"}};
+  for (const auto& [factor, unit] : units) {
+    Mistake mistake{fmt::format("payload_kg holds {}", unit),
+                    fmt::format("write kilograms (times {:.4g})", factor), OnPayload(factor)};
+    mistake.subtle = true;
+    mistake.beside = {OnPayload(factor / kBeside), OnPayload(factor * kBeside)};
+    mistakes.push_back(mistake);
+  }
+}
+
+void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
+  if (!data.tip_free()) {
+    Mistake tip{"", "correct tcp_mm (or the tool's length), or declare tool = \"unknown\"",
+                [](Dataset& changed) { changed.cell.measurement.tool_known = false; }};
+    tip.fits_tip = true;
+    mistakes.push_back(tip);
+  }
+  if (!data.frames_free()) {
+    Mistake base{"", "correct base_xyz_mm and base_rpy_deg, or declare frame = \"unaligned\"",
+                 [](Dataset& changed) { changed.cell.measurement.frame_known = false; }};
+    base.fits_base = true;
+    mistakes.push_back(base);
+  }
+}
+
+}  // namespace
+
+std::vector<Mistake> MistakesOf(const Dataset& data) {
+  std::vector<Mistake> mistakes;
+  AddUnits(data, mistakes);
+  AddAxes(data, mistakes);
+  AddShiftedRows(data, mistakes);
+  AddJoints(data, mistakes);
+  AddCell(data, mistakes);
+  AddPayload(data, mistakes);
+  AddFrames(data, mistakes);
+  return mistakes;
+}
+
+}  // namespace plumbline

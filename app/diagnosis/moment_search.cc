@@ -1,0 +1,206 @@
+#include "app/diagnosis/moment_search.h"
+
+#include <algorithm>
+
+#include "app/diagnosis/shape_gain.h"
+#include "firmware-like/effects/camera_zoom.h"
+#include "firmware-like/effects/step_event.h"
+
+namespace plumbline {
+namespace {
+
+using I = Influence<double>;
+enum { kTime, kRow, kFirstSize };  // parameters of both effects
+
+/// t_s where recorded, else the row's place.
+double ClockOf(const Dataset& data, const Conditions& moment) {
+  return data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0);
+}
+
+Eigen::VectorXd ClockAtRows(const LinearProblem& problem) {
+  return AtRows(problem, [&](const Conditions& moment) { return ClockOf(problem.data(), moment); });
+}
+
+Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
+  return (clock.array() >= moment).cast<double>();
+}
+
+/// Moments halfway between rows that follow each other in time.
+std::vector<double> Moments(const LinearProblem& problem) {
+  const Eigen::VectorXd at_rows = ClockAtRows(problem);
+  std::vector<double> times(at_rows.begin(), at_rows.end());
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  std::vector<double> moments;
+  const std::size_t margin = std::max<std::size_t>(4, times.size() / 20);
+  for (std::size_t k = margin; k + margin < times.size(); ++k)
+    moments.push_back((times[k - 1] + times[k]) / 2);
+  return moments;
+}
+
+/// The effect from a moment on, each of its sizes a column.
+Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word, double moment,
+                double trials) {
+  const EffectTraits& traits = effect.traits();
+  Block block;
+  block.id = traits.id;
+  block.term.effect = &effect;
+  block.term.word = word;
+  block.term.parameters = {{data.table.recorded.time ? kTime : kRow}};
+  for (int spec = kFirstSize; spec < static_cast<int>(traits.parameters.size()); ++spec) {
+    if (traits.parameters[static_cast<std::size_t>(spec)].role != ParameterRole::kSize) continue;
+    BlockColumn& column = block.columns.emplace_back();
+    column.parameter = static_cast<int>(block.term.parameters.size());
+    column.largest = LargestPlausible(traits, spec);
+    block.term.parameters.push_back({spec});
+  }
+  for (BlockColumn& column : block.columns) {
+    column.values.assign(block.term.parameters.size(), 0.0);
+    column.values.front() = moment;
+  }
+  block.trials = trials;
+  return block;
+}
+
+/// True where only a few rows lie between two moments of the support.
+bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const> support) {
+  std::vector<double> moments;
+  for (const Block* block : support) {
+    if (BeginsAtAMoment(block->term)) moments.push_back(block->columns.front().values.front());
+  }
+  if (moments.size() < 2) return false;
+  std::sort(moments.begin(), moments.end());
+  const Dataset& data = problem.data();
+  const int least = std::max(6, data.rows() / 10);
+  for (std::size_t k = 1; k < moments.size(); ++k) {
+    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), [&](int row) {
+      const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
+      return clock >= moments[k - 1] && clock < moments[k];
+    });
+    if (between < least) return true;
+  }
+  return false;
+}
+
+/// What both effects have in common.
+class MomentSearch : public ShapeSearch {
+ public:
+  explicit MomentSearch(const Effect& effect) : effect_(effect) {}
+
+  std::vector<Block> Refitted(const Dataset& data, const ActiveEffect& effect) const override {
+    std::vector<Block> blocks;
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      if (effect.term.parameters[k].spec >= kFirstSize) continue;
+      blocks.push_back(BlockFrom(data, effect_, effect.term.word, effect.values[k], data.rows()));
+    }
+    return blocks;
+  }
+  bool Excludes(const LinearProblem& problem,
+                std::span<const Block* const> support) const override {
+    return MomentsTooClose(problem, support);
+  }
+
+ protected:
+  const Effect& effect_;
+};
+
+class StepSearch final : public MomentSearch {
+ public:
+  StepSearch() : MomentSearch(StepEvent()) {}
+
+  std::vector<Block> Propose(const LinearProblem& problem,
+                             const Eigen::VectorXd& residual) const override {
+    const std::vector<double> moments = Moments(problem);
+    if (moments.empty()) return {};
+    std::vector<Block> blocks;
+    blocks.push_back(BestStep(problem, residual, moments, "base", I::kBase));
+    blocks.push_back(BestStep(problem, residual, moments, "tool", I::kTip));
+    return blocks;
+  }
+
+ private:
+  /// Coarsely over all moments first, then each one around the best.
+  Block BestStep(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                 const std::vector<double>& moments, std::string_view frame, int entry) const {
+    constexpr std::size_t kCoarse = 150;
+    const std::size_t stride = moments.size() / kCoarse + 1;
+    const Eigen::VectorXd clock = ClockAtRows(problem);
+    std::size_t best = 0;
+    double best_gain = -1;
+    const auto judge = [&](std::size_t k) {
+      const auto columns = problem.Carried(Three(entry), From(moments[k], clock));
+      const double gain = Gain(problem, columns, residual);
+      if (gain > best_gain) {
+        best_gain = gain;
+        best = k;
+      }
+    };
+    for (std::size_t k = 0; k < moments.size(); k += stride) judge(k);
+    if (stride > 1) {
+      const std::size_t around = best;
+      const std::size_t from = around > stride ? around - stride : 0;
+      for (std::size_t k = from; k < std::min(moments.size(), around + stride); ++k) judge(k);
+    }
+    return BlockFrom(problem.data(), effect_, frame, moments[best],
+                     static_cast<double>(moments.size()));
+  }
+};
+
+class ZoomSearch final : public MomentSearch {
+ public:
+  ZoomSearch() : MomentSearch(CameraZoom()) {}
+
+  std::vector<Block> Fixed(const Dataset& data) const override {
+    return {WholeBlock(data, effect_, "")};
+  }
+
+  std::vector<Block> Propose(const LinearProblem& problem,
+                             const Eigen::VectorXd& residual) const override {
+    const std::vector<double> moments = ZoomMoments(problem);
+    const Eigen::VectorXd clock = ClockAtRows(problem);
+    Found found;
+    found.reserve(moments.size());
+    for (const double moment : moments) {
+      const auto columns = problem.Carried({I::kCameraDepth}, From(moment, clock));
+      found.emplace_back(
+          Gain(problem, columns, residual),
+          BlockFrom(problem.data(), effect_, "", moment, static_cast<double>(moments.size())));
+    }
+    return Best(std::move(found), 1);
+  }
+
+ private:
+  /// Moments at which the camera was zoomed: where zoom_counts is recorded those at which it
+  /// changed, else all.
+  static std::vector<double> ZoomMoments(const LinearProblem& problem) {
+    constexpr std::string_view kColumn = "zoom_counts";
+    if (!problem.data().conditions.front().Signal(kColumn)) return Moments(problem);
+    const Eigen::VectorXd clock = ClockAtRows(problem);
+    const Eigen::VectorXd zoom =
+        AtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
+    std::vector<std::pair<double, double>> rows;
+    rows.reserve(static_cast<std::size_t>(clock.size()));
+    for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);
+    std::sort(rows.begin(), rows.end());
+    std::vector<double> moments;
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+      if (rows[k].second != rows[k - 1].second)
+        moments.push_back((rows[k - 1].first + rows[k].first) / 2);
+    }
+    return moments;
+  }
+};
+
+}  // namespace
+
+const ShapeSearch& StepEventSearch() {
+  static const StepSearch search;
+  return search;
+}
+
+const ShapeSearch& CameraZoomSearch() {
+  static const ZoomSearch search;
+  return search;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,139 @@
+#include "app/diagnosis/partial_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/table/conditions.h"
+
+namespace plumbline {
+namespace {
+
+const char* NameOf(Signal signal) {
+  switch (signal) {
+    case Signal::kOrder:
+      return "the robot's last move";
+    case Signal::kVelocity:
+      return "qd";
+    case Signal::kAcceleration:
+      return "qdd";
+    default:
+      return "a signal";
+  }
+}
+
+void AddLacked(Signal signal, std::vector<std::size_t> rows, std::vector<LackedSignal>& lacked) {
+  if (!rows.empty()) lacked.push_back({signal, std::move(rows)});
+}
+
+bool EffectNeeds(const Finding& finding, Signal signal) {
+  const EffectTraits& traits = finding.effect.term.effect->traits();
+  if (traits.Needs(signal)) return true;
+  return std::any_of(traits.word_needs.begin(), traits.word_needs.end(), [&](const WordNeed& need) {
+    return need.signal == signal && need.word == finding.effect.term.word;
+  });
+}
+
+/// Gives up a signal that most rows lack.
+void GiveUp(const LackedSignal& lacked, MeasuredTable& table) {
+  if (lacked.signal == Signal::kOrder) table.recorded.order = false;
+  if (lacked.signal == Signal::kVelocity) table.recorded.qd = false;
+  if (lacked.signal == Signal::kAcceleration) table.recorded.qdd = false;
+  table.notes.push_back(
+      fmt::format("{} is not known in {} of {} rows: effects that follow it are not offered",
+                  NameOf(lacked.signal), lacked.rows.size(), table.rows.size()));
+}
+
+std::vector<std::size_t> RowsOf(const std::vector<LackedSignal>& lacked) {
+  std::set<std::size_t> rows;
+  for (const LackedSignal& one : lacked) rows.insert(one.rows.begin(), one.rows.end());
+  return {rows.begin(), rows.end()};
+}
+
+/// The same options with progress reported within a part of the whole.
+DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, double share) {
+  DiagnosisOptions part = options;
+  if (options.progress) {
+    part.progress = [&options, from, share](double done, const std::string& what) {
+      options.progress(from + share * done, what);
+    };
+  }
+  return part;
+}
+
+/// The answer of the complete rows, with what became of the others.
+Diagnosis WithNotes(Diagnosis diagnosis, const MeasuredTable& table,
+                    const std::vector<LackedSignal>& lacked) {
+  for (const LackedSignal& one : lacked) {
+    diagnosis.notes.push_back(
+        fmt::format("{} is not known in {} rows (first: line {}): they took no part, because the "
+                    "answer would hold an effect that follows it",
+                    NameOf(one.signal), one.rows.size(), table.rows[one.rows.front()].line));
+  }
+  return diagnosis;
+}
+
+}  // namespace
+
+std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTable& table) {
+  std::vector<std::size_t> moves, velocities, accelerations;
+  std::set<std::string> seen;
+  const std::vector<Conditions> conditions = ConditionsOf(cell, table);
+  for (std::size_t k = 0; k < table.rows.size(); ++k) {
+    const MeasuredRow& row = table.rows[k];
+    const bool first = seen.insert(row.session).second;
+    if (!first && conditions[k].last_move.size() == 0) moves.push_back(k);
+    if (row.qd.size() == 0) velocities.push_back(k);
+    if (row.qdd.size() == 0) accelerations.push_back(k);
+  }
+  std::vector<LackedSignal> lacked;
+  if (table.recorded.order) AddLacked(Signal::kOrder, moves, lacked);
+  if (table.recorded.qd) AddLacked(Signal::kVelocity, velocities, lacked);
+  if (table.recorded.qdd) AddLacked(Signal::kAcceleration, accelerations, lacked);
+  return lacked;
+}
+
+MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::size_t>& rows) {
+  MeasuredTable without = table;
+  without.rows.clear();
+  for (std::size_t k = 0; k < table.rows.size(); ++k) {
+    const bool aside = std::binary_search(rows.begin(), rows.end(), k);
+    (aside ? without.unmeasured : without.rows).push_back(table.rows[k]);
+  }
+  std::stable_sort(without.unmeasured.begin(), without.unmeasured.end(),
+                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  return without;
+}
+
+bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) {
+  const auto needs = [&](const Finding& finding) {
+    return std::any_of(lacked.begin(), lacked.end(),
+                       [&](const LackedSignal& one) { return EffectNeeds(finding, one.signal); });
+  };
+  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), needs) ||
+         std::any_of(diagnosis.remainder.begin(), diagnosis.remainder.end(), needs);
+}
+
+Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
+                           const DiagnosisOptions& options) {
+  MeasuredTable table = measured;
+  if (options.order_unknown) table.recorded.order = false;
+  std::vector<LackedSignal> lacked = LackedSignals(cell, table);
+  std::erase_if(lacked, [&](const LackedSignal& one) {
+    const bool most = 2 * one.rows.size() > table.rows.size();
+    if (most) GiveUp(one, table);
+    return most;
+  });
+  if (lacked.empty()) return DiagnoseRows(cell, table, options);
+  const Result<Diagnosis> complete =
+      DiagnoseRows(cell, WithRowsAside(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
+  if (complete && Needs(*complete, lacked)) return WithNotes(*complete, table, lacked);
+  if (options.interrupted && options.interrupted()) return Error{"interrupted"};
+  // Nothing follows what is lacking: every row counts.
+  Result<Diagnosis> all = DiagnoseRows(cell, table, WithProgress(options, 0.5, 0.5));
+  if (complete && (!all || Needs(*all, lacked))) return WithNotes(*complete, table, lacked);
+  return all;
+}
+
+}  // namespace plumbline

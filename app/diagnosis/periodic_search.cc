@@ -1,0 +1,308 @@
+#include "app/diagnosis/periodic_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "app/diagnosis/shape_gain.h"
+#include "firmware-like/effects/counterbalance.h"
+#include "firmware-like/effects/gear_periodic.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kCounterbalancedJoint = 1;  // q2 carries the spring or gas cylinder of heavy arms
+enum GearParameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
+
+/// amplitude sin(cycles q + phase) as a sine and a cosine; the phase is the last parameter.
+Block TwoPhases(const Effect& effect, int joint, int parameters, std::vector<double> values) {
+  Block block;
+  block.term.effect = &effect;
+  block.id = effect.traits().id;
+  for (int spec = 0; spec < parameters; ++spec) block.term.parameters.push_back({spec, joint});
+  for (const double angle : {0.0, std::numbers::pi / 2}) {
+    BlockColumn& column = block.columns.emplace_back();
+    values.back() = angle;
+    column.values = values;
+    column.largest = LargestPlausible(effect.traits(), kAmplitude);
+  }
+  return block;
+}
+
+Block PeriodicBlock(int joint, double cycles, double trials) {
+  Block block = TwoPhases(GearPeriodic(), joint, kOfOneTerm, {0, cycles, 0});
+  block.trials = trials;
+  return block;
+}
+
+/// Amplitude and phase of a sine and a cosine.
+ActiveEffect OnePhase(const Block& block, const std::map<int, double>& values) {
+  const auto sine = values.find(0), cosine = values.find(1);
+  const double a = sine == values.end() ? 0 : sine->second;
+  const double b = cosine == values.end() ? 0 : cosine->second;
+  ActiveEffect effect;
+  effect.term = block.term;
+  effect.values = block.columns[0].values;
+  effect.values.front() = std::hypot(a, b);
+  effect.values.back() = std::atan2(b, a);
+  return effect;
+}
+
+double PeriodicGain(const LinearProblem& problem, int joint, double cycles,
+                    const Eigen::VectorXd& residual) {
+  const Eigen::VectorXd angle =
+      cycles * AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; });
+  Eigen::MatrixXd factors(angle.size(), 2);
+  factors.col(0) = angle.array().sin();
+  factors.col(1) = angle.array().cos();
+  return Gain(problem, problem.Carried({joint}, factors), residual);
+}
+
+/// Sums over rows that the gain of a line needs.
+struct JointRows {
+  Eigen::VectorXd q;
+  Eigen::VectorXd along, square;  ///< carrier times residual, carrier times itself
+
+  JointRows(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
+      : q(AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
+        along(q.size()),
+        square(q.size()) {
+    const int axes = problem.linear().axes;
+    const Eigen::VectorXd& turn = problem.Carrier(joint);
+    for (int j = 0; j < q.size(); ++j) {
+      along[j] = turn.segment(j * axes, axes).dot(residual.segment(j * axes, axes));
+      square[j] = turn.segment(j * axes, axes).squaredNorm();
+    }
+  }
+  double Span() const { return q.maxCoeff() - q.minCoeff(); }
+};
+
+constexpr double kFewestCycles = 0.5, kMostCycles = 400;
+constexpr double kLeastSpan_rad = 0.05;  // of a joint, for lines to be told apart
+
+/// Gains of sin and cos at cycles that rise by a step, the frames not taken out.
+std::vector<double> GainsAlong(const JointRows& rows, double step) {
+  const auto steps = static_cast<int>(kMostCycles / step);
+  using Complex = std::complex<double>;
+  const auto count = static_cast<std::size_t>(rows.q.size());
+  std::vector<Complex> phase(count), turn_by(count);
+  for (std::size_t j = 0; j < count; ++j) {
+    const double q = rows.q[static_cast<Eigen::Index>(j)];
+    phase[j] = std::polar(1.0, kFewestCycles * q);
+    turn_by[j] = std::polar(1.0, step * q);
+  }
+  std::vector<double> gains;
+  for (int s = 0; s < steps; ++s) {
+    double bs = 0, bc = 0, ss = 0, cc = 0, sc = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      const auto at = static_cast<Eigen::Index>(j);
+      const double c = phase[j].real(), n = phase[j].imag();
+      bs += rows.along[at] * n;
+      bc += rows.along[at] * c;
+      ss += rows.square[at] * n * n;
+      cc += rows.square[at] * c * c;
+      sc += rows.square[at] * n * c;
+      phase[j] *= turn_by[j];
+    }
+    const double det = ss * cc - sc * sc;
+    gains.push_back(det > 1e-9 * ss * cc ? (bs * bs * cc - 2 * bs * bc * sc + bc * bc * ss) / det
+                                         : 0);
+  }
+  return gains;
+}
+
+/// A line found: chi2 that it takes away, with the frames taken out.
+using Peak = PeriodicLine;
+
+bool Higher(const Peak& a, const Peak& b) {
+  return a.gain > b.gain;
+}
+
+/// The highest local maxima.
+std::vector<Peak> PeaksOf(const std::vector<double>& gains, int joint, double step) {
+  constexpr std::size_t kMostPeaks = 4;
+  std::vector<Peak> peaks;
+  for (std::size_t s = 0; s < gains.size(); ++s) {
+    const bool rises = s == 0 || gains[s] >= gains[s - 1];
+    const bool falls = s + 1 == gains.size() || gains[s] >= gains[s + 1];
+    if (rises && falls)
+      peaks.push_back({joint, kFewestCycles + step * static_cast<double>(s), gains[s], 0});
+  }
+  std::sort(peaks.begin(), peaks.end(), Higher);
+  if (peaks.size() > kMostPeaks) peaks.resize(kMostPeaks);
+  return peaks;
+}
+
+/// The strongest lines of one joint, largest first, exactly and between the steps; none where the
+/// joint hardly moved.
+/// @param trials  lines that can be told apart; unchanged where there are none
+std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, int joint,
+                                const Eigen::VectorXd& residual, double& trials) {
+  const JointRows rows(problem, joint, residual);
+  if (!(rows.Span() > kLeastSpan_rad)) return {};
+  const double lobe = 2 * std::numbers::pi / rows.Span();  // width of a line
+  const double step = lobe / 6;
+  trials = kMostCycles / lobe * 2;
+  std::vector<Peak> peaks = PeaksOf(GainsAlong(rows, step), joint, step);
+  const auto exact = [&](double cycles) { return PeriodicGain(problem, joint, cycles, residual); };
+  for (Peak& peak : peaks) {
+    double width = step;
+    peak.gain = exact(peak.cycles_per_turn);
+    for (int pass = 0; pass < 5; ++pass, width /= 2) {
+      for (const double side : {-1.0, 1.0}) {
+        const double cycles = peak.cycles_per_turn + side * width / 2;
+        const double gain = exact(cycles);
+        if (gain > peak.gain) peak = {joint, cycles, gain, 0};
+      }
+    }
+    // A line of amplitude A has the gain A^2 sum |J|^2 / 2.
+    peak.amplitude_rad = std::sqrt(2 * peak.gain / rows.square.sum());
+  }
+  std::sort(peaks.begin(), peaks.end(), Higher);
+  return peaks;
+}
+
+/// True where two lines of one joint stand nearer than its range can tell apart; whole cycles are
+/// an eccentricity and its harmonics, not a line in two halves.
+bool TooNear(const Dataset& data, const PeriodicLine& a, const PeriodicLine& b) {
+  if (a.joint != b.joint) return false;
+  const auto whole = [](double cycles) { return cycles == std::round(cycles); };
+  if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
+  constexpr double kLobes = 0.7;
+  double low = 1e9, high = -1e9;
+  for (const MeasuredRow& row : data.table.rows) {
+    low = std::min(low, row.q[a.joint]);
+    high = std::max(high, row.q[a.joint]);
+  }
+  const double lobe = 2 * std::numbers::pi / std::max(kLeastSpan_rad, high - low);
+  return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kLobes * lobe;
+}
+
+class PeriodicSearch final : public ShapeSearch {
+ public:
+  std::vector<Block> Propose(const LinearProblem& problem,
+                             const Eigen::VectorXd& residual) const override {
+    Found found, eccentric;
+    double trials = 1;
+    const int joints = problem.data().cell.robot.size();
+    for (int joint = 0; joint < joints; ++joint) {
+      double of_joint = 1;
+      for (const Peak& peak : PeriodicPeaks(problem, joint, residual, of_joint)) {
+        found.emplace_back(peak.gain, PeriodicBlock(joint, peak.cycles_per_turn, 1));
+      }
+      if (of_joint == 1) continue;  // it never moved far
+      for (const double whole : {1.0, 2.0}) {
+        eccentric.emplace_back(PeriodicGain(problem, joint, whole, residual),
+                               PeriodicBlock(joint, whole, joints));
+      }
+      trials += of_joint;
+    }
+    constexpr std::size_t kKept = 3;
+    std::vector<Block> blocks = Best(std::move(eccentric), kKept);
+    for (Block& block : Best(std::move(found), kKept)) {
+      block.trials = trials;
+      blocks.push_back(std::move(block));
+    }
+    return blocks;
+  }
+
+  std::vector<Block> Refitted(const Dataset& data, const ActiveEffect& effect) const override {
+    constexpr double kTrials = 5000;  // as many as the search of all joints and cycles
+    std::vector<Block> blocks;
+    const auto& specs = effect.term.effect->traits().parameters;
+    for (std::size_t k = 0; k < effect.values.size(); ++k) {
+      const TermParameter& parameter = effect.term.parameters[k];
+      if (!IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
+      const double cycles = effect.values[k];
+      const bool whole = cycles == std::round(cycles);
+      blocks.push_back(
+          PeriodicBlock(parameter.joint, cycles, whole ? data.cell.robot.size() : kTrials));
+    }
+    return blocks;
+  }
+
+  std::vector<Block> Everywhere(const Dataset& data) const override {
+    std::vector<Block> blocks;
+    for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+      for (const double cycles : {1.0, 2.0}) blocks.push_back(PeriodicBlock(joint, cycles, 1));
+    }
+    return blocks;
+  }
+
+  ActiveEffect EffectFrom(const Block& block, const std::map<int, double>& values) const override {
+    return OnePhase(block, values);
+  }
+
+  bool SeveralInOne() const override { return true; }
+
+  /// A second line of a joint gets the specs of "q#_#_amplitude".
+  void Join(const ActiveEffect& more, ActiveEffect& effect) const override {
+    const int joint = more.term.parameters.front().joint;
+    int harmonic = 1;
+    for (const TermParameter& parameter : effect.term.parameters) {
+      if (parameter.joint == joint) harmonic = std::max(harmonic, parameter.harmonic + 1);
+    }
+    for (std::size_t k = 0; k < more.values.size(); ++k) {
+      TermParameter parameter = more.term.parameters[k];
+      parameter.harmonic = harmonic;
+      if (harmonic > 1) parameter.spec += kOfOneTerm;
+      effect.term.parameters.push_back(parameter);
+      effect.values.push_back(more.values[k]);
+    }
+  }
+
+  bool Excludes(const LinearProblem& problem,
+                std::span<const Block* const> support) const override {
+    std::vector<PeriodicLine> lines;
+    for (const Block* block : support) {
+      if (const auto line = LineOf(*block)) lines.push_back(*line);
+    }
+    for (std::size_t a = 0; a < lines.size(); ++a) {
+      for (std::size_t b = a + 1; b < lines.size(); ++b) {
+        if (TooNear(problem.data(), lines[a], lines[b])) return true;
+      }
+    }
+    return false;
+  }
+};
+
+class BalanceSearch final : public ShapeSearch {
+ public:
+  bool FollowsResidual() const override { return false; }
+  std::vector<Block> Fixed(const Dataset& data) const override {
+    if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
+    return {TwoPhases(Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
+  }
+  ActiveEffect EffectFrom(const Block& block, const std::map<int, double>& values) const override {
+    return OnePhase(block, values);
+  }
+};
+
+}  // namespace
+
+std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
+                                        const Eigen::VectorXd& residual) {
+  std::vector<PeriodicLine> lines;
+  constexpr double kLargestLine_rad = 2e-3, kLeastSeen = 5;  // of a gear; sigma over all rows
+  for (int joint = 0; joint < problem.data().cell.robot.size(); ++joint) {
+    if (kLargestLine_rad * problem.Carrier(joint).norm() < kLeastSeen) continue;  // no lever
+    double trials = 1;
+    for (const Peak& peak : PeriodicPeaks(problem, joint, residual, trials)) {
+      lines.push_back(peak);
+    }
+  }
+  return lines;
+}
+
+const ShapeSearch& GearPeriodicSearch() {
+  static const PeriodicSearch search;
+  return search;
+}
+
+const ShapeSearch& CounterbalanceSearch() {
+  static const BalanceSearch search;
+  return search;
+}
+
+}  // namespace plumbline

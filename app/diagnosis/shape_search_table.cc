@@ -1,0 +1,35 @@
+// Every effect whose shape is searched, with its search.
+#include <algorithm>
+#include <array>
+
+#include "app/diagnosis/drift_search.h"
+#include "app/diagnosis/moment_search.h"
+#include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/shape_search.h"
+
+namespace plumbline {
+namespace {
+
+struct Registered {
+  std::string_view id;
+  const ShapeSearch& (*search)();
+};
+
+constexpr std::array kSearches = {
+    Registered{"counterbalance", CounterbalanceSearch},
+    Registered{"gear_periodic", GearPeriodicSearch},
+    Registered{"thermal_drift", ThermalDriftSearch},
+    Registered{"step_event", StepEventSearch},
+    Registered{"camera_zoom", CameraZoomSearch},
+};
+
+}  // namespace
+
+const ShapeSearch* ShapeSearchOf(const Effect& effect) {
+  const auto found = std::find_if(kSearches.begin(), kSearches.end(), [&](const Registered& known) {
+    return known.id == effect.traits().id;
+  });
+  return found == kSearches.end() ? nullptr : &found->search();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,40 @@
+// What held-out rows say of a model: its errors, and which of its parts they admit.
+#pragma once
+
+#include <optional>
+
+#include "app/diagnosis/held_out.h"
+
+namespace plumbline {
+
+/// Held-out predictions in every way that the rows allow, blocks of time first.
+struct Validation {
+  std::vector<HeldOut> ways;
+  std::vector<HeldOutError> errors;  ///< of those ways in which any row was predicted
+};
+
+/// Holds rows out by blocks of time, by regions of the joint space and by sessions.
+Validation Validate(const HeldOutInput& input);
+
+/// True where the discrepancy model lowers the error of held-out regions and, where there are
+/// several, of held-out sessions; of blocks of time where neither could be held out.
+bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights);
+
+/// The same errors without the discrepancy model.
+Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation);
+
+/// Standard deviation of a new measured point about its prediction, one axis [m]: at least
+/// `sigma_m`, and the largest of what blocks of time, regions and sessions show when held out. What
+/// a few regions or sessions show beyond the blocks of time is widened by Student's factor for
+/// their number: the next region is a draw from as few. Absent where no region could be held out:
+/// nothing then says how the model does away from its poses.
+/// @param corrected  whether the correction is written; else the declared model's errors count
+std::optional<double> ValidatedSigma(const Validation& validation, double sigma_m, double axes,
+                                     bool corrected);
+
+/// Why the correction must not be written: it predicts held-out rows worse than the declared model
+/// does. Empty where it may be. A model with an empirical term must not be worse in any way, others
+/// not between the rows.
+std::string ReasonToWithhold(const Validation& validation, bool empirical);
+
+}  // namespace plumbline

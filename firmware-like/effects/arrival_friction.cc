@@ -1,0 +1,37 @@
+#include "firmware-like/effects/arrival_friction.h"
+
+namespace plumbline {
+namespace {
+
+struct ArrivalFrictionFormula {
+  static EffectTraits Traits() {
+    return {.id = "arrival_friction",
+            .meaning = "friction that grows with the load holds the joint short of its command",
+            .remedy =
+                "approach from one side; check lubrication and preload where it grows; else let "
+                "the correction carry it",
+            .parameters = {{"q#", "rad/(N m)", 1, {-5e-5, 2e-4}}},
+            .needs = {Signal::kOrder, Signal::kTorques},
+            .confused_with = {"following_error", "backlash", "approach_lag", "joint_compliance"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const int joint = term.parameters[k].joint;
+      influence.Joint(Influence<T>::kLoadShare, joint) -=
+          values[k] * ShareOfMove(conditions, joint);
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& ArrivalFriction() {
+  static const EffectOf<ArrivalFrictionFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

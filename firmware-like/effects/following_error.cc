@@ -1,0 +1,36 @@
+#include "firmware-like/effects/following_error.h"
+
+namespace plumbline {
+namespace {
+
+struct FollowingErrorFormula {
+  static EffectTraits Traits() {
+    return {.id = "following_error",
+            .meaning = "the joint stops behind its command by its share of the last move's speed",
+            .remedy =
+                "wait longer after a move or raise the position loop's gain; measure at the speed "
+                "of production",
+            .parameters = {{"q#", "rad", 1, {-5e-3, 5e-3}}},
+            .needs = {Signal::kOrder},
+            .confused_with = {"approach_lag", "backlash", "arrival_friction", "latency"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const int joint = term.parameters[k].joint;
+      influence.Joint(Influence<T>::kTurn, joint) -= values[k] * ShareOfMove(conditions, joint);
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& FollowingError() {
+  static const EffectOf<FollowingErrorFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,85 @@
+// Frames of an instrument and tip of a tool from rows, and what rows of one orientation leave open.
+#include "app/diagnosis/alignment.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/geometry/angle.h"
+#include "tests/app/diagnosis/simulated.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// Three linear axes at right angles carry a wrist: the tool keeps its orientation while only the
+/// linear axes move. The instrument and the tool are unknown.
+MeasuredCell Gantry(bool wrist_moves) {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 8");
+  std::vector<Joint>& joints = data.cell.robot.joints;
+  for (std::size_t i = 0; i < 3; ++i) {
+    joints[i].type = JointType::kPrismatic;
+    joints[i].min = -5;
+    joints[i].max = 5;
+  }
+  joints[0].alpha_rad = -90 * kRadPerDeg;
+  joints[1].alpha_rad = 90 * kRadPerDeg;
+  joints[1].theta_offset_rad = 90 * kRadPerDeg;
+  for (Joint& joint : joints) joint.compliance_rad_per_Nm.reset();
+  for (MeasuredRow& row : data.table.rows) {
+    row.q.head<3>() *= 0.3;
+    if (!wrist_moves) row.q.tail<3>() = JointVector::Constant(3, 0.4);
+  }
+  Remeasure(data, {}, 5e-5, 4);
+  data.cell.measurement.frame_known = data.cell.measurement.tool_known = false;
+  return data;
+}
+
+Alignment AlignmentOf(const MeasuredCell& data, Dataset& dataset) {
+  const Result<Dataset> read = DatasetFrom(data.cell, data.table);
+  REQUIRE(read);
+  dataset = *read;
+  const Result<Alignment> alignment = AlignedFrames(dataset, Model::Declared(dataset), 1);
+  REQUIRE(alignment);
+  return *alignment;
+}
+
+}  // namespace
+
+TEST_CASE("rows of many orientations determine tip and base, whatever was declared") {
+  MeasuredCell data = Gantry(true);
+  const Vec3 true_tip_F = data.cell.tool.tcp_F;
+  data.cell.tool.tcp_F += Vec3(0.06, -0.05, 0.06);
+  Dataset dataset;
+  const Alignment alignment = AlignmentOf(data, dataset);
+  CHECK((alignment.model.frames[0].tip_F - true_tip_F).norm() < 1e-4);
+  CHECK(alignment.model.frames[0].X_WB.p.norm() < 2e-4);
+  CHECK_FALSE(WhatStaysDeclared(dataset, alignment, 0));
+}
+
+TEST_CASE("rows of one orientation leave the tip as declared, and what that may cost is known") {
+  MeasuredCell data = Gantry(false);
+  data.cell.tool.tcp_F += Vec3(0.012, 0, -0.015);
+  Dataset dataset;
+  const Alignment alignment = AlignmentOf(data, dataset);
+  const Model::Frames& frames = alignment.model.frames[0];
+  CHECK((frames.tip_F - data.cell.tool.tcp_F).norm() < 1e-6);
+  // The base takes the tip's error over; points of this orientation are right all the same.
+  CHECK(frames.X_WB.p.norm() == Approx(Vec3(0.012, 0, -0.015).norm()).margin(1e-3));
+  const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
+  REQUIRE(linear);
+  const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
+    return RadiusHolding95Percent(J * alignment.covariance[0] * J.transpose());
+  };
+  for (const LinearRow& row : linear->rows) {
+    CHECK(row.residual.norm() < 3e-4);
+    CHECK(radius(row.frames) < 1e-4);
+    // The tool turned about by half a turn: the tip's error counts twice.
+    Eigen::Matrix<double, 3, 9> turned = row.frames;
+    turned.rightCols<3>() = -turned.rightCols<3>();
+    CHECK(radius(turned) > 0.1);
+  }
+  const auto held = WhatStaysDeclared(dataset, alignment, 0);
+  REQUIRE(held);
+  CHECK_THAT(*held, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
+}

@@ -1,0 +1,186 @@
+// Mistakes in data or cell that no effect should be blamed for, made in good data of the simulator.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <random>
+
+#include "app/diagnosis/alignment.h"
+#include "app/diagnosis/gross_errors.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/rotation.h"
+#include "tests/app/diagnosis/simulated.h"
+
+using namespace plumbline;
+
+namespace {
+
+constexpr int kThreads = 1;
+
+/// The refusal of these data; empty where they are accepted.
+std::string Refusal(const MeasuredCell& data) {
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  if (!dataset) return dataset.error();
+  const Result<Model> aligned = Aligned(*dataset, Model::Declared(*dataset), kThreads);
+  REQUIRE(aligned);
+  const Result<Linearisation> linear = Linearise(*dataset, *aligned, false, kThreads);
+  REQUIRE(linear);
+  return GrossError(*dataset, *linear, kThreads).value_or("");
+}
+
+constexpr int kSeeds = 5;
+
+/// Clean data of one of three arms; `more` are further options.
+MeasuredCell Clean(int seed, const std::string& more = "") {
+  const char* robots[] = {"kr210", "ur10", "arm6"};
+  return Simulated(fmt::format("--family none --robot {} --rows 44 --repeats 4 --seed {} {}",
+                               robots[seed % 3], 900 + seed, more));
+}
+
+/// Spoils clean data of every seed and asks for words that the refusal must hold.
+void EverySeed(const std::function<void(MeasuredCell&)>& spoil, const std::string& words,
+               const std::string& more = "") {
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    MeasuredCell data = Clean(seed, more);
+    spoil(data);
+    CAPTURE(seed);
+    CHECK_THAT(Refusal(data), Catch::Contains(words));
+  }
+}
+
+std::function<void(MeasuredCell&)> OnRows(const std::function<void(MeasuredRow&)>& spoil) {
+  return [spoil](MeasuredCell& data) {
+    for (MeasuredRow& row : data.table.rows) spoil(row);
+  };
+}
+
+}  // namespace
+
+TEST_CASE("a wrong tool centre point is named with its vector") {
+  EverySeed([](MeasuredCell& data) { data.cell.tool.tcp_F += Vec3(0.018, 0.02, -0.014); },
+            "the TCP is (-18.0, -20.0, 14.0) mm from the declared one");
+}
+
+TEST_CASE("axes that are mirrored or swapped are named") {
+  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT.x() *= -1; }),
+            "x counts the other way (mirrored)");
+  EverySeed(OnRows([](MeasuredRow& row) { std::swap(row.p_WT.x(), row.p_WT.y()); }),
+            "x and y are swapped");
+  EverySeed(
+      OnRows([](MeasuredRow& row) { row.p_WT = Vec3(row.p_WT.y(), row.p_WT.z(), row.p_WT.x()); }),
+      "x is z, y is x, z is y of the file");
+  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT.z() *= -1; }),
+            "the measured frame is left-handed", "--unaligned");
+}
+
+TEST_CASE("other units are named") {
+  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 25.4; }), "x_mm, y_mm, z_mm hold inches");
+  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 1000; }), "x_mm, y_mm, z_mm hold metres");
+  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 25.4; }), "hold inches", "--unaligned");
+  EverySeed(OnRows([](MeasuredRow& row) { row.q *= kRadPerDeg; }), "the q columns hold radians");
+  EverySeed(OnRows([](MeasuredRow& row) { row.temp_C += 273.15; }), "Subtract 273.15");
+  EverySeed(OnRows([](MeasuredRow& row) { row.payload_kg /= 0.45359237; }),
+            "payload_kg holds pounds", "--sigma-mm 0.01");
+}
+
+TEST_CASE("joints that count otherwise are named, the last one too") {
+  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] *= -1; }), "joint q3 counts the other way");
+  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] -= 90 * kRadPerDeg; }),
+            "joint q3 is turned by 90 deg");
+  EverySeed(OnRows([](MeasuredRow& row) { row.q[4] += 180 * kRadPerDeg; }),
+            "joint q5 is turned by 180 deg");
+  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] -= row.q[1]; }),
+            "joint q3 is counted against the ground");
+  // A tool along the last axis moves by its bending alone: a light payload may hide the sign.
+  int named = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
+    for (MeasuredRow& row : data.table.rows) row.q[5] *= -1;
+    named += Refusal(data).find("joint q6 counts the other way") != std::string::npos ? 1 : 0;
+  }
+  CHECK(named >= kSeeds - 1);
+}
+
+TEST_CASE("base angles of another convention are named") {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  const Mat3 moved_axes =
+      RotationFromVector(0.5 * x) * RotationFromVector(0.4 * y) * RotationFromVector(0.3 * z);
+  const Mat3 fixed_axes =
+      RotationFromVector(0.3 * z) * RotationFromVector(0.4 * y) * RotationFromVector(0.5 * x);
+  EverySeed(
+      [&](MeasuredCell& data) {
+        const Pose X_WB{moved_axes, Vec3(0.4, -0.2, 0.9)};
+        for (MeasuredRow& row : data.table.rows) row.p_WT = X_WB * row.p_WT;
+        data.cell.robot.g_W = X_WB.R * data.cell.robot.g_W;
+        data.cell.robot.X_WB = {fixed_axes, X_WB.p};
+      },
+      "about the moved axes x, y, z");
+}
+
+TEST_CASE("rows that are not in the order of their clock are refused, a restarted clock is not") {
+  EverySeed(
+      [](MeasuredCell& data) {
+        std::mt19937_64 generator(5);
+        std::shuffle(data.table.rows.begin(), data.table.rows.end(), generator);
+      },
+      "Sort them by t_s");
+  EverySeed(
+      [](MeasuredCell& data) {
+        std::vector<Vec3> points;
+        for (const MeasuredRow& row : data.table.rows) points.push_back(row.p_WT);
+        std::mt19937_64 generator(5);
+        std::shuffle(points.begin(), points.end(), generator);
+        for (std::size_t k = 0; k < points.size(); ++k) data.table.rows[k].p_WT = points[k];
+      },
+      "measurements and joints are in different orders");
+  EverySeed(
+      [](MeasuredCell& data) {
+        for (std::size_t k = 0; k + 1 < data.table.rows.size(); ++k) {
+          data.table.rows[k].p_WT = data.table.rows[k + 1].p_WT;
+        }
+      },
+      "each row holds the measurement of the row after");
+  MeasuredCell restarted = Clean(0);
+  const double from_s = restarted.table.rows[20].t_s;
+  for (std::size_t k = 20; k < restarted.table.rows.size(); ++k) {
+    restarted.table.rows[k].t_s -= from_s;
+  }
+  CHECK(Refusal(restarted).empty());
+  const Result<Dataset> dataset = DatasetFrom(restarted.cell, restarted.table);
+  REQUIRE(dataset);
+  CHECK_FALSE(dataset->table.recorded.time);
+  CHECK(std::any_of(dataset->notes.begin(), dataset->notes.end(), [](const std::string& note) {
+    return note.find("t_s falls 1 times (line 22): the clock was restarted") != std::string::npos;
+  }));
+}
+
+TEST_CASE("codes for nothing measured are named by line and never fitted") {
+  for (const double code_mm : {-9999.0, 999999.0, 32767.0}) {
+    EverySeed(
+        [code_mm](MeasuredCell& data) {
+          for (const std::size_t k : {3U, 17U}) data.table.rows[k].p_WT.setConstant(1e-3 * code_mm);
+        },
+        fmt::format("x_mm is {:.0f} in 2 rows (lines 5, 19)", code_mm));
+  }
+  EverySeed([](MeasuredCell& data) { data.table.rows[3].p_WT.setZero(); },
+            "x_mm, y_mm, z_mm are 0, 0, 0 in 1 rows (line 5)");
+  EverySeed([](MeasuredCell& data) { data.table.rows[9].temp_C = -9999; },
+            "temp_C is -9999 in 1 rows (line 11)");
+}
+
+TEST_CASE("no large effect is taken for a mistake") {
+  const char* families[] = {
+      "joint_compliance", "joint_offset", "gear_ratio",     "link_geometry",     "backlash_move",
+      "payload_mass",     "payload_cog",  "tool_stiffness", "gravity_direction", "thermal_growth",
+      "tool_frame",       "base_frame",   "step_event",     "gear_periodic",     "rigid_declared"};
+  int sets = 0;
+  for (const char* family : families) {
+    for (const char* robot : {"kr210", "ur10", "arm6"}) {
+      CAPTURE(family, robot);
+      CHECK(Refusal(Simulated(fmt::format("--family {} --robot {} --signal 150 --seed {}", family,
+                                          robot, 70 + sets++))) == "");
+    }
+  }
+  CHECK(sets >= 30);
+}

@@ -1,0 +1,135 @@
+// Searched shapes: found in a residual, converted back, and kept apart.
+#include "app/diagnosis/shape_search.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/diagnosis/candidates.h"
+#include "firmware-like/effects/catalogue.h"
+#include "tests/app/diagnosis/simulated.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// Rows of the product's own arm that hold one effect and a little noise.
+struct Rows {
+  MeasuredCell measured;
+  Result<Dataset> data;
+  std::shared_ptr<const Linearisation> linear;
+  std::optional<LinearProblem> problem;
+
+  Rows(const std::string& id, const std::vector<std::pair<std::string, double>>& values,
+       const std::string& word = "")
+      : measured(Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3")),
+        data(WithEffect(id, values, word)) {
+    REQUIRE(data);
+    const Model declared = Model::Declared(*data);
+    linear = std::make_shared<const Linearisation>(*Linearise(*data, declared, true, 1));
+    std::vector<int> all;
+    for (int k = 0; k < data->rows(); ++k) all.push_back(k);
+    problem.emplace(*data, linear, declared, all, std::vector<double>(all.size(), 1.0), 2e-5, 1);
+  }
+
+  Result<Dataset> WithEffect(const std::string& id,
+                             const std::vector<std::pair<std::string, double>>& values,
+                             const std::string& word) {
+    Remeasure(measured, {EffectWith(measured.cell, id, values, word)}, 2e-5, 11);
+    return DatasetFrom(measured.cell, measured.table);
+  }
+
+  std::vector<Block> Proposed(const std::string& id) const {
+    return ShapeSearchOf(*FindEffect(id))->Propose(*problem, problem->response());
+  }
+};
+
+double ValueOf(const ActiveEffect& effect, std::string_view parameter) {
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const auto spec = static_cast<std::size_t>(effect.term.parameters[k].spec);
+    if (effect.term.effect->traits().parameters[spec].name == parameter) return effect.values[k];
+  }
+  FAIL("no parameter " << parameter);
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("an effect has a search where it has a shape, and only there") {
+  for (const Effect* effect : Catalogue()) {
+    CAPTURE(effect->traits().id);
+    const auto& specs = effect->traits().parameters;
+    const bool shaped = std::any_of(specs.begin(), specs.end(), [](const ParameterSpec& spec) {
+      return spec.role == ParameterRole::kShape;
+    });
+    CHECK((ShapeSearchOf(*effect) != nullptr) == shaped);
+  }
+}
+
+TEST_CASE("a moment is found between the rows where the base moved") {
+  const Rows rows("step_event", {{"time", 2500}, {"x", 3e-4}, {"z", -3e-4}}, "base");
+  const std::vector<Block> blocks = rows.Proposed("step_event");
+  REQUIRE(blocks.size() == 2);  // of the base, of the tool
+  double before = 0, after = 1e9;
+  for (const Conditions& moment : rows.data->conditions) {
+    (*moment.t_s < 2500 ? before : after) =
+        *moment.t_s < 2500 ? std::max(before, *moment.t_s) : std::min(after, *moment.t_s);
+  }
+  const double found = blocks.front().columns.front().values.front();
+  CHECK(found > before);
+  CHECK(found < after);
+  const ActiveEffect effect =
+      ShapeSearchOf(*blocks.front().term.effect)->EffectFrom(blocks.front(), {{0, 1e-4}});
+  CHECK(ValueOf(effect, "time") == found);
+  CHECK(ValueOf(effect, "x") == 1e-4);
+  CHECK(effect.values.size() == 2);  // y and z were not kept
+}
+
+TEST_CASE("a line is found between whole cycles, and its phase comes back") {
+  const Rows rows("gear_periodic", {{"q3_amplitude", 3e-4}, {"q3_cycles", 7.3}, {"q3_phase", 0.4}});
+  const ShapeSearch& search = *ShapeSearchOf(*FindEffect("gear_periodic"));
+  const std::vector<Block> blocks = rows.Proposed("gear_periodic");
+  const auto line = std::find_if(blocks.begin(), blocks.end(), [](const Block& block) {
+    return std::abs(LineOf(block)->cycles_per_turn - 7.3) < 0.2;
+  });
+  REQUIRE(line != blocks.end());
+  CHECK(LineOf(*line)->joint == 2);
+  ActiveEffect effect = search.EffectFrom(*line, {{0, 3e-4}, {1, 4e-4}});
+  CHECK(ValueOf(effect, "q#_amplitude") == Approx(5e-4));
+  CHECK(ValueOf(effect, "q#_phase") == Approx(std::atan2(4.0, 3.0)));
+  search.Join(search.EffectFrom(*line, {{1, 1e-4}}), effect);
+  CHECK(ValueOf(effect, "q#_#_amplitude") == Approx(1e-4));
+  CHECK(effect.term.parameters.back().harmonic == 2);
+}
+
+TEST_CASE("two time constants, or two moments with few rows between, are no explanation") {
+  const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
+  const std::vector<Block> drifts = rows.Proposed("thermal_drift");
+  const std::vector<Block> steps = rows.Proposed("step_event");
+  REQUIRE(drifts.size() == 2);
+  REQUIRE(steps.size() == 2);
+  const auto clash = [&](const Block& a, const Block& b) {
+    return ShapesClash(*rows.problem, std::vector<const Block*>{&a, &b});
+  };
+  CHECK(clash(drifts[0], drifts[1]));
+  CHECK_FALSE(clash(drifts[0], steps[0]));
+  CHECK(clash(steps[0], steps[0]));
+  Block late = steps[0];
+  Block early = steps[0];
+  for (BlockColumn& column : early.columns) column.values.front() = 1000;
+  for (BlockColumn& column : late.columns) column.values.front() = 4000;
+  CHECK_FALSE(clash(early, late));
+}
+
+TEST_CASE("the shapes of refitted effects are offered again as they are") {
+  const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
+  const CellModel& cell = rows.measured.cell;
+  const std::vector<Block> blocks = BlocksOf(
+      *rows.data, {EffectWith(cell, "thermal_drift", {{"y", 1e-4}, {"time_constant", 700}}),
+                   EffectWith(cell, "joint_offset", {{"q1", 1e-4}}),
+                   EffectWith(cell, "step_event", {{"time", 1234}, {"x", 1e-4}}, "tool")});
+  REQUIRE(blocks.size() == 2);
+  CHECK(blocks[0].columns.front().values.back() == 700);
+  CHECK(blocks[1].columns.front().values.front() == 1234);
+  CHECK(blocks[1].term.word == "tool");
+}

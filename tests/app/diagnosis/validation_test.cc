@@ -1,0 +1,228 @@
+// Held-out rows: how they are chosen, what they admit, and the checks of an explanation.
+#include "app/diagnosis/validation.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "app/diagnosis/empirical_bounds.h"
+#include "app/diagnosis/explanation_checks.h"
+#include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/empirical.h"
+#include "tests/app/diagnosis/simulated.h"
+
+using namespace plumbline;
+
+namespace {
+
+Dataset DatasetOf(const std::string& options) {
+  const MeasuredCell data = Simulated(options);
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  return *dataset;
+}
+
+/// Held-out residuals of a size [m] along x on every row.
+HeldOut HeldOutOf(const Dataset& data, double size_m) {
+  HeldOut held_out;
+  const auto rows = static_cast<std::size_t>(data.rows());
+  held_out.by = "blocks of time";
+  held_out.predicted.assign(rows, true);
+  held_out.before.assign(rows, Vec3(1e-3, 0, 0));
+  held_out.after = held_out.after_named = std::vector<Vec3>(rows, Vec3(size_m, 0, 0));
+  return held_out;
+}
+
+Diagnosis Explained(const std::string& id) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kExplained;
+  Finding& finding = diagnosis.findings.emplace_back();
+  finding.effect.term.effect = FindEffect(id);
+  finding.p_value = 1e-9;
+  return diagnosis;
+}
+
+const ExplanationCheck& CheckNamed(const Diagnosis& diagnosis, const std::string& name) {
+  for (const ExplanationCheck& check : diagnosis.checks) {
+    if (check.name == name) return check;
+  }
+  throw std::runtime_error("no check " + name);
+}
+
+}  // namespace
+
+TEST_CASE("repeats share a region, and sessions are held out one by one") {
+  const Dataset data = DatasetOf("--family none --seed 3 --unaligned --sessions 2");
+  const FoldPlan regions = RegionsOfJointSpace(data);
+  REQUIRE(regions.fold_of.size() == data.table.rows.size());
+  CHECK(std::set<int>(regions.fold_of.begin(), regions.fold_of.end()).size() == 5);
+  std::map<int, int> of_cluster;
+  for (std::size_t row = 0; row < regions.fold_of.size(); ++row) {
+    const auto [known, fresh] = of_cluster.emplace(data.cluster_of[row], regions.fold_of[row]);
+    CHECK(known->second == regions.fold_of[row]);
+  }
+  const FoldPlan sessions = Sessions(data);
+  CHECK(sessions.folds == 2);
+  CHECK(sessions.fold_of == data.session_of);
+  CHECK(sessions.aligned);
+  CHECK(Sessions(DatasetOf("--family none --seed 3")).folds == 0);
+}
+
+TEST_CASE("an explanation that folds do not select, or that chance may bring, is in doubt") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const double sigma_m = data.sigma_m;
+  HeldOut held_out = HeldOutOf(data, std::sqrt(3) * sigma_m);
+  const ExplanationEvidence evidence{data, held_out, weights, sigma_m, 2, 0};
+  const std::vector<EffectKey> taken = {{"gear_ratio", ""}}, nothing;
+
+  held_out.selected = {taken, taken, taken, taken, nothing};
+  Diagnosis diagnosis = Explained("gear_ratio");
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kExplained);
+  CHECK(diagnosis.doubts.empty());
+  CHECK(CheckNamed(diagnosis, "selection_frequency").figure == Approx(0.8));
+
+  held_out.selected = {taken, taken, taken, nothing, nothing};
+  diagnosis = Explained("gear_ratio");
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kAmbiguous);
+  REQUIRE(diagnosis.doubts.size() == 1);
+  CHECK(diagnosis.doubts[0].id == "gear_ratio");
+  CHECK(diagnosis.doubts[0].reason.find("3 of 5") != std::string::npos);
+
+  held_out.selected.assign(5, taken);
+  diagnosis = Explained("gear_ratio");
+  diagnosis.findings[0].p_value = 1;
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kAmbiguous);
+  CHECK_FALSE(CheckNamed(diagnosis, "p_value").passed);
+
+  diagnosis = Explained("gear_ratio");
+  diagnosis.findings[0].implausible = "five times beyond what a sound machine shows";
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kExplained);
+  CHECK(diagnosis.doubts.size() == 1);
+}
+
+TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const double sigma_m = data.sigma_m;
+  HeldOut held_out = HeldOutOf(data, 2 * std::sqrt(3) * sigma_m);
+  held_out.selected.assign(5, {{"gear_ratio", ""}});
+  Diagnosis diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, sigma_m, 2, 0}, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kUnknown);
+  CHECK(CheckNamed(diagnosis, "held_out_error").figure >
+        CheckNamed(diagnosis, "held_out_error").limit);
+
+  held_out = HeldOutOf(data, sigma_m);
+  diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, sigma_m, 2, 3 * sigma_m}, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kUnknown);
+  CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
+}
+
+TEST_CASE("a fold that selected other effects does not judge the explanation") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  HeldOut held_out = HeldOutOf(data, data.sigma_m);
+  const FoldPlan plan = BlocksOfTime(data);
+  held_out.fold_of = plan.fold_of;
+  held_out.selected.assign(5, {{"gear_ratio", ""}});
+  held_out.selected[2] = {{"joint_offset", ""}};
+  for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
+    if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
+  }
+  Diagnosis diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CHECK(CheckNamed(diagnosis, "held_out_error").passed);
+  CHECK(diagnosis.verdict == Verdict::kExplained);  // four searches of five
+  held_out.selected[2] = {{"gear_ratio", ""}};
+  diagnosis = Explained("gear_ratio");
+  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CHECK_FALSE(CheckNamed(diagnosis, "held_out_error").passed);
+}
+
+TEST_CASE("the validated deviation is that of regions that were held out, widened where few were") {
+  Validation validation;
+  const auto way = [&](const std::string& by, int folds, double rms_m) {
+    HeldOut& held_out = validation.ways.emplace_back();
+    held_out.by = by;
+    for (int k = 0; k < 20; ++k) held_out.fold_of.push_back(k % folds);
+    held_out.predicted.assign(20, true);
+    HeldOutError& error = validation.errors.emplace_back();
+    error.by = by;
+    error.after_m = rms_m;
+    error.before_m = 2 * rms_m;
+  };
+  way("blocks of time", 5, std::sqrt(3) * 1e-4);
+  CHECK_FALSE(ValidatedSigma(validation, 1e-4, 3, true));  // a box of ranges is no evidence
+  way("regions of the joint space", 5, std::sqrt(3) * 1e-4);
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) == Approx(1e-4));
+  validation.errors[1].after_m = std::sqrt(3) * 1e-3;
+  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) ==
+        Approx(std::sqrt(1e-8 + 1.3115 * 1.3115 * (1e-6 - 1e-8))).epsilon(0.01));
+  CHECK(*ValidatedSigma(validation, 1e-4, 3, false) == Approx(2e-4));  // the declared model's
+}
+
+TEST_CASE("a few poses are regions of their own, whatever their loads") {
+  Dataset data = DatasetOf("--family none --seed 3");
+  const int joints = data.cell.robot.size();
+  for (std::size_t row = 0; row < data.table.rows.size(); ++row) {
+    data.table.rows[row].q.head(joints) = data.table.rows[row % 3].q.head(joints);
+    data.cluster_of[row] = static_cast<int>(row % 6);
+  }
+  data.clusters = 6;
+  const FoldPlan plan = RegionsOfJointSpace(data);
+  CHECK(plan.folds == 3);
+  for (std::size_t row = 6; row < plan.fold_of.size(); ++row) {
+    CHECK(plan.fold_of[row] == plan.fold_of[row % 3]);
+  }
+}
+
+TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows between") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  HeldOut by_time = HeldOutOf(data, 1e-4), by_region = by_time;
+  by_time.after_named.assign(weights.size(), Vec3(2e-4, 0, 0));
+  by_region.after_named.assign(weights.size(), Vec3(0.5e-4, 0, 0));
+  CHECK(AdmitsDiscrepancy({{by_time}, {}}, weights));
+  CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
+}
+
+TEST_CASE("a correction worse than none is withheld") {
+  HeldOut by_time;
+  by_time.by = "blocks of time";
+  const HeldOutError better{"blocks of time", 1e-3, 1e-4, 0, 0};
+  const HeldOutError worse{"regions of the joint space", 1e-3, 2e-3, 0, 0};
+  CHECK(ReasonToWithhold({{by_time}, {better, worse}}, false).empty());
+  CHECK(ReasonToWithhold({{by_time}, {better}}, true).empty());
+  CHECK(ReasonToWithhold({{by_time}, {better, worse}}, true).find("regions") != std::string::npos);
+}
+
+TEST_CASE("an empirical curve stays within the values that its rows saw") {
+  const Dataset data = DatasetOf("--family thermal_growth --seed 3");
+  const Result<Linearisation> linear = Linearise(data, Model::Declared(data), true, 1);
+  REQUIRE(linear);
+  double low = 1e9, high = -1e9;
+  for (const MeasuredRow& row : data.table.rows) {
+    low = std::min(low, row.temp_C);
+    high = std::max(high, row.temp_C);
+  }
+  ActiveEffect effect;
+  effect.term.effect = &Empirical();
+  effect.term.drivers = {"temp_C"};
+  effect.term.parameters = {{0, -1, 1}};  // base_x
+  effect.values = {1};
+  effect.term.nodes.resize(4, 2);
+  // Between the rows 0.1 mm; an edge that only extrapolation reaches, 50 mm.
+  effect.term.nodes << low - 1, 0.1, low, 0.1, high, 0.1, high + 1, 50;
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  BoundToRows(data, *linear, weights, effect);
+  CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
+  CHECK(effect.term.nodes.col(1).minCoeff() == Approx(0.1));
+}
