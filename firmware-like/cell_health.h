@@ -52,12 +52,14 @@ enum class HealthReason : std::uint8_t {
   kReferenceRefused = 36,  ///< the drift monitor has no reference: its probes disagree
   kQuarantined = 37,       ///< probes contradict the model and wait for a person
   kPointsPending = 38,     ///< some points are still being computed
+  kRadiusTooLarge = 39,    ///< a valid point's radius exceeds the largest correction allowed
   // Notices.
   kProposalWaiting = 50,  ///< a corrected model waits for approval
   kBoardWanted = 51,      ///< the calibration board is asked for
   kSceneIncomplete = 52,  ///< some watched pairs of objects are not measured
   kRadiusAssumed = 53,    ///< a valid point's radius rests on typical values
 };
+inline constexpr HealthReason kLastHealthReason = HealthReason::kRadiusAssumed;
 
 struct CellHealth {
   HealthSeverity severity = HealthSeverity::kGood;
@@ -70,6 +72,7 @@ struct HealthFacts {
   std::uint16_t alarms = 0, warnings = 0;
   bool extrapolating = false;                  ///< of a valid point
   std::optional<RadiusBasis> weakest_basis{};  ///< of valid points; empty: there is none
+  bool radius_too_large = false;  ///< of a valid point: beyond the largest correction allowed
   bool fiducial_moved = false;
   bool scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;

@@ -409,6 +409,8 @@ HealthFacts Machine::FactsOf(const MachineInput& input) const {
     facts.extrapolating = facts.extrapolating || point.correction.extrapolated;
     facts.weakest_basis =
         Weakest(facts.weakest_basis.value_or(point.correction.basis), point.correction.basis);
+    facts.radius_too_large =
+        facts.radius_too_large || point.correction.uncertainty_m > config_.limits.max_translation_m;
   }
   for (const CameraInput& camera : input.cameras) {
     facts.fiducial_moved = facts.fiducial_moved || (camera.configured && camera.fiducial_moved);

@@ -107,7 +107,7 @@ std::string BitsParagraph(const std::string& word, std::span<const BitMeaning> b
 std::string HealthReasons() {
   std::string text = "Health reasons (register 25), the gravest first:";
   HealthSeverity severity = HealthSeverity::kGood;
-  for (int number = 1; number <= static_cast<int>(HealthReason::kRadiusAssumed); ++number) {
+  for (int number = 1; number <= static_cast<int>(kLastHealthReason); ++number) {
     const auto reason = static_cast<HealthReason>(number);
     const std::string meaning = Describe(reason);
     if (meaning.empty() || reason == HealthReason::kNoDaemon) continue;  // never in a register

@@ -341,7 +341,7 @@ ViewState StateOf(const Json& json) {
   state.status = WholeOf<std::uint16_t>(json.at("status"));
   state.alarms = WholeOf<std::uint16_t>(json.at("alarms"));
   state.warnings = WholeOf<std::uint16_t>(json.at("warnings"));
-  const auto reason = EnumOf(json.at("health"), HealthReason::kRadiusAssumed);
+  const auto reason = EnumOf(json.at("health"), kLastHealthReason);
   state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
   state.cycle = CycleOf(json.at("cycle"));

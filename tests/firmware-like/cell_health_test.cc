@@ -41,6 +41,8 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
         CellHealth{HealthSeverity::kAlarm, HealthReason::kNoDaemon});
   CHECK(HealthOf({.extrapolating = true}).reason == HealthReason::kExtrapolating);
   CHECK(HealthOf({.weakest_basis = RadiusBasis::kUnknown}).severity == HealthSeverity::kAttention);
+  CHECK(HealthOf({.radius_too_large = true}) ==
+        CellHealth{HealthSeverity::kAttention, HealthReason::kRadiusTooLarge});
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
@@ -51,7 +53,7 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
 
 TEST_CASE("each reason has words and, where there is something to do, a remedy") {
   std::set<std::string> texts;
-  for (int number = 1; number <= static_cast<int>(HealthReason::kRadiusAssumed); ++number) {
+  for (int number = 1; number <= static_cast<int>(kLastHealthReason); ++number) {
     const auto reason = static_cast<HealthReason>(number);
     const std::string text = Describe(reason);
     if (text.empty()) continue;  // a number in reserve
@@ -59,5 +61,5 @@ TEST_CASE("each reason has words and, where there is something to do, a remedy")
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 34);
+  CHECK(texts.size() == 35);
 }
