@@ -1,5 +1,8 @@
 // plumbline: the command line.
+#include <glog/logging.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "app/cli/beam_command.h"
@@ -84,10 +87,21 @@ std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
   return command + ": " + what + "; see " + command + " --help\n";
 }
 
+/// `plumbline help COMMAND` is `plumbline COMMAND --help`. The parser takes the words in reverse.
+std::vector<std::string> WordsOf(int argc, char** argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
 int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
   using namespace plumbline;
   try {
-    app.parse(argc, argv);
+    app.parse(WordsOf(argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const std::exception& error) {
@@ -102,6 +116,7 @@ int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
 int main(int argc, char** argv) {
   using namespace plumbline;
   OccupyClosedOutputs();
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres: what its failures mean is reported here
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   app.require_subcommand(1);

@@ -59,7 +59,8 @@ CheckedThing LookAtState(const std::string& directory, const Account& account) {
                  "state_directory");
   }
   if (const std::string why = WhyNoAccess(account, directory, true); !why.empty()) {
-    return fault(why, fmt::format("chown -R {} {}", account.name, directory));
+    return fault(why, fmt::format("chown -R {} {}", account.name,
+                                  std::filesystem::absolute(directory).string()));
   }
   struct statvfs disk {};
   if (statvfs(directory.c_str(), &disk) != 0) {

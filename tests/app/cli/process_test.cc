@@ -101,6 +101,16 @@ TEST_CASE("a reader that goes early is no fault") {
   CHECK_THAT(ignored.told, !Catch::Contains("cannot be written"));
 }
 
+TEST_CASE("help as a word is --help") {
+  for (const std::string command : {"", " check", " model apply"}) {
+    CAPTURE(command);
+    const Answer asked = Shell("help" + command);
+    CHECK(asked.exit_code == 0);
+    CHECK(asked.told == Shell(command + " --help").told);
+    CHECK_THAT(asked.told, Catch::Contains("Usage: plumbline" + command));
+  }
+}
+
 TEST_CASE("a wrong command line is one line that says where the help is") {
   struct Wrong {
     const char* arguments;
