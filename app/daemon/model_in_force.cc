@@ -180,7 +180,7 @@ std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared&
   }
   if (!applied || own.HasFaults()) {
     AddFaultsOfModelStore(directory, "", faults);
-    if (!faults.HasFaults()) faults.Append(own);  // what only the configuration beside it tells
+    if (!faults.HasFaults()) faults.Append(own);  // faults that only the configuration has
     return std::nullopt;
   }
   AppendChangedModelWarning(own, store.ModelFile(version), faults);

@@ -37,8 +37,8 @@ struct ModelVersion {
 /// An applied version that is out of force: by an edit of the cell file, or because the store that
 /// held it was found empty.
 struct SetAside {
-  int version =
-      0;  ///< that a person, or the daemon, had applied; 0: not known, the store was empty
+  /// Applied by a person or the daemon; 0: not known, the store was empty.
+  int version = 0;
   int declared = 0;                  ///< the declared version beside which it was in force
   std::vector<std::string> changes;  ///< of the cell file since, as CellDifferences() has them
   int withdrawn = 0;                 ///< a proposal that the edit withdrew; 0: none waited

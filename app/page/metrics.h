@@ -37,7 +37,7 @@ class MetricsWriter {
 };
 
 /// SI, seconds and metres. What is not known now has no sample: an old value would look like a
-/// present one. plumbline_up says whether the daemon told something within kDaemonSilent_s.
+/// present one. plumbline_up is 1 while the daemon has reported within kDaemonSilent_s.
 /// @param now    null: nothing was put together yet
 /// @param now_s  monotonic
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s);

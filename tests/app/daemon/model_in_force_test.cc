@@ -286,7 +286,7 @@ TEST_CASE("a store whose file system is gone does not put the cell file in force
   CHECK(again->models.applied == 2);
 }
 
-TEST_CASE("a store that is lost between two starts is told until a version is applied") {
+TEST_CASE("a store lost between two starts is reported until a version is applied") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string models = state + "/models";
@@ -330,7 +330,7 @@ TEST_CASE("a store that is lost between two starts is told until a version is ap
   }
 }
 
-TEST_CASE("a lost store that cannot be written is told all the same; a fresh directory is silent") {
+TEST_CASE("a lost store is reported even if it cannot be written; a fresh directory is not") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/plumbline.toml", state = folder.path() + "/state";
   std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
