@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
 
@@ -100,6 +101,7 @@ struct Fold {
   std::vector<int> training, test, framed;  ///< `framed` locate the free frames
   std::vector<EffectKey> selected;
   std::vector<Vec3> after, after_named;  ///< of all rows
+  std::vector<bool> open;                ///< of all rows: the training rows do not decide
   bool searched = false;
 };
 
@@ -111,6 +113,23 @@ Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
     if (!held_out || plan.aligned) fold.framed.push_back(k);
   }
   return fold;
+}
+
+/// The test rows at which the training rows do not decide whether an effect acts, a step among
+/// them.
+std::vector<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
+                           const std::vector<int>& test, int rows) {
+  std::vector<bool> open(static_cast<std::size_t>(rows), false);
+  for (const int index : explanation.blocks) {
+    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+    const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
+    if (search == nullptr) continue;
+    for (const int row : test) {
+      if (search->LeavesOpen(pool.problem(), block, row))
+        open[static_cast<std::size_t>(row)] = true;
+    }
+  }
+  return open;
 }
 
 void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fold) {
@@ -126,6 +145,7 @@ void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fol
   fold.after_named = y;
   Subtract(input, held, pool, best, true, fold.after_named);
   fold.after = fold.after_named;
+  fold.open = LeftOpen(pool, best, fold.test, input.data.rows());
   fold.searched = true;
   if (!input.with_discrepancy) return;
   const std::optional<Remainder> rest = RemainderOf(pool, best, input.candidates, {});
@@ -155,7 +175,7 @@ void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fo
   for (const int k : fold.test) {
     const auto row = static_cast<std::size_t>(k);
     const auto session = static_cast<std::size_t>(data.session_of[row]);
-    if (rows_of_session[session] * data.axes() < free_numbers) continue;
+    if (rows_of_session[session] * data.axes() < free_numbers || fold.open[row]) continue;
     const auto& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
     result.before[row] = y[row] - derivative * before[session];

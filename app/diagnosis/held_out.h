@@ -27,8 +27,10 @@ struct HeldOutInput {
 /// Residuals of each row from models chosen and fitted without its fold.
 struct HeldOut {
   std::string by;
-  std::vector<int> fold_of;       ///< of each row
-  std::vector<bool> predicted;    ///< false: too few rows beside its fold, of its session or at all
+  std::vector<int> fold_of;  ///< of each row
+  /// False where too few rows are beside the fold, of its session or at all, and next to a step
+  /// whose moment the rows beside the fold leave open.
+  std::vector<bool> predicted;
   std::vector<Vec3> before;       ///< [m], frames of the other folds
   std::vector<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
   std::vector<Vec3> after_named;  ///< [m], by named effects alone

@@ -99,6 +99,17 @@ class MomentSearch : public ShapeSearch {
                 std::span<const Block* const> support) const override {
     return MomentsTooClose(problem, support);
   }
+  /// No row of the problem separates an undecided row from the moment.
+  bool LeavesOpen(const LinearProblem& problem, const Block& block, int row) const override {
+    const Dataset& data = problem.data();
+    const double moment = block.columns.front().values.front();
+    const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
+    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](int other) {
+      const double of_other = ClockOf(data, data.conditions[static_cast<std::size_t>(other)]);
+      return clock < moment ? of_other >= clock && of_other < moment
+                            : of_other >= moment && of_other <= clock;
+    });
+  }
 
  protected:
   const Effect& effect_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 #include "app/diagnosis/shape_gain.h"
@@ -81,33 +80,26 @@ struct JointRows {
 constexpr double kFewestCycles = 0.5, kMostCycles = 400;
 constexpr double kLeastSpan_rad = 0.05;  // of a joint, for lines to be told apart
 
-/// Gains of sin and cos at cycles that rise by a step, the frames not taken out.
+/// Gains of sin and cos at cycles that rise by a step, the frames not taken out. Sine and cosine of
+/// every row are turned on from step to step, by the addition theorems.
 std::vector<double> GainsAlong(const JointRows& rows, double step) {
   const auto steps = static_cast<int>(kMostCycles / step);
-  using Complex = std::complex<double>;
-  const auto count = static_cast<std::size_t>(rows.q.size());
-  std::vector<Complex> phase(count), turn_by(count);
-  for (std::size_t j = 0; j < count; ++j) {
-    const double q = rows.q[static_cast<Eigen::Index>(j)];
-    phase[j] = std::polar(1.0, kFewestCycles * q);
-    turn_by[j] = std::polar(1.0, step * q);
-  }
+  using Rows = Eigen::ArrayXd;
+  const Rows q = rows.q, along = rows.along, square = rows.square;
+  const Rows turn_cos = (step * q).cos(), turn_sin = (step * q).sin();
+  Rows c = (kFewestCycles * q).cos(), s = (kFewestCycles * q).sin(), next(q.size());
+  const double total = square.sum();
   std::vector<double> gains;
-  for (int s = 0; s < steps; ++s) {
-    double bs = 0, bc = 0, ss = 0, cc = 0, sc = 0;
-    for (std::size_t j = 0; j < count; ++j) {
-      const auto at = static_cast<Eigen::Index>(j);
-      const double c = phase[j].real(), n = phase[j].imag();
-      bs += rows.along[at] * n;
-      bc += rows.along[at] * c;
-      ss += rows.square[at] * n * n;
-      cc += rows.square[at] * c * c;
-      sc += rows.square[at] * n * c;
-      phase[j] *= turn_by[j];
-    }
+  gains.reserve(static_cast<std::size_t>(steps));
+  for (int k = 0; k < steps; ++k) {
+    const double bs = (along * s).sum(), bc = (along * c).sum();
+    const double cc = (square * c * c).sum(), sc = (square * s * c).sum(), ss = total - cc;
     const double det = ss * cc - sc * sc;
     gains.push_back(det > 1e-9 * ss * cc ? (bs * bs * cc - 2 * bs * bc * sc + bc * bc * ss) / det
                                          : 0);
+    next = c * turn_cos - s * turn_sin;
+    s = s * turn_cos + c * turn_sin;
+    c.swap(next);
   }
   return gains;
 }

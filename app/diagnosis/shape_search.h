@@ -46,6 +46,13 @@ class ShapeSearch {
   /// Adds another block's effect to one of the same effect and word, where SeveralInOne().
   virtual void Join(const ActiveEffect& /*more*/, ActiveEffect& /*effect*/) const {}
 
+  /// True where the rows of a problem leave open whether a block acts at another row: one between
+  /// the last row before a step and the first after it. No model predicts such a row.
+  virtual bool LeavesOpen(const LinearProblem& /*problem*/, const Block& /*block*/,
+                          int /*row*/) const {
+    return false;
+  }
+
   /// True where blocks of this effect cannot stand together, or beside others, in one explanation.
   /// @param support  all blocks of the explanation, in its order
   virtual bool Excludes(const LinearProblem& /*problem*/,

@@ -8,6 +8,7 @@
 
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
 #include "tests/app/diagnosis/simulated.h"
@@ -67,6 +68,33 @@ TEST_CASE("repeats share a region, and sessions are held out one by one") {
   CHECK(sessions.fold_of == data.session_of);
   CHECK(sessions.aligned);
   CHECK(Sessions(DatasetOf("--family none --seed 3")).folds == 0);
+}
+
+TEST_CASE("no row is predicted between the last known before a step and the first known after it") {
+  const MeasuredCell cell = Simulated("--family none --seed 3 --rows 40 --repeats 0");
+  const Result<Dataset> read = DatasetFrom(cell.cell, cell.table);
+  REQUIRE(read);
+  const Dataset& data = *read;
+  const Model model = Model::Declared(data);
+  const Result<Linearisation> linear = Linearise(data, model, true, 1);
+  REQUIRE(linear);
+  constexpr int kFirstHeldOut = 18, kLastHeldOut = 23;
+  std::vector<int> training;
+  for (int row = 0; row < data.rows(); ++row) {
+    if (row < kFirstHeldOut || row > kLastHeldOut) training.push_back(row);
+  }
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const LinearProblem problem(data, std::make_shared<const Linearisation>(*linear), model, training,
+                              weights, data.sigma_m, 1);
+  const double time_s = (*data.conditions[20].t_s + *data.conditions[21].t_s) / 2;
+  const ActiveEffect step = EffectWith(cell.cell, "step_event",
+                                       {{"time", time_s}, {"x", 1e-3}, {"y", 0}, {"z", 0}}, "base");
+  const ShapeSearch& search = *ShapeSearchOf(*step.term.effect);
+  const Block block = search.Refitted(data, step).front();
+  for (int row = 0; row < data.rows(); ++row) {
+    CAPTURE(row);
+    CHECK(search.LeavesOpen(problem, block, row) == (row >= kFirstHeldOut && row <= kLastHeldOut));
+  }
 }
 
 TEST_CASE("an explanation that folds do not select, or that chance may bring, is in doubt") {
