@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kSmallestArm_m = 0.01;  // of all a and d: less is metres written for millimetres
 constexpr double kSmallestPoint_m = 0.01;
-constexpr double kSmallestOffset_m = 0.001;  // of a tip or a centre of gravity that is not 0
+constexpr double kSmallestOffset_m = 0.001;  // of a centre of gravity that is not 0
+constexpr double kSmallestTip_m = 0.01;      // of a tool's tip that is not 0
 constexpr double kFarthestCog_m = 10;
 constexpr double kLongTool_m = 0.1;
 constexpr double kAtFlange = 0.1;  // of the tool's length
@@ -136,8 +137,8 @@ void WarnOfUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
   WarnOfLongTool(root, cell);
   const auto tool = root.Table("tool");
   const auto payload = root.Table("payload");
-  if (tool && cell.tool.rigid && LooksLikeMetres(cell.tool.tcp_F, kSmallestOffset_m)) {
-    tool->AddWarning("tcp_mm", "looks like metres; write mm");
+  if (tool && LooksLikeMetres(cell.tool.tcp_F, kSmallestTip_m)) {
+    tool->AddWarning(cell.tool.rigid ? "tcp_mm" : "length_mm", "looks like metres; write mm");
   }
   if (!payload || !cell.payload_cog_F) return;
   const Vec3& cog_F = *cell.payload_cog_F;

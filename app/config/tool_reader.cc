@@ -27,6 +27,14 @@ constexpr std::pair<std::string_view, NumberRange> kOwnRanges[] = {
     {"density_kg_m3", kDensity},
 };
 
+/// A density as if in g/cm3: no solid is heavier than 23 of those, and none lighter than 23 kg/m3.
+void WarnOfDensity(const TomlTable& table, double density_kg_m3) {
+  constexpr double kHeaviest_g_cm3 = 23;
+  if (density_kg_m3 <= 0 || density_kg_m3 > kHeaviest_g_cm3) return;
+  table.AddWarning("density_kg_m3",
+                   fmt::format("looks like g/cm3: write {:g}", 1e3 * density_kg_m3));
+}
+
 /// E, nu and density: by name, each value replaceable by a key of its own.
 std::optional<Material> MaterialFromToml(const TomlTable& table) {
   std::optional<Material> named;
@@ -51,6 +59,7 @@ std::optional<Material> MaterialFromToml(const TomlTable& table) {
   const auto poisson_ratio = number("poisson_ratio", kPoissonRatio, &Material::poisson_ratio);
   const auto density_kg_m3 = number("density_kg_m3", kDensity, &Material::density_kg_m3);
   if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
+  WarnOfDensity(table, *density_kg_m3);
   return Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
                   .poisson_ratio = *poisson_ratio,
                   .density_kg_m3 = *density_kg_m3};

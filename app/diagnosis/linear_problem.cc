@@ -7,6 +7,24 @@
 
 namespace plumbline {
 
+namespace {
+
+std::vector<double> JointSpans(const Dataset& data, const std::vector<int>& rows) {
+  std::vector<double> spans;
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const int row : rows) {
+      const double q = data.table.rows[static_cast<std::size_t>(row)].q[joint];
+      low = std::min(low, q);
+      high = std::max(high, q);
+    }
+    spans.push_back(rows.empty() ? 0 : high - low);
+  }
+  return spans;
+}
+
+}  // namespace
+
 LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear_at,
                              const Model& model, std::vector<int> rows,
                              const std::vector<double>& weights, double sigma_m, int threads)
@@ -18,6 +36,7 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
   const Linearisation& linear = *linear_;
   const int axes = linear.axes;
   const auto count = static_cast<int>(rows_.size());
+  joint_span_ = JointSpans(data, rows_);
   scale_.resize(count);
   response_.resize(count * axes);
   std::set<int> clusters;

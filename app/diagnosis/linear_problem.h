@@ -27,10 +27,14 @@ class LinearProblem {
   /// Rows times axes by their weights, less the frames' numbers.
   double freedom() const { return freedom_; }
   const Eigen::VectorXd& response() const { return response_; }
+  /// Range of a joint over the rows [rad] or [m].
+  double JointSpan(int joint) const { return joint_span_[static_cast<std::size_t>(joint)]; }
 
   /// A block's columns, whitened; `projected` with the frames taken out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  /// Orthonormal basis of what the free frames move, shape (rows * axes, rank).
+  const Eigen::MatrixXd& frames() const { return frames_; }
   /// One influence's column, whitened, not projected: what shapes multiply row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
   /// Columns carrier_a f_k(row), ordered by k then a; not projected.
@@ -45,6 +49,7 @@ class LinearProblem {
   int threads_;
   int clusters_ = 0;
   double freedom_ = 0;
+  std::vector<double> joint_span_;
   Eigen::VectorXd scale_;     ///< sqrt(weight)/sigma of each row in rows_
   Eigen::MatrixXd frames_;    ///< orthonormal
   Eigen::VectorXd response_;  ///< whitened, projected

@@ -1,6 +1,8 @@
 #include "app/diagnosis/moment_search.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
+#include <numeric>
 
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/camera_zoom.h"
@@ -36,6 +38,39 @@ std::vector<double> Moments(const LinearProblem& problem) {
   for (std::size_t k = margin; k + margin < times.size(); ++k)
     moments.push_back((times[k - 1] + times[k]) / 2);
   return moments;
+}
+
+/// What Gain() is of a step of three axes at each of ascending moments. All moments share their
+/// sums: rows are taken in from the last to the first, and the frames are projected out of the
+/// sums.
+std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                 const std::vector<double>& moments, int entry) {
+  const Eigen::VectorXd clock = ClockAtRows(problem);
+  std::vector<int> order(static_cast<std::size_t>(clock.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return clock[a] > clock[b]; });
+  const int axes = problem.linear().axes;
+  const Eigen::MatrixXd columns =
+      problem.Carried(Three(entry), Eigen::MatrixXd::Ones(clock.size(), 1));
+  const Eigen::MatrixXd& frames = problem.frames();
+  Mat3 gram = Mat3::Zero();
+  Vec3 moment_sum = Vec3::Zero();
+  Eigen::MatrixXd along_frames = Eigen::MatrixXd::Zero(frames.cols(), 3);
+  std::vector<double> gains(moments.size(), 0.0);
+  std::size_t next = 0;
+  for (std::size_t m = moments.size(); m-- > 0;) {
+    for (; next < order.size() && clock[order[next]] >= moments[m]; ++next) {
+      const auto of_row = columns.middleRows(axes * order[next], axes);
+      gram += of_row.transpose() * of_row;
+      moment_sum += of_row.transpose() * residual.segment(axes * order[next], axes);
+      if (frames.cols() == 0) continue;
+      along_frames += frames.middleRows(axes * order[next], axes).transpose() * of_row;
+    }
+    Mat3 projected = gram - along_frames.transpose() * along_frames;
+    projected.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
+    gains[m] = moment_sum.dot(projected.ldlt().solve(moment_sum));
+  }
+  return gains;
 }
 
 /// The effect from a moment on, each of its sizes a column.
@@ -130,29 +165,11 @@ class StepSearch final : public MomentSearch {
   }
 
  private:
-  /// Coarsely over all moments first, then each one around the best.
   Block BestStep(const LinearProblem& problem, const Eigen::VectorXd& residual,
                  const std::vector<double>& moments, std::string_view frame, int entry) const {
-    constexpr std::size_t kCoarse = 150;
-    const std::size_t stride = moments.size() / kCoarse + 1;
-    const Eigen::VectorXd clock = ClockAtRows(problem);
-    std::size_t best = 0;
-    double best_gain = -1;
-    const auto judge = [&](std::size_t k) {
-      const auto columns = problem.Carried(Three(entry), From(moments[k], clock));
-      const double gain = Gain(problem, columns, residual);
-      if (gain > best_gain) {
-        best_gain = gain;
-        best = k;
-      }
-    };
-    for (std::size_t k = 0; k < moments.size(); k += stride) judge(k);
-    if (stride > 1) {
-      const std::size_t around = best;
-      const std::size_t from = around > stride ? around - stride : 0;
-      for (std::size_t k = from; k < std::min(moments.size(), around + stride); ++k) judge(k);
-    }
-    return BlockFrom(problem.data(), effect_, frame, moments[best],
+    const std::vector<double> gains = GainsOfSteps(problem, residual, moments, entry);
+    const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
+    return BlockFrom(problem.data(), effect_, frame, moments[static_cast<std::size_t>(best)],
                      static_cast<double>(moments.size()));
   }
 };

@@ -74,11 +74,16 @@ struct JointRows {
       square[j] = turn.segment(j * axes, axes).squaredNorm();
     }
   }
-  double Span() const { return q.maxCoeff() - q.minCoeff(); }
 };
 
 constexpr double kFewestCycles = 0.5, kMostCycles = 400;
 constexpr double kLeastSpan_rad = 0.05;  // of a joint, for lines to be told apart
+constexpr double kStepsOfLobe = 3;       // 9 % of a gain lost at most, before it is refined
+
+/// Width of a line in cycles per turn, of a joint that moved by so much.
+double LobeOf(double span_rad) {
+  return 2 * std::numbers::pi / span_rad;
+}
 
 /// Gains of sin and cos at cycles that rise by a step, the frames not taken out. Sine and cosine of
 /// every row are turned on from step to step, by the addition theorems.
@@ -104,7 +109,6 @@ std::vector<double> GainsAlong(const JointRows& rows, double step) {
   return gains;
 }
 
-/// A line found: chi2 that it takes away, with the frames taken out.
 using Peak = PeriodicLine;
 
 bool Higher(const Peak& a, const Peak& b) {
@@ -126,48 +130,46 @@ std::vector<Peak> PeaksOf(const std::vector<double>& gains, int joint, double st
   return peaks;
 }
 
-/// The strongest lines of one joint, largest first, exactly and between the steps; none where the
-/// joint hardly moved.
+/// The strongest lines of one joint, to a third of a line's width and the free frames not taken
+/// out; none where the joint hardly moved.
 /// @param trials  lines that can be told apart; unchanged where there are none
 std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, int joint,
                                 const Eigen::VectorXd& residual, double& trials) {
-  const JointRows rows(problem, joint, residual);
-  if (!(rows.Span() > kLeastSpan_rad)) return {};
-  const double lobe = 2 * std::numbers::pi / rows.Span();  // width of a line
-  const double step = lobe / 6;
+  const double span = problem.JointSpan(joint);
+  if (!(span > kLeastSpan_rad)) return {};
+  const double lobe = LobeOf(span);
   trials = kMostCycles / lobe * 2;
-  std::vector<Peak> peaks = PeaksOf(GainsAlong(rows, step), joint, step);
+  const double step = lobe / kStepsOfLobe;
+  return PeaksOf(GainsAlong(JointRows(problem, joint, residual), step), joint, step);
+}
+
+/// The line at its exact cycles, the frames taken out.
+Peak Refined(const LinearProblem& problem, const Eigen::VectorXd& residual, Peak peak) {
+  constexpr int kHalvings = 6;
+  const int joint = peak.joint;
   const auto exact = [&](double cycles) { return PeriodicGain(problem, joint, cycles, residual); };
-  for (Peak& peak : peaks) {
-    double width = step;
-    peak.gain = exact(peak.cycles_per_turn);
-    for (int pass = 0; pass < 5; ++pass, width /= 2) {
-      for (const double side : {-1.0, 1.0}) {
-        const double cycles = peak.cycles_per_turn + side * width / 2;
-        const double gain = exact(cycles);
-        if (gain > peak.gain) peak = {joint, cycles, gain, 0};
-      }
+  peak.gain = exact(peak.cycles_per_turn);
+  double width = LobeOf(problem.JointSpan(joint)) / kStepsOfLobe;
+  for (int halving = 0; halving < kHalvings; ++halving, width /= 2) {
+    for (const double side : {-1.0, 1.0}) {
+      const double cycles = peak.cycles_per_turn + side * width / 2;
+      const double gain = exact(cycles);
+      if (gain > peak.gain) peak = {joint, cycles, gain, 0};
     }
-    // A line of amplitude A has the gain A^2 sum |J|^2 / 2.
-    peak.amplitude_rad = std::sqrt(2 * peak.gain / rows.square.sum());
   }
-  std::sort(peaks.begin(), peaks.end(), Higher);
-  return peaks;
+  // A line of amplitude A has the gain A^2 sum |J|^2 / 2.
+  peak.amplitude_rad = std::sqrt(2 * peak.gain) / problem.Carrier(joint).norm();
+  return peak;
 }
 
 /// True where two lines of one joint stand nearer than its range can tell apart; whole cycles are
 /// an eccentricity and its harmonics, not a line in two halves.
-bool TooNear(const Dataset& data, const PeriodicLine& a, const PeriodicLine& b) {
+bool TooNear(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b) {
   if (a.joint != b.joint) return false;
   const auto whole = [](double cycles) { return cycles == std::round(cycles); };
   if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
   constexpr double kLobes = 0.7;
-  double low = 1e9, high = -1e9;
-  for (const MeasuredRow& row : data.table.rows) {
-    low = std::min(low, row.q[a.joint]);
-    high = std::max(high, row.q[a.joint]);
-  }
-  const double lobe = 2 * std::numbers::pi / std::max(kLeastSpan_rad, high - low);
+  const double lobe = 2 * std::numbers::pi / std::max(kLeastSpan_rad, problem.JointSpan(a.joint));
   return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kLobes * lobe;
 }
 
@@ -176,13 +178,13 @@ class PeriodicSearch final : public ShapeSearch {
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
     Found found, eccentric;
+    std::vector<Peak> coarse;
     double trials = 1;
     const int joints = problem.data().cell.robot.size();
     for (int joint = 0; joint < joints; ++joint) {
       double of_joint = 1;
-      for (const Peak& peak : PeriodicPeaks(problem, joint, residual, of_joint)) {
-        found.emplace_back(peak.gain, PeriodicBlock(joint, peak.cycles_per_turn, 1));
-      }
+      const std::vector<Peak> peaks = PeriodicPeaks(problem, joint, residual, of_joint);
+      coarse.insert(coarse.end(), peaks.begin(), peaks.end());
       if (of_joint == 1) continue;  // it never moved far
       for (const double whole : {1.0, 2.0}) {
         eccentric.emplace_back(PeriodicGain(problem, joint, whole, residual),
@@ -190,7 +192,12 @@ class PeriodicSearch final : public ShapeSearch {
       }
       trials += of_joint;
     }
-    constexpr std::size_t kKept = 3;
+    constexpr std::size_t kRefined = 12, kKept = 3;
+    std::stable_sort(coarse.begin(), coarse.end(), Higher);
+    for (std::size_t k = 0; k < std::min(kRefined, coarse.size()); ++k) {
+      const Peak peak = Refined(problem, residual, coarse[k]);
+      found.emplace_back(peak.gain, PeriodicBlock(peak.joint, peak.cycles_per_turn, 1));
+    }
     std::vector<Block> blocks = Best(std::move(eccentric), kKept);
     for (Block& block : Best(std::move(found), kKept)) {
       block.trials = trials;
@@ -252,7 +259,7 @@ class PeriodicSearch final : public ShapeSearch {
     }
     for (std::size_t a = 0; a < lines.size(); ++a) {
       for (std::size_t b = a + 1; b < lines.size(); ++b) {
-        if (TooNear(problem.data(), lines[a], lines[b])) return true;
+        if (TooNear(problem, lines[a], lines[b])) return true;
       }
     }
     return false;
@@ -281,7 +288,7 @@ std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
     if (kLargestLine_rad * problem.Carrier(joint).norm() < kLeastSeen) continue;  // no lever
     double trials = 1;
     for (const Peak& peak : PeriodicPeaks(problem, joint, residual, trials)) {
-      lines.push_back(peak);
+      lines.push_back(Refined(problem, residual, peak));
     }
   }
   return lines;

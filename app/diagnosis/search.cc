@@ -129,7 +129,9 @@ Explanation Pool::Fit(const std::vector<int>& support) const {
 /// pivot, so that the columns chosen are well conditioned. Their order stays.
 std::vector<int> Pool::Ranked(std::vector<int> columns) const {
   const auto n = static_cast<int>(columns.size());
-  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
+  // By rows: what is summed below lies together.
+  using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  ByRows L = ByRows::Zero(n, n);
   Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
@@ -177,8 +179,7 @@ Explanation Pool::Solve(std::vector<int> support, bool eliminate) const {
         G(i, j) = gram_(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
       }
     }
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(G);
-    inverse = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
+    inverse = Eigen::LLT<Eigen::MatrixXd>(G).solve(Eigen::MatrixXd::Identity(n, n));
     values = inverse * b;
   }
   double chi2 = chi2_null_;

@@ -12,10 +12,16 @@ ActiveEffect ShapeSearch::EffectFrom(const Block& block,
 }
 
 bool ShapesClash(const LinearProblem& problem, std::span<const Block* const> support) {
-  return std::any_of(support.begin(), support.end(), [&](const Block* block) {
-    const ShapeSearch* search = ShapeSearchOf(*block->term.effect);
-    return search != nullptr && search->Excludes(problem, support);
-  });
+  for (auto block = support.begin(); block != support.end(); ++block) {
+    const Effect* const effect = (*block)->term.effect;
+    const bool asked = std::any_of(support.begin(), block, [effect](const Block* earlier) {
+      return earlier->term.effect == effect;
+    });
+    if (asked) continue;
+    const ShapeSearch* const search = ShapeSearchOf(*effect);
+    if (search != nullptr && search->Excludes(problem, support)) return true;
+  }
+  return false;
 }
 
 }  // namespace plumbline

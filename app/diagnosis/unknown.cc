@@ -200,38 +200,20 @@ class EmpiricalSearch {
     }
   }
 
-  /// Every empirical block beside an explanation without one of its effects.
-  void JudgeInstead(const Explanation& explanation) {
-    for (const int block : empirical_) {
-      for (const int gone : explanation.blocks) {
-        Judge(With(Without(explanation.blocks, gone), block));
-      }
-    }
-  }
-
-  /// The `kPruned` empirical blocks that go best with an explanation, each beside what is left of
-  /// it as its effects are taken out one by one, the least missed first: those that were only there
-  /// to imitate the unknown cause.
+  /// The empirical blocks that go best with an explanation, each beside it without one of its
+  /// effects, then without more and more of them, the least missed first: those that were only
+  /// there to imitate the unknown cause.
   void Prune(const Explanation& explanation) {
-    constexpr std::size_t kPruned = 4;
-    std::vector<std::pair<double, int>> by_score;
-    for (const int block : empirical_) {
-      by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
-    }
-    std::stable_sort(by_score.begin(), by_score.end());
-    by_score.resize(std::min(kPruned, by_score.size()));
-    for (const auto& [score_beside, block] : by_score) {
+    for (const int block : BestBeside(explanation)) {
+      std::vector<std::pair<double, int>> missed;
+      for (const int gone : explanation.blocks) {
+        missed.emplace_back(Judge(With(Without(explanation.blocks, gone), block)), gone);
+      }
+      std::stable_sort(missed.begin(), missed.end());
       std::vector<int> beside = explanation.blocks;
-      while (!beside.empty()) {
-        double least = 1e300;
-        int gone = beside.front();
-        for (const int candidate : beside) {
-          const double score = Judge(With(Without(beside, candidate), block));
-          if (score >= least) continue;
-          least = score;
-          gone = candidate;
-        }
+      for (const auto& [score, gone] : missed) {
         beside = Without(beside, gone);
+        Judge(With(beside, block));
       }
     }
   }
@@ -248,6 +230,20 @@ class EmpiricalSearch {
   }
 
  private:
+  std::vector<int> BestBeside(const Explanation& explanation) {
+    constexpr std::size_t kTried = 4;
+    std::vector<std::pair<double, int>> by_score;
+    for (const int block : empirical_) {
+      by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
+    }
+    std::stable_sort(by_score.begin(), by_score.end());
+    std::vector<int> best;
+    for (std::size_t k = 0; k < std::min(kTried, by_score.size()); ++k) {
+      best.push_back(by_score[k].second);
+    }
+    return best;
+  }
+
   static std::vector<int> With(std::vector<int> support, int block) {
     support.push_back(block);
     return support;
@@ -294,9 +290,8 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
   for (std::size_t k = 0; k < std::min(ranked.size(), kLearnedFrom); ++k) search.Learn(ranked[k]);
   for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {
     search.JudgeBeside(ranked[k]);
-    if (k < kLearnedFrom) search.JudgeInstead(ranked[k]);
+    if (k < kLearnedFrom) search.Prune(ranked[k]);
   }
-  search.Prune(ranked.front());
   search.Grow();
   return search.best();
 }

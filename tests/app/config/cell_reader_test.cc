@@ -577,6 +577,8 @@ TEST_CASE("What is inside its range and hardly meant is a warning with what to w
        "robot.joint[1].alpha_deg: warning: -1.5708 looks like radians: in degrees -90"},
       {"theta_offset_deg = 10.0", "theta_offset_deg = 3.14",
        "robot.joint[1].theta_offset_deg: warning: 3.14 looks like radians: in degrees 180"},
+      {"density_kg_m3 = 2700.0", "density_kg_m3 = 2.7",
+       "tool.density_kg_m3: warning: 2.7 looks like g/cm3: write 2700"},
       {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0.04, 0.3]",
        "payload.cog_mm: warning: [0, 0.04, 0.3] looks like metres"},
       {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0, 13000]",
