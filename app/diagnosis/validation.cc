@@ -106,6 +106,11 @@ Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation) 
 }
 
 std::string ReasonToWithhold(const Validation& validation, bool empirical) {
+  if (validation.errors.empty()) {
+    return "too few rows to hold any out: nothing tests the correction, and none is written; "
+           "measure "
+           "more poses, spread over the cell";
+  }
   for (const HeldOutError& error : validation.errors) {
     const bool between_rows = error.by == validation.ways.front().by;
     if (!empirical && !between_rows) continue;

@@ -33,8 +33,8 @@ std::optional<double> ValidatedSigma(const Validation& validation, double sigma_
                                      bool corrected);
 
 /// Why the correction must not be written: it predicts held-out rows worse than the declared model
-/// does. Empty where it may be. A model with an empirical term must not be worse in any way, others
-/// not between the rows.
+/// does, or no row could be held out. Empty where it may be. A model with an empirical term must
+/// not be worse in any way, others not between the rows.
 std::string ReasonToWithhold(const Validation& validation, bool empirical);
 
 }  // namespace plumbline

@@ -229,6 +229,7 @@ TEST_CASE("a correction worse than none is withheld") {
   const HeldOutError worse{"regions of the joint space", 1e-3, 2e-3, 0, 0};
   CHECK(ReasonToWithhold({{by_time}, {better, worse}}, false).empty());
   CHECK(ReasonToWithhold({{by_time}, {better}}, true).empty());
+  CHECK(ReasonToWithhold({{by_time}, {}}, false).find("too few rows") == 0);
   CHECK(ReasonToWithhold({{by_time}, {better, worse}}, true).find("regions") != std::string::npos);
 }
 

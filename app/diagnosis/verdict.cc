@@ -1,0 +1,98 @@
+#include "app/diagnosis/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/statistics.h"
+#include "app/diagnosis/unknown.h"
+
+namespace plumbline {
+namespace {
+
+constexpr int kFlips = 99;         // p-values down to 0.01
+constexpr int kSignalRows = 1000;  // among which signals are tested
+constexpr double kRough = 1.5;     // a residual of this many declared sigmas is more than noise
+constexpr double kFollows = 0.02;  // p-value of a signal that a rough residual follows
+
+/// True where the repeats scatter less than the residual by more than chance and `kRough`: what
+/// remains is no noise, whatever was declared.
+bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
+  constexpr double kChance = 0.01;
+  if (data.repeat_sigma_m <= 0) return false;
+  const double noise_m =
+      std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
+  if (residual_sigma_m < kRough * noise_m) return false;
+  // A variance from a median holds about 0.37 of what the mean of squares would.
+  constexpr double kOfMedian = 0.37;
+  const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
+  return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) < kChance;
+}
+
+Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
+  if (found.unknown) return Verdict::kUnknown;
+  if (found.best.blocks.empty()) return Verdict::kNoEffect;
+  return diagnosis.rivals.empty() ? Verdict::kExplained : Verdict::kAmbiguous;
+}
+
+/// Signals of the empirical terms, then those that the residual follows.
+void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
+  for (const int block : found.best.blocks) {
+    const Block& of = found.pool->blocks()[static_cast<std::size_t>(block)];
+    if (found.unknown && of.empirical()) diagnosis.drivers.push_back(of.term.drivers.front());
+  }
+  if (!rough) return;
+  for (const SignalTrace& signal : diagnosis.signals) {
+    const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
+                       diagnosis.drivers.end();
+    if (signal.p_value < kFollows && !named) diagnosis.drivers.push_back(signal.name);
+  }
+}
+
+}  // namespace
+
+void AddSignals(const Dataset& searched, const Dataset& all, const Identified& found,
+                const DiagnosisOptions& options, Diagnosis& diagnosis) {
+  const LinearProblem few(searched, found.linear, found.model, Every(searched.rows(), kSignalRows),
+                          found.weights, found.sigma_m, options.threads);
+  Pool pool(few);
+  std::vector<int> support;
+  for (const int block : found.best.blocks) {
+    support.push_back(pool.Add(found.pool->blocks()[static_cast<std::size_t>(block)]));
+  }
+  const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
+  diagnosis.signals = SignalsOf(few, residual, kFlips);
+  for (std::size_t s = 0; s < diagnosis.signals.size(); ++s) {
+    diagnosis.signals[s].values = all.signals[s].values;
+  }
+  for (const PeriodicLine& line : PeriodicLines(few, residual)) {
+    diagnosis.spectrum.push_back({line.joint, line.cycles_per_turn, line.amplitude_rad});
+  }
+}
+
+void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
+                Diagnosis& diagnosis) {
+  const bool rough = data.sigma_m > 0 && residual_sigma_m >= kRough * data.sigma_m;
+  diagnosis.verdict = VerdictOfSearch(found, diagnosis);
+  AddDrivers(found, rough, diagnosis);
+  diagnosis.noise_in_use_m = std::sqrt(static_cast<double>(data.axes())) * found.sigma_m;
+  if (!rough) return;
+  diagnosis.notes.push_back(
+      fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
+                  1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
+  const double freedom = static_cast<double>(data.rows() * data.axes()) -
+                         static_cast<double>(found.best.columns.size());
+  if (RepeatsContradict(data, residual_sigma_m, freedom)) {
+    diagnosis.notes.push_back(
+        fmt::format("repeats scatter by {:.3g} mm on one axis only: what remains is no noise",
+                    1e3 * data.repeat_sigma_m));
+    diagnosis.verdict = Verdict::kUnknown;
+  }
+  if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;
+  diagnosis.declared_noise_too_small =
+      diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
+}
+
+}  // namespace plumbline
