@@ -62,7 +62,7 @@ int Import(const JournalOptions& options) {
   }
   const std::size_t bad = table->unreadable_lines.size();
   if (bad > 0 && !options.skip_bad) {
-    return Fail(fmt::format("{}: {} of {} rows cannot be read; nothing imported. Mend them, or "
+    return Fail(fmt::format("{}: {} of {} rows cannot be read; nothing imported. Fix them, or "
                             "leave them out by --skip-bad",
                             options.file, bad, bad + table->rows.size()),
                 kExitFault);

@@ -15,6 +15,8 @@ using namespace plumbline::test;
 
 namespace {
 
+constexpr int kWaits = 6000;  // of 10 ms: a minute, for a busy machine
+
 class TurnedByHand : public ZoomSensor {
  public:
   explicit TurnedByHand(const std::atomic<int>& zoom) : zoom_(zoom) {}
@@ -82,14 +84,14 @@ struct Bench {
     image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
   }
   bool Becomes(ZoomState state) {
-    for (int wait = 0; wait < 6000; ++wait) {
+    for (int wait = 0; wait < kWaits; ++wait) {
       if (link.told.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
   }
   bool Says(const std::string& text) {
-    for (int wait = 0; wait < 1000; ++wait) {
+    for (int wait = 0; wait < kWaits; ++wait) {
       {
         const std::lock_guard lock(mutex);
         for (const std::string& line : log) {
@@ -139,7 +141,7 @@ TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, 
 
 TEST_CASE("images of another size than the lens's, or than the first, are not measured in") {
   const auto told = [](Bench& bench, bool valid) {
-    for (int wait = 0; wait < 1000; ++wait) {
+    for (int wait = 0; wait < kWaits; ++wait) {
       if (bench.link.told.Read()->bodies[1].valid == valid) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -199,7 +201,7 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   CameraWatch watch(config, vision, std::move(devices).value(), stores, "/bin/false", link, sink);
   watch.Start();
   const auto becomes = [&](ZoomState state) {
-    for (int wait = 0; wait < 6000; ++wait) {
+    for (int wait = 0; wait < kWaits; ++wait) {
       if (link.told.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

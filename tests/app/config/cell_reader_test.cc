@@ -394,21 +394,21 @@ TEST_CASE("A stepped tool has its segments in order; each is checked") {
 
 TEST_CASE("A rigid tool has its tip, and no beam") {
   FaultList faults;
-  const auto cell = CellFromText(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\n"),
+  const auto cell = CellFromText(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\n"),
                                  "cell.toml", faults);
   REQUIRE(cell);
   CHECK(cell->tool.rigid);
-  CHECK(cell->tool.tcp_F.isApprox(Vec3(0.001, 0.002, 0.003)));
+  CHECK(cell->tool.tcp_F.isApprox(Vec3(0.01, 0.02, 0.03)));
 
   FaultList warned;
-  CHECK(Reads(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\nmount_mass_kg = 4\n"),
+  CHECK(Reads(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\nmount_mass_kg = 4\n"),
               warned));
   CHECK(FaultsText(warned) ==
         "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, as a rigid tool has no "
         "length\n");
 
   int line = 0;
-  std::string stiff = WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [1, 2, 3]\n");
+  std::string stiff = WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\n");
   stiff = WithLine(stiff, "compliance_rad_per_Nm = 3.5e-7", "", line);
   FaultList nothing_yields;
   CHECK(Reads(stiff, nothing_yields));
