@@ -721,7 +721,10 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
                               "parameters = [ { name = \"q2\", value = 2e-6, sd = 1e-9, "
                               "unit = \"rad/(N m)\" } ]\n";
   REQUIRE(Plumbline("model propose " + corrected + where + " 2> /dev/null") == 0);
-  REQUIRE(Eventually([&] { return (station.plc.Read(2000, 20).Word(1) & 1) != 0; }));
+  const auto valid = [&](int point) {
+    return (station.plc.Read(2000 + 20 * point, 20).Word(1) & 1) != 0;
+  };
+  REQUIRE(Eventually([&] { return valid(0) && valid(1); }));
   const int links = station.daemon.Count("robot link up");
 
   std::atomic<bool> ended{false};
