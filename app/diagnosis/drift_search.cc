@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/thermal_drift.h"
@@ -37,14 +38,30 @@ class DriftSearch final : public ShapeSearch {
     if (!(span > 0)) return {};
     const Eigen::VectorXd t =
         AtRows(problem, [](const Conditions& m) { return m.t_s.value_or(0); });
-    constexpr int kSteps = 24;
-    constexpr std::size_t kKept = 2;
-    Found found;
-    for (int k = 0; k < kSteps; ++k) {
-      const double tau = span / 40 * std::pow(200.0, static_cast<double>(k) / (kSteps - 1));
+    const auto gain = [&](double tau) {
       const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
-      const auto columns = problem.Carried(Three(Influence<double>::kBase), warmth);
-      found.emplace_back(Gain(problem, columns, residual), DriftBlock(tau));
+      return Gain(problem, problem.Carried(Three(Influence<double>::kBase), warmth), residual);
+    };
+    constexpr int kSteps = 24, kHalvings = 5;
+    constexpr std::size_t kKept = 2;
+    const double ratio = std::pow(200.0, 1.0 / (kSteps - 1));
+    std::vector<std::pair<double, double>> coarse;  // gain, time constant
+    for (int k = 0; k < kSteps; ++k) {
+      const double tau = span / 40 * std::pow(ratio, k);
+      coarse.emplace_back(gain(tau), tau);
+    }
+    std::sort(coarse.rbegin(), coarse.rend());
+    Found found;
+    for (std::size_t k = 0; k < kKept; ++k) {
+      auto [best, tau] = coarse[k];
+      double step = std::sqrt(ratio);
+      for (int halving = 0; halving < kHalvings; ++halving, step = std::sqrt(step)) {
+        for (const double other : {tau / step, tau * step}) {
+          const double of_other = gain(other);
+          if (of_other > best) std::tie(best, tau) = std::pair(of_other, other);
+        }
+      }
+      found.emplace_back(best, DriftBlock(tau));
     }
     return Best(std::move(found), kKept);
   }

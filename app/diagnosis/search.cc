@@ -289,9 +289,15 @@ Explanation Pool::Solve(std::vector<int> support, bool eliminate) const {
 }
 
 Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
+  constexpr int kNone = -1;
+  return PartialResidual(explanation, kNone);
+}
+
+Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, int block) const {
   Eigen::VectorXd residual = problem_.response();
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const int column = explanation.columns[i];
+    if (BlockOfColumn(column) == block) continue;
     residual -= columns_.col(column) * (explanation.values[static_cast<int>(i)] *
                                         length_[static_cast<std::size_t>(column)]);
   }

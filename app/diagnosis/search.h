@@ -54,6 +54,8 @@ class Pool {
   Explanation Fit(const std::vector<int>& support) const;
   /// Whitened and projected residual of an explanation.
   Eigen::VectorXd Residual(const Explanation& explanation) const;
+  /// The same with the contribution of one of its blocks left in.
+  Eigen::VectorXd PartialResidual(const Explanation& explanation, int block) const;
   /// (block, column) -> value.
   Coefficients CoefficientsOf(const Explanation& explanation) const;
   /// Blocks of an explanation that belong to an effect, and the others.

@@ -29,6 +29,7 @@ class Searching {
   void JudgeSupport(std::vector<int> support);
   void Grow(const Explanation& from);
   void NewShapes(const Explanation& from);
+  void RefineShapes();
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
   const Explanation& Winner() const {
     return *std::min_element(found_.begin(), found_.end(), Better);
@@ -84,6 +85,27 @@ void Searching::NewShapes(const Explanation& from) {
   }
 }
 
+/// Proposes every searched shape of the best anew, for what all its other effects leave: a shape
+/// that was chosen among fewer effects fits what they lacked, too. Explanations of many lines stay
+/// as they are: refining them would take as long as the search, and each line has little to gain.
+void Searching::RefineShapes() {
+  constexpr std::size_t kMostRefined = 8;
+  const Explanation best = Winner();
+  if (best.blocks.size() > kMostRefined) return;
+  for (const int block : best.blocks) {
+    const Effect* const effect = pool_.blocks()[static_cast<std::size_t>(block)].term.effect;
+    const auto& searched = candidates_.searched;
+    if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
+    std::vector<int> beside = best.blocks;
+    std::erase(beside, block);
+    for (const int shape : AddShapes(pool_, {effect}, pool_.PartialResidual(best, block))) {
+      std::vector<int> support = beside;
+      support.push_back(shape);
+      JudgeSupport(std::move(support));
+    }
+  }
+}
+
 std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) const {
   std::vector<Explanation> best;
   for (const Explanation& explanation : found_) {
@@ -110,6 +132,7 @@ std::vector<Explanation> Searching::Run() {
     if (Interrupted()) break;
   }
   for (const Explanation& pair : Best(2, 2)) NewShapes(pair);
+  RefineShapes();
   // Triples and more only where two effects beat one: otherwise there is nothing to explain.
   while (!Interrupted()) {
     const Explanation best = Winner();
@@ -119,6 +142,7 @@ std::vector<Explanation> Searching::Run() {
     const double before = best.score;
     NewShapes(best);
     for (const Explanation& from : Best(width, size)) Grow(from);
+    RefineShapes();
     if (!(Winner().score < before - kGainToGrow)) break;
   }
   return Best(kMostListed, 0);
