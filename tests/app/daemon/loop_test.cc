@@ -6,11 +6,11 @@
 #include <sys/stat.h>
 
 #include <array>
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
@@ -727,11 +727,11 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
   REQUIRE(Eventually([&] { return valid(0) && valid(1); }));
   const int links = station.daemon.Count("robot link up");
 
-  std::atomic<bool> ended{false};
+  const std::string address = station.daemon.Plc();  // asserts: not for another thread
   int polls = 0, withdrawn = 0, alarmed = 0;
-  std::thread poller([&] {
-    RegisterClient plc("poller", station.daemon.Plc(), 1, 10);
-    for (; !ended; ++polls) {
+  std::jthread poller([&](const std::stop_token& stop) {
+    RegisterClient plc("poller", address, 1, 10);
+    for (; !stop.stop_requested(); ++polls) {
       for (const int k : {0, 1}) withdrawn += (plc.Read(2000 + 20 * k, 20).Word(1) & 1) == 0;
       alarmed += plc.Read(12, 1).Word(0) != 0;
     }
@@ -747,7 +747,7 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
     CHECK(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 1; }));
     station.daemon.Signal(SIGHUP);
   }
-  ended = true;
+  poller.request_stop();
   poller.join();
   INFO(station.daemon.Log());
   CHECK(moved_mm > 1);
