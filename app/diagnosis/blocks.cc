@@ -37,6 +37,15 @@ double LargestPlausible(const EffectTraits& traits, int spec) {
   return std::max(std::abs(range.low), std::abs(range.high)) * parameter.to_SI;
 }
 
+bool SameColumns(const Block& a, const Block& b) {
+  return a.id == b.id && a.term.word == b.term.word && a.term.parameters == b.term.parameters &&
+         a.term.drivers == b.term.drivers &&
+         std::equal(a.columns.begin(), a.columns.end(), b.columns.begin(), b.columns.end(),
+                    [](const BlockColumn& x, const BlockColumn& y) {
+                      return x.values == y.values && x.entry == y.entry && x.degree == y.degree;
+                    });
+}
+
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word) {
   const EffectTraits& traits = effect.traits();
   Block block;

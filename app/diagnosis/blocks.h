@@ -32,6 +32,9 @@ struct Block {
   bool empirical() const { return term.effect->traits().empirical; }
 };
 
+/// True where two blocks have the same columns.
+bool SameColumns(const Block& a, const Block& b);
+
 /// Every size of an effect, one column each; of per-joint effects for every joint that moved or
 /// is loaded.
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);

@@ -27,6 +27,18 @@ bool SameSupport(const Model& a, const Model& b) {
                     });
 }
 
+/// True where the gradients at `before` are not those at `now`: both are taken to be alike where
+/// frames differ by less than changes a gradient by 1e-4 of itself, a micrometre of 10 mm.
+bool FramesMoved(const std::vector<Model::Frames>& before, const std::vector<Model::Frames>& now) {
+  constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
+                     [](const Model::Frames& a, const Model::Frames& b) {
+                       return (a.X_WB.p - b.X_WB.p).norm() < kLeast_m &&
+                              (a.X_WB.R - b.X_WB.R).norm() < kLeast &&
+                              (a.tip_F - b.tip_F).norm() < kLeast_m;
+                     });
+}
+
 /// One axis's RMS by the weights, the parameters counted.
 double WeightedSigma(const std::vector<Vec3>& residuals, const std::vector<double>& weights,
                      int axes, double parameters) {
@@ -133,7 +145,10 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
   const auto linearise = [&]() -> std::optional<std::string> {
-    Result<Linearisation> linear = LineariseApart(data, found.model, options.threads);
+    const bool moved = FramesMoved(found.linear_frames, found.model.frames);
+    if (moved) found.linear_frames = found.model.frames;
+    Result<Linearisation> linear =
+        LineariseApart(data, found.model, options.threads, moved ? nullptr : found.linear.get());
     if (!linear) return linear.error();
     found.linear = std::make_shared<const Linearisation>(std::move(linear).value());
     return std::nullopt;
@@ -181,11 +196,13 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
   return found;
 }
 
-Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads) {
+Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
+                                     const Linearisation* before) {
   Model bare = model;
   bare.effects.clear();
-  Result<Linearisation> linear = Linearise(data, bare, true, threads);
-  if (!linear || model.effects.empty()) return linear;
+  Result<Linearisation> linear =
+      before != nullptr ? Result<Linearisation>(*before) : Linearise(data, bare, true, threads);
+  if (!linear || (model.effects.empty() && before == nullptr)) return linear;
   Result<Linearisation> full = Linearise(data, model, false, threads);
   if (!full) return full;
   Linearisation apart = *linear;

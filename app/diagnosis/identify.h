@@ -11,8 +11,9 @@ namespace plumbline {
 struct Identified {
   Candidates candidates;
   Model aligned;  ///< frames as found before any effect
-  std::shared_ptr<const Linearisation>
-      linear;  ///< residuals of the model below, gradients of the arm without effects
+  /// Residuals of the model below; gradients of the arm without effects at `linear_frames`.
+  std::shared_ptr<const Linearisation> linear;
+  std::vector<Model::Frames> linear_frames;
   Model model;
   Refit refit;
   std::vector<double> weights;
@@ -32,7 +33,9 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
 /// Residuals of the model, and gradients of the arm without its added effects: columns stay those
 /// of each effect by itself, whatever acts, and y = residual + (d prediction / d influence)
 /// influence carries only how far the model is from linear.
-Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads);
+/// @param before  an earlier one at the same frames, whose gradients are taken; or null
+Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
+                                     const Linearisation* before = nullptr);
 
 std::vector<Vec3> ResidualsOf(const Linearisation& linear);
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <set>
 
+#include "app/diagnosis/block_columns.h"
+#include "app/diagnosis/shape_search.h"
+
 namespace plumbline {
 
 namespace {
@@ -83,6 +86,15 @@ Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const
   const auto count = static_cast<int>(rows_.size());
   const auto width = static_cast<int>(block.columns.size());
   Eigen::MatrixXd columns(count * axes, width);
+  if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
+    const auto kept = linear_->columns->Of(data_, *linear_, block, threads_);
+    for (int j = 0; j < count; ++j) {
+      columns.middleRows(j * axes, axes) =
+          scale_[j] * kept->middleRows(3 * rows_[static_cast<std::size_t>(j)], axes);
+    }
+    if (projected) Project(columns);
+    return columns;
+  }
   InParallel(count, threads_, [&](int first, int last) {
     Eigen::MatrixXd at(3, width);
     for (int j = first; j < last; ++j) {

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/diagnosis/block_columns.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline {
@@ -68,6 +69,7 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
   Linearisation result;
   result.axes = data.axes();
   result.rows.resize(static_cast<std::size_t>(data.rows()));
+  result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
     Sensitivity sensitivity;
@@ -116,9 +118,46 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
   return result;
 }
 
+namespace {
+
+/// True where only sizes are asked for, and all are zero and linear: what the effect adds at one of
+/// them is its derivative, without dual numbers.
+bool LinearFromZero(const EffectTerm& term, std::span<const double> values,
+                    std::span<const int> which) {
+  const auto spec = [&](std::size_t k) -> const ParameterSpec& {
+    return term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+  };
+  for (std::size_t k = 0; k < term.parameters.size(); ++k) {
+    const bool size = spec(k).role == ParameterRole::kSize;
+    if (size && (values[k] != 0 || spec(k).value_of_linear != nullptr)) return false;
+  }
+  return std::all_of(which.begin(), which.end(), [&](int k) {
+    return spec(static_cast<std::size_t>(k)).role == ParameterRole::kSize;
+  });
+}
+
+}  // namespace
+
 void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
                  const Conditions& conditions, const LinearRow& row,
                  Eigen::Ref<Eigen::MatrixXd> out) {
+  out.leftCols(static_cast<int>(which.size())).setZero();
+  if (LinearFromZero(term, values, which)) {
+    std::vector<double> one(values.begin(), values.end());
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      double& size = one[static_cast<std::size_t>(which[k])];
+      size = 1;
+      Influence<double> influence;
+      term.effect->Add(term, std::span<const double>(one.data(), one.size()), conditions,
+                       influence);
+      size = 0;
+      for (int entry = 0; entry < I::kSize; ++entry) {
+        const double slope = influence[entry];
+        if (slope != 0) out.col(static_cast<int>(k)) += slope * row.dp.col(entry);
+      }
+    }
+    return;
+  }
   std::vector<Dual> duals(values.size());  // a periodic effect has three for each of its lines
   for (std::size_t first = 0; first < which.size(); first += kDualWidth) {
     const std::size_t count = std::min<std::size_t>(kDualWidth, which.size() - first);
@@ -129,7 +168,6 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
     Influence<Dual> influence;
     term.effect->Add(term, std::span<const Dual>(duals.data(), values.size()), conditions,
                      influence);
-    out.middleCols(static_cast<int>(first), static_cast<int>(count)).setZero();
     for (int entry = 0; entry < I::kSize; ++entry) {
       for (std::size_t k = 0; k < count; ++k) {
         const double slope = influence[entry].v[static_cast<int>(k)];

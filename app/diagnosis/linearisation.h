@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "app/diagnosis/dataset.h"
 #include "firmware-like/deflection/sensitivity.h"
@@ -32,9 +33,13 @@ struct LinearRow {
   Eigen::Matrix<double, 3, 9> frames;  ///< d prediction / d (base shift, base turn, tip)
 };
 
+class BlockColumns;
+
 struct Linearisation {
   std::vector<LinearRow> rows;
   int axes = 3;
+  /// Of these gradients; copies share it.
+  std::shared_ptr<BlockColumns> columns;
 };
 
 /// Evaluates the model at every row. Gradients are left zero where `gradients` is false.

@@ -25,16 +25,7 @@ Pool::Pool(const LinearProblem& problem)
 
 int Pool::Add(const Block& block) {
   for (std::size_t known = 0; known < blocks_.size(); ++known) {
-    const Block& other = blocks_[known];
-    if (other.id == block.id && other.term.word == block.term.word &&
-        other.term.parameters == block.term.parameters &&
-        other.term.drivers == block.term.drivers && other.columns.size() == block.columns.size() &&
-        std::equal(other.columns.begin(), other.columns.end(), block.columns.begin(),
-                   [](const BlockColumn& a, const BlockColumn& b) {
-                     return a.values == b.values && a.entry == b.entry && a.degree == b.degree;
-                   })) {
-      return static_cast<int>(known);
-    }
+    if (SameColumns(blocks_[known], block)) return static_cast<int>(known);
   }
   Eigen::MatrixXd raw = problem_.Columns(block, false);
   const auto width = static_cast<int>(raw.cols());

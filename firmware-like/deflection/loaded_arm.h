@@ -58,6 +58,10 @@ class LoadedArm {
   const Pose& X_FT() const { return X_FT_; }  ///< of the unloaded tool
   int size() const { return chain_.size(); }
   bool bends() const { return bends_; }
+  /// Declared, without what effects add [rad/(N m)].
+  double compliance(int joint) const { return compliance_[joint]; }
+  /// True where a camera measures, whose pose is declared.
+  bool read_by_camera() const { return X_WC_.has_value(); }
   const TipCompliance& tip_compliance() const { return tip_compliance_; }
   const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< where a payload's moment is taken
 

@@ -2,6 +2,9 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
+
+#include "firmware-like/deflection/equations.h"
 
 namespace plumbline {
 namespace {
@@ -9,15 +12,59 @@ namespace {
 using I = Influence<double>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
-/// The wanted entries that an arm of n joints has, in ascending order.
-int Entries(int n, const InfluenceSet& wanted, std::array<int, I::kSize>& entries) {
+/// Entries of a joint that only turn it, by `Sag`: the tip follows them through the posture alone.
+constexpr int kSagEntries = I::kTorque + 1;
+static_assert(I::kTurn == 0 && I::kLengthA == kSagEntries, "the entries of the sag come first");
+
+/// d sag / d entry of one joint: the sum in LoadedArm::Equations, differentiated.
+/// @param tau  measured, or of the model [N m]
+double SagPer(int kind, double compliance, double added_torque, double tau) {
+  switch (kind) {
+    case I::kTurn:
+      return 1;
+    case I::kCompliance:
+      return tau + added_torque;
+    case I::kHardening:
+      return -tau * tau * tau;
+    case I::kLoadGap:
+      return tau > 0 ? 1 : tau < 0 ? -1 : 0;
+    case I::kLoadShare:
+      return std::abs(tau);
+    default:  // kTorque
+      return compliance;
+  }
+}
+
+/// True of an entry that acts on the reading alone, after base and posture; see AddReadingEntries.
+bool OfReading(int entry) {
+  return (entry >= I::kBase && entry < I::kBaseRollPitchYaw) || entry >= I::kTip;
+}
+
+/// The wanted entries that need dual numbers, in ascending order.
+int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
+                std::array<int, I::kSize>& entries) {
   int count = 0;
   for (int entry = 0; entry < I::kSize; ++entry) {
     const bool of_joint = entry < I::kJointEntries * kMaxJoints;
-    if (of_joint && entry % kMaxJoints >= n) continue;
+    if (entry < kSagEntries * kMaxJoints) continue;
+    if (of_joint && entry % kMaxJoints >= arm.size()) continue;
+    if (!arm.read_by_camera() && OfReading(entry)) continue;
     if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
   return count;
+}
+
+/// Where no camera reads: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)), and no camera's error.
+void AddReadingEntries(const Influence<double>& influence, const InfluenceSet& wanted,
+                       Sensitivity& sensitivity) {
+  const double enlarged = 1 + influence[I::kScale];
+  const LoadedStateOf<double>& state = sensitivity.state;
+  const Mat3 R_WF = state.X_WT.R * SmallRotation<double>(state.slope_F).transpose();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (wanted[I::kBase + axis]) sensitivity.dp.col(I::kBase + axis)[axis] = enlarged;
+    if (wanted[I::kTip + axis]) sensitivity.dp.col(I::kTip + axis) = enlarged * R_WF.col(axis);
+  }
+  if (wanted[I::kScale]) sensitivity.dp.col(I::kScale) = state.X_WT.p;
 }
 
 }  // namespace
@@ -33,7 +80,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
 
   // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
   std::array<int, I::kSize> entries{};
-  const int variables = n + Entries(n, wanted, entries);
+  const int variables = n + DualEntries(arm, wanted, entries);
   Eigen::Matrix<double, 3, kMaxJoints> p_theta;
   Square s_theta(n, n);
   Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
@@ -68,6 +115,16 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
       }
     }
   }
+  for (int i = 0; i < n; ++i) {
+    const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
+    const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
+    for (int kind = 0; kind < kSagEntries; ++kind) {
+      const int entry = kind * kMaxJoints + i;
+      if (!wanted[static_cast<std::size_t>(entry)]) continue;
+      s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
+    }
+  }
+  if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);
   // p_theta (I - s_theta)^-1 once, then every entry.
   const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
   sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);

@@ -95,6 +95,38 @@ TEST_CASE("Dual and double agree, and derivatives are those of central differenc
   }
 }
 
+TEST_CASE("A size that is said to be linear acts as its derivative at zero") {
+  std::mt19937 random(11);
+  for (const Effect* effect : Catalogue()) {
+    CAPTURE(effect->traits().id);
+    for (const EffectTerm& term : AnyTerms(*effect)) {
+      const auto spec = [&](std::size_t k) -> const ParameterSpec& {
+        return effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
+      };
+      for (int draw = 0; draw < 50; ++draw) {
+        const Conditions moment = AnyMoment(random);
+        std::vector<double> values = AnyValues(term, random);
+        for (std::size_t k = 0; k < values.size(); ++k) {
+          if (spec(k).role == ParameterRole::kSize) values[k] = 0;
+        }
+        const Influence<Dual> dual = DualSum(term, values, moment);
+        for (std::size_t k = 0; k < values.size(); ++k) {
+          if (spec(k).role != ParameterRole::kSize || spec(k).value_of_linear != nullptr) continue;
+          CAPTURE(k);
+          values[k] = 1;
+          const I influence = Sum(term, values, moment);
+          values[k] = 0;
+          for (int entry = 0; entry < I::kSize; ++entry) {
+            CAPTURE(entry);
+            const double slope = dual[entry].v[static_cast<Eigen::Index>(k)];
+            CHECK(std::abs(influence[entry] - slope) <= 1e-12 * std::abs(slope));
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("Every parameter of every effect moves the arm in some moment") {
   std::mt19937 random(7);
   std::vector<const Effect*> effects(Catalogue().begin(), Catalogue().end());
