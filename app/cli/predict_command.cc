@@ -264,9 +264,9 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
           "joints have a compliance, but the torques that bend them are unknown: give every link "
           "its link_mass_kg, or leave compliance_rad_per_Nm out"};
     }
-    Payload payload;
-    if (poses.recorded.payload && cell.payload_cog_F)
-      payload = {row.payload_kg, *cell.payload_cog_F};
+    // A declared centre holds for a load of unknown mass too.
+    Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
+    if (poses.recorded.payload && cell.payload_cog_F) payload.mass_kg = row.payload_kg;
     LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{

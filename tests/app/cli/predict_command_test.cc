@@ -309,6 +309,22 @@ TEST_CASE("what an alignment leaves open of the tip widens the radius") {
         Approx(std::hypot(narrow_m, kTip_m * std::sqrt(7.815))).epsilon(0.01));
 }
 
+TEST_CASE("a load of unknown mass is taken at its declared centre") {
+  FaultList faults;
+  auto cell = ReadCell("config/cells/kr210.toml", faults);
+  REQUIRE(cell);
+  const auto poses = TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,0,0,0\n",
+                                  "poses.csv", cell->robot.joints, faults);
+  REQUIRE(poses);
+  const auto radius_m = [&](double centre_m) {
+    cell->payload_cog_F = Vec3(0, 0, centre_m);
+    const auto predicted = Predict(*cell, *poses, {});
+    REQUIRE(predicted.ok());
+    return predicted->front().radius.radius_m;
+  };
+  CHECK(radius_m(1.0) > 1.1 * radius_m(0.0));
+}
+
 TEST_CASE("every row is told once as done, in order") {
   FaultList faults;
   const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
