@@ -102,6 +102,8 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kRadiusAssumed, "radius assumed, not measured",
           "measure probes to validate it",
           [](const HealthFacts& facts) { return facts.weakest_basis == RadiusBasis::kAssumed; }},
+    Entry{HealthReason::kNoPoints, "no point is configured", "add [[point]] tables, then reload",
+          [](const HealthFacts& facts) { return facts.no_points; }},
 };
 
 const Entry* Find(HealthReason reason) {

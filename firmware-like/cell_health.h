@@ -58,8 +58,9 @@ enum class HealthReason : std::uint8_t {
   kBoardWanted = 51,      ///< the calibration board is asked for
   kSceneIncomplete = 52,  ///< some watched pairs of objects are not measured
   kRadiusAssumed = 53,    ///< a valid point's radius rests on typical values
+  kNoPoints = 54,         ///< no point is configured: nothing is corrected but what commands ask
 };
-inline constexpr HealthReason kLastHealthReason = HealthReason::kRadiusAssumed;
+inline constexpr HealthReason kLastHealthReason = HealthReason::kNoPoints;
 
 struct CellHealth {
   HealthSeverity severity = HealthSeverity::kGood;
@@ -77,6 +78,7 @@ struct HealthFacts {
   bool scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;
   bool pending = false;        ///< a point is still being computed
+  bool no_points = false;      ///< none is configured
   bool daemon_silent = false;  ///< of page and display: the rest is not known any more
 };
 

@@ -417,6 +417,7 @@ HealthFacts Machine::FactsOf(const MachineInput& input) const {
   }
   facts.scene_lost = input.scene_lost;
   facts.scene_incomplete = input.scene_incomplete;
+  facts.no_points = config_.points.empty();
   facts.reference_refused = input.reference_refused;
   facts.quarantined = input.quarantined;
   return facts;

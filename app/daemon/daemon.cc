@@ -139,6 +139,15 @@ std::optional<PendingReload> ReadAgain(const Running& running) {
   const std::string& file = running.file;
   FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running.at_work);
+  const std::size_t served = running.loop.parts().machine.config().points.size();
+  if (in_force && served > 0 && in_force->config.machine.points.empty()) {
+    faults.Add({.file = file,
+                .key = "point",
+                .what = fmt::format("no [[point]] is left of the {} in force, as in a file cut "
+                                    "short: where that is meant, restart the daemon",
+                                    served)});
+    in_force.reset();
+  }
   LogFaults(faults);
   std::unique_ptr<CycleParts> parts =
       in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;

@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "app/daemon/probe_row.h"
 #include "app/service/utc_clock.h"
@@ -192,8 +193,16 @@ void LoopWorker::CloseJournal() {
 
 /// Opens the journal and shows its rows to a new monitor. After an error both may be half set up.
 Result<bool> LoopWorker::ReadJournal() {
-  Result<Journal> opened =
-      Journal::Open(config_.state_directory + "/journal.sqlite", config_.loop.journal_bytes);
+  const std::string path = config_.state_directory + "/journal.sqlite";
+  std::error_code absent;
+  if (std::filesystem::file_size(path, absent) == 0 && !absent) {
+    sink_(
+        {Event::kJournalFault,
+         fmt::format("journal: {} has no content: a new journal is begun, and what it held, probes "
+                     "in quarantine among it, is lost",
+                     path)});
+  }
+  Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);
   if (!opened) return Error{opened.error()};
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));

@@ -94,6 +94,13 @@ bool IsLinear(const EffectTerm& term) {
   });
 }
 
+bool IsInverse(const EffectTerm& term, int parameter) {
+  const auto& specs = term.effect->traits().parameters;
+  if (parameter < 0 || parameter >= static_cast<int>(term.parameters.size())) return false;
+  const TermParameter& own = term.parameters[static_cast<std::size_t>(parameter)];
+  return specs[static_cast<std::size_t>(own.spec)].inverse;
+}
+
 bool RepeatsWithAngle(const Effect& effect) {
   const auto& specs = effect.traits().parameters;
   return std::any_of(specs.begin(), specs.end(), IsCycles);

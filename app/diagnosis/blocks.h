@@ -47,6 +47,8 @@ double LargestPlausible(const EffectTraits& traits, int spec);
 bool BeginsAtAMoment(const EffectTerm& term);
 /// True where the term has no shapes, and its sizes act as their columns say.
 bool IsLinear(const EffectTerm& term);
+/// True of a parameter whose file value is the inverse of what acts, a positive number.
+bool IsInverse(const EffectTerm& term, int parameter);
 /// True of an effect that repeats with a joint's angle, any number of cycles a turn.
 bool RepeatsWithAngle(const Effect& effect);
 

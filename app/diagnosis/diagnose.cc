@@ -74,6 +74,11 @@ double RmsBetween(std::vector<Vec3> a, const std::vector<Vec3>& b,
   return Rms(a, weights);
 }
 
+/// What is added in squares to `less_m` to make `more_m`; 0 where it is not less.
+double RmsBeyond(double more_m, double less_m) {
+  return std::sqrt(std::max(0.0, more_m * more_m - less_m * less_m));
+}
+
 /// The share of what the model moves at the rows that is not the named effects': sums of squares.
 double UnnamedShare(const std::vector<RowTrace>& rows, const std::vector<Vec3>& by_the_named) {
   double named = 0, unnamed = 0;
@@ -240,6 +245,21 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
   return FittedModel{model, ResidualsOf(*linear)};
 }
 
+/// The fitted model with its effects as they are written: curves are shrunk, and end where their
+/// rows do.
+Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
+                              const Diagnosis& diagnosis) {
+  FittedModel written{fit.refit.model, fit.residuals};
+  if (!HasEmpiricalTerm(diagnosis)) return written;
+  written.model.effects.clear();
+  for (const Finding& finding : diagnosis.findings) written.model.effects.push_back(finding.effect);
+  const Result<Linearisation> linear =
+      Linearise(task.data, written.model, false, task.options.threads);
+  if (!linear) return Error{linear.error()};
+  written.residuals = ResidualsOf(*linear);
+  return written;
+}
+
 /// Holds rows out, and lets that decide what of the model is written.
 Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, const Identified& found,
                                  const FitOfAllRows& fit, Diagnosis& diagnosis) {
@@ -258,8 +278,11 @@ Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, cons
                            std::max<std::size_t>(3, found.best.blocks.size() + 2),
                            offered.has_value(),
                            task.options};
-  CorrectedModel corrected{fit.refit.model, fit.residuals, Validate(input), 0};
+  const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
+  if (!written) return Error{written.error()};
+  CorrectedModel corrected{written->model, written->residuals, Validate(input), 0};
   if (task.Interrupted()) return Task::InterruptedError();
+  diagnosis.rms_after_m = Rms(corrected.residuals, fit.weights);
   const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.weights);
   if (offered && !admitted) {
     corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
@@ -267,6 +290,8 @@ Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, cons
         "a discrepancy model of what remains was tried and left out: it does not predict regions "
         "or sessions that it has not seen");
   }
+  // What shrinking and bounding cost at the rows is an error of the held-out rows, too.
+  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.residuals, fit.weights)), corrected.validation);
   AddHeldOutErrors(corrected.validation, diagnosis);
   if (!diagnosis.findings.empty()) {
     diagnosis.withheld = ReasonToWithhold(corrected.validation, HasEmpiricalTerm(diagnosis));
@@ -325,6 +350,15 @@ void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& 
   AddFramesAndDomain(task.data, corrected.model, fit.weights, diagnosis);
   diagnosis.domain.residual_sigma_m =
       ValidatedSigma(corrected.validation, sigma_m, task.data.axes(), diagnosis.withheld.empty());
+  constexpr double kLeftOut = 0.05;  // of the points, by a 95 % radius
+  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.weights.size();
+  if (diagnosis.domain.residual_sigma_m &&
+      static_cast<double>(rejected) > kLeftOut * static_cast<double>(rows)) {
+    diagnosis.notes.push_back(
+        fmt::format("{} of {} rows are rejected, more than a 95 % radius may leave out: it covers "
+                    "most of them; find out what they have in common",
+                    rejected, rows));
+  }
   const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;
 }

@@ -27,6 +27,9 @@ struct Finding {
   double p_value = 1;
   double share_of_residual = 0;  ///< of the sum of squares before that leaving it out brings back
   std::string implausible;       ///< empty, or why a sound machine does not show this value
+  /// How many times a value lies beyond what a sound machine shows; infinite where its sign is one
+  /// that no machine shows; 0: it does not.
+  double implausible_times = 0;
 };
 
 /// Another explanation that these data cannot rule out.

@@ -11,10 +11,13 @@ namespace {
 
 /// What one carrier's curve does at the rows, in SI.
 struct SeenCurve {
+  struct Lever {
+    double driver = 0;  ///< value of the curve's driver at the row
+    double square = 0;  ///< |J|^2
+  };
   double low = 1e300, high = -1e300;  ///< of the curve
   double largest_m = 0;               ///< displacement of the tip
-  double lever_square = 0;            ///< sum over rows of |J|^2
-  int rows = 0;
+  std::vector<Lever> levers;          ///< of each row
 };
 
 SeenCurve SeenAtRows(const Dataset& data, const Linearisation& linear,
@@ -34,11 +37,36 @@ SeenCurve SeenAtRows(const Dataset& data, const Linearisation& linear,
       seen.low = std::min(seen.low, influence[entry]);
       seen.high = std::max(seen.high, influence[entry]);
       seen.largest_m = std::max(seen.largest_m, std::abs(influence[entry]) * lever);
-      seen.lever_square += lever * lever;
-      ++seen.rows;
+      const auto driver = data.conditions[row].Signal(effect.term.drivers.front());
+      seen.levers.push_back({driver.value_or(0), lever * lever});
     }
   }
   return seen;
+}
+
+/// RMS lever of the rows whose driver lies from `low` to `high`; 0 where there are none.
+double LeverBetween(const SeenCurve& seen, double low, double high) {
+  double sum = 0, count = 0;
+  for (const SeenCurve::Lever& lever : seen.levers) {
+    if (lever.driver < low || lever.driver > high) continue;
+    sum += lever.square;
+    count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// The lever by which a node moves the tip: that of all rows, since any of them may meet the node's
+/// value; where the payload drives the curve, that of the rows about the node, since no other
+/// payload meets it.
+double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Index node) {
+  constexpr std::string_view kPayloadColumn = "payload_kg";
+  const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
+  if (effect.term.drivers.front() != kPayloadColumn) return of_all;
+  const auto drivers = effect.term.nodes.col(0);
+  const double low = node > 0 ? drivers[node - 1] : -HUGE_VAL;
+  const double high = node + 1 < drivers.size() ? drivers[node + 1] : HUGE_VAL;
+  const double about = LeverBetween(seen, low, high);
+  return about > 0 ? about : of_all;
 }
 
 }  // namespace
@@ -49,15 +77,16 @@ void BoundToRows(const Dataset& data, const Linearisation& linear,
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const SeenCurve seen = SeenAtRows(data, linear, weights, effect, k);
     auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k) + 1);
-    if (seen.rows == 0 || seen.lever_square == 0) {
+    if (seen.largest_m == 0) {
       nodes.setZero();
       continue;
     }
-    const double lever = std::sqrt(seen.lever_square / seen.rows);
-    const double largest = seen.largest_m / lever;
     const double to_SI = EmpiricalNodeToSI(effect.term.parameters[k]);
-    const double low = std::max(seen.low, -largest), high = std::min(seen.high, largest);
-    nodes = nodes.cwiseMax(low / to_SI).cwiseMin(high / to_SI);
+    for (Eigen::Index node = 0; node < nodes.size(); ++node) {
+      const double largest = seen.largest_m / LeverOfNode(seen, effect, node);
+      const double low = std::max(seen.low, -largest), high = std::min(seen.high, largest);
+      nodes[node] = std::clamp(nodes[node], low / to_SI, std::max(low, high) / to_SI);
+    }
   }
 }
 

@@ -23,7 +23,19 @@ std::string FileNumber(double value) {
 }
 
 /// Why a sound machine does not show these values; empty where it does.
-std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
+/// A value outside its range, as a multiple of the bound that it passes.
+double TimesBeyond(const Interval& range, double value) {
+  const double bound = value > range.high ? range.high : range.low;
+  return bound * value > 0 ? value / bound : HUGE_VAL;
+}
+
+struct Implausible {
+  std::string sentence;
+  double times = 0;
+};
+
+/// The first value that a sound machine does not show.
+Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
   const EffectTraits& traits = effect.term.effect->traits();
   if (traits.empirical) return {};
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
@@ -32,18 +44,19 @@ std::string Implausibility(const Dataset& data, const ActiveEffect& effect) {
     if (spec.role != ParameterRole::kSize) continue;
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
     if (!spec.plausible.Contains(in_file)) {
-      return fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
-                         NameFromParameter(traits, parameter), FileNumber(in_file), spec.unit,
-                         FileNumber(spec.plausible.low), FileNumber(spec.plausible.high));
+      return {fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
+                          NameFromParameter(traits, parameter), FileNumber(in_file), spec.unit,
+                          FileNumber(spec.plausible.low), FileNumber(spec.plausible.high)),
+              TimesBeyond(spec.plausible, in_file)};
     }
     if (traits.adds_compliance) {
       const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
                                   .compliance_rad_per_Nm.value_or(0);
       if (declared + effect.values[k] < 0) {
-        return fmt::format(
-            "joint q{} would yield against its load: its whole compliance would be "
-            "negative ({} rad/(N m))",
-            parameter.joint + 1, FileNumber(declared + effect.values[k]));
+        return {fmt::format("joint q{} would yield against its load: its whole compliance would be "
+                            "negative ({} rad/(N m))",
+                            parameter.joint + 1, FileNumber(declared + effect.values[k])),
+                HUGE_VAL};
       }
     }
   }
@@ -107,7 +120,9 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
         std::min(1.0, EffectsConsidered(context.data) * Trials(pool, context.best, own) *
                           ChiSquareTail(drop / inflation, columns));
     finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
-    finding.implausible = Implausibility(context.data, effects[e]);
+    const Implausible implausible = ImplausibilityOf(context.data, effects[e]);
+    finding.implausible = implausible.sentence;
+    finding.implausible_times = implausible.times;
     if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
       Interval seen{1e300, -1e300};
       for (std::size_t k = 0; k < context.weights.size(); ++k) {

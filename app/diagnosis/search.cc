@@ -82,8 +82,10 @@ bool Pool::Absurd(const Explanation& explanation) const {
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const auto column = static_cast<std::size_t>(explanation.columns[i]);
     const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
-    const double largest = block.columns[static_cast<std::size_t>(local_[column])].largest;
-    if (std::abs(explanation.values[static_cast<int>(i)]) > kFarBeyond * largest) return true;
+    const BlockColumn& of = block.columns[static_cast<std::size_t>(local_[column])];
+    const double value = explanation.values[static_cast<int>(i)];
+    if (std::abs(value) > kFarBeyond * of.largest) return true;
+    if (value < 0 && IsInverse(block.term, of.parameter)) return true;  // 1 / kappa
   }
   return false;
 }

@@ -43,8 +43,8 @@ class Pool {
   const std::vector<Block>& blocks() const { return blocks_; }
   /// False where the frames imitate all of the block.
   bool Observable(int block) const;
-  /// True where a value is far beyond what a sound machine can show: noise along a direction that
-  /// the rows hardly hold.
+  /// True where a value is far beyond what a sound machine can show, noise along a direction that
+  /// the rows hardly hold, or is no value at all: the inverse of a negative number.
   bool Absurd(const Explanation& explanation) const;
   double chi2_null() const { return chi2_null_; }
 

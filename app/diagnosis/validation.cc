@@ -8,6 +8,7 @@
 
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/words.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {
@@ -44,6 +45,35 @@ double StudentFactor(int freedom) {
   return 1 + g1 / n + g2 / (n * n) + g3 / (n * n * n);
 }
 
+/// P(X >= k) of a binomial X of n draws with probability p.
+double BinomialTail(int n, int k, double p) {
+  double below = 0;
+  for (int j = 0; j < k; ++j) {
+    below += std::exp(std::lgamma(n + 1.0) - std::lgamma(j + 1.0) - std::lgamma(n - j + 1.0) +
+                      j * std::log(p) + (n - j) * std::log1p(-p));
+  }
+  return 1 - below;
+}
+
+/// The deviation whose 95 % radius the held-out rows do not refute, those among them that the fit
+/// rejected: a robot that misses one point in ten by a millimetre does so at the next ten, too. The
+/// smallest radius with no more rows outside than 5 % of them are by chance, once in five.
+double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
+  constexpr double kOutside = 0.05, kChance = 0.2;
+  std::vector<double> errors_m;
+  const std::vector<Vec3>& errors = corrected ? way.after : way.before;
+  for (std::size_t row = 0; row < errors.size(); ++row) {
+    if (way.predicted[row]) errors_m.push_back(errors[row].norm());
+  }
+  const auto count = static_cast<int>(errors_m.size());
+  int outside = 0;
+  while (outside < count && BinomialTail(count, outside + 1, kOutside) >= kChance) ++outside;
+  if (outside >= count) return 0;
+  std::sort(errors_m.begin(), errors_m.end());
+  const double radius_m = errors_m[static_cast<std::size_t>(count - 1 - outside)];
+  return radius_m / std::sqrt(ChiSquareQuantile(kOutside, axes));
+}
+
 /// Groups of which any row was predicted.
 int FoldsPredicted(const HeldOut& way) {
   std::set<int> folds;
@@ -77,7 +107,11 @@ std::optional<double> ValidatedSigma(const Validation& validation, double sigma_
     largest = std::max(largest, between + factor * factor * beyond);
   }
   if (!regions_held_out) return std::nullopt;
-  return std::sqrt(largest);
+  double sigma = std::sqrt(largest);
+  for (const HeldOut& way : validation.ways) {
+    sigma = std::max(sigma, UnrefutedSigma(way, axes, corrected));
+  }
+  return sigma;
 }
 
 Validation Validate(const HeldOutInput& input) {
@@ -88,6 +122,14 @@ Validation Validate(const HeldOutInput& input) {
   }
   validation.errors = ErrorsOfWays(input, validation.ways);
   return validation;
+}
+
+void AddError(double lost_m, Validation& validation) {
+  for (HeldOutError& error : validation.errors) {
+    for (double* rms_m : {&error.after_m, &error.after_low_m, &error.after_high_m}) {
+      *rms_m = std::hypot(*rms_m, lost_m);
+    }
+  }
 }
 
 bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights) {

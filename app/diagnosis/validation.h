@@ -26,11 +26,15 @@ Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation);
 /// Standard deviation of a new measured point about its prediction, one axis [m]: at least
 /// `sigma_m`, and the largest of what blocks of time, regions and sessions show when held out. What
 /// a few regions or sessions show beyond the blocks of time is widened by Student's factor for
-/// their number: the next region is a draw from as few. Absent where no region could be held out:
-/// nothing then says how the model does away from its poses.
+/// their number: the next region is a draw from as few. Never so small that the held-out rows,
+/// those too that the fit rejects, refute its 95 % radius. Absent where no region could be held
+/// out: nothing then says how the model does away from its poses.
 /// @param corrected  whether the correction is written; else the declared model's errors count
 std::optional<double> ValidatedSigma(const Validation& validation, double sigma_m, double axes,
                                      bool corrected);
+
+/// Adds an error that the written model makes and the one held out did not, in squares.
+void AddError(double lost_m, Validation& validation);
 
 /// Why the correction must not be written: it predicts held-out rows worse than the declared model
 /// does, or no row could be held out. Empty where it may be. A model with an empirical term must

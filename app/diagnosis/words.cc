@@ -37,9 +37,10 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
 /// Where the rest says that the declared noise cannot be; empty where it can.
 std::string NoiseClause(const Diagnosis& diagnosis) {
   if (!diagnosis.declared_noise_too_small) return "";
-  return fmt::format("; the declared noise of {} mm is too small for what remains, {} mm",
-                     MillimetreText(diagnosis.noise_floor_m),
-                     MillimetreText(diagnosis.rms_after_m));
+  return fmt::format(
+      "; the declared noise of {} mm is too small for what remains, {} mm: repeat one pose ten "
+      "times, and where that scatters less, look for a cause that no recorded signal shows",
+      MillimetreText(diagnosis.noise_floor_m), MillimetreText(diagnosis.rms_after_m));
 }
 
 std::string NoEffectHeadline(const Diagnosis& diagnosis) {

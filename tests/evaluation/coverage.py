@@ -223,6 +223,21 @@ def line(title, cases):
             f"{np.median(radius) / np.median(error):.2f} | {', '.join(bases)} |")
 
 
+def intervals(cases, draws=1000):
+    """Share held and ratio of the medians, with 95 % intervals over cells drawn again."""
+    random = np.random.default_rng(1)
+    held, ratio = [], []
+    for _ in range(draws):
+        chosen = [cases[k] for k in random.integers(len(cases), size=len(cases))]
+        error = np.concatenate([c["error_mm"] for c in chosen])
+        radius = np.concatenate([c["radius_mm"] for c in chosen])
+        held.append(100 * np.mean(error <= radius))
+        ratio.append(np.median(radius) / np.median(error))
+    low, high = (np.quantile((held, ratio), q, axis=1) for q in (0.025, 0.975))
+    return (f"95 % intervals over the cells: within {low[0]:.1f} to {high[0]:.1f} %, "
+            f"ratio {low[1]:.2f} to {high[1]:.2f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--product", default=os.path.join(ROOT, "build/bin/plumbline"))
@@ -249,6 +264,7 @@ def main():
         if chosen:
             print(line(name, chosen))
     print(line("all", good))
+    print("\n" + intervals(good))
     for r in runs:
         if "failed" in r:
             print(f"FAILED {r['group']} seed {r['seed']} {r['arm']}: {r['failed']}")

@@ -47,6 +47,8 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
   CHECK(HealthOf({.pending = true}).reason == HealthReason::kPointsPending);
+  CHECK(HealthOf({.no_points = true}) ==
+        CellHealth{HealthSeverity::kNotice, HealthReason::kNoPoints});
   CHECK(HealthOf({.quarantined = true}).reason == HealthReason::kQuarantined);
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
 }
@@ -61,5 +63,5 @@ TEST_CASE("each reason has words and, where there is something to do, a remedy")
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 35);
+  CHECK(texts.size() == 36);
 }

@@ -486,6 +486,14 @@ TEST_CASE("probes that cannot be kept are refused, with the reason") {
     CHECK(daemon.Awaits("journal works again"));
     CHECK(Eventually([&] { return (plc.Read(400, 1).Word(0) & 1) != 0; }));
   }
+  SECTION("a journal without content") {
+    RunningCell cell(Idle());
+    const TemporaryFolder state;
+    std::ofstream(state.path() + "/journal.sqlite").close();
+    DaemonProcess daemon(WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory",
+                                  "\"" + state.path() + "\""));
+    CHECK(daemon.Awaits("journal.sqlite has no content: a new journal is begun"));
+  }
   SECTION("not a number") {
     Station station;
     CHECK(station.Command({6, 0, 0x7FC0, 0, 0, 0, 0, 0}) == 10);

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "firmware-like/cell_health.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
@@ -156,6 +157,30 @@ TEST_CASE("while a reload searches the branches of many points, the daemon liste
     CHECK(daemon.Awaits("plumbline.toml reloaded"));
     CHECK(Eventually([&] { return Read(plc, 2).valid; }));
   }
+}
+
+TEST_CASE("a file cut short takes no point away; a start without points is told") {
+  RunningCell cell(Idle());
+  REQUIRE(cell.Tell("payload 60") == "ok");
+  const std::string good = DemoConfig(cell.robot(), "generic");
+  const std::string cut = good.substr(0, good.find("[push]"));
+  REQUIRE(cut.size() < good.size());
+  {
+    DaemonProcess daemon(good);
+    RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+    REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
+    daemon.Write(cut);
+    daemon.Signal(SIGHUP);
+    CHECK(daemon.Awaits("point: no [[point]] is left of the 2 in force"));
+    CHECK(daemon.Awaits("Configuration not reloaded"));
+    CHECK(Read(plc, 0).valid);
+  }
+  DaemonProcess daemon(cut);
+  RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
+  CHECK(Eventually([&] {
+    return plc.Read(24, 2).Word(1) == static_cast<int>(plumbline::HealthReason::kNoPoints);
+  }));
+  CHECK(plc.Read(24, 2).Word(0) == static_cast<int>(plumbline::HealthSeverity::kNotice));
 }
 
 TEST_CASE("a file nested without end is a fault with its line; the running daemon goes on") {

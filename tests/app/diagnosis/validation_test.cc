@@ -128,10 +128,40 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   CHECK_FALSE(CheckNamed(diagnosis, "p_value").passed);
 
   diagnosis = Explained("gear_ratio");
-  diagnosis.findings[0].implausible = "five times beyond what a sound machine shows";
+  diagnosis.findings[0].implausible = "beyond what a sound machine shows";
+  diagnosis.findings[0].implausible_times = 3;  // a worn one
   CheckExplanation(evidence, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kExplained);
+  CHECK(diagnosis.doubts.empty());
+  diagnosis = Explained("gear_ratio");
+  diagnosis.findings[0].implausible = "beyond what any machine shows";
+  diagnosis.findings[0].implausible_times = 5;
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kAmbiguous);
   CHECK(diagnosis.doubts.size() == 1);
+}
+
+TEST_CASE("a radius never leaves out more of the held-out rows than chance does, rejected or not") {
+  Validation validation;
+  for (const char* by : {"blocks of time", "regions of the joint space"}) {
+    HeldOut& held_out = validation.ways.emplace_back();
+    held_out.by = by;
+    for (int k = 0; k < 100; ++k) {
+      held_out.fold_of.push_back(k % 5);
+      held_out.after.push_back(Vec3(k % 10 == 0 ? 8e-4 : 1e-4, 0, 0));  // one row in ten is off
+    }
+    held_out.before = held_out.after;
+    held_out.predicted.assign(100, true);
+    HeldOutError& error = validation.errors.emplace_back();
+    error.by = by;  // without the rejected rows
+    error.after_m = error.before_m = 1e-4;
+  }
+  const double radius_m = std::sqrt(7.815) * ValidatedSigma(validation, 5e-5, 3, true).value();
+  CHECK(radius_m == Approx(8e-4).epsilon(0.01));
+  for (HeldOut& way : validation.ways) {  // one in twenty five is within what 5 % may be
+    for (int k = 0; k < 100; ++k) way.after[static_cast<std::size_t>(k)][0] = k % 25 ? 1e-4 : 8e-4;
+  }
+  CHECK(*ValidatedSigma(validation, 5e-5, 3, true) < 1e-4);
 }
 
 TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
