@@ -243,6 +243,19 @@ nlohmann::json JsonOf(const Checked& finding, const std::string& file) {
   return json;
 }
 
+/// "no faults", "2 faults, 1 warning"
+std::string CountText(const FaultList& faults) {
+  const auto warnings =
+      std::count_if(faults.All().begin(), faults.All().end(),
+                    [](const Fault& fault) { return fault.severity == Fault::Severity::kWarning; });
+  const auto count = static_cast<std::ptrdiff_t>(faults.All().size()) - warnings;
+  const auto text = [](std::ptrdiff_t number, const char* what) {
+    return fmt::format("{} {}{}", number == 0 ? "no" : std::to_string(number), what,
+                       number == 1 ? "" : "s");
+  };
+  return text(count, "fault") + (warnings > 0 ? ", " + text(warnings, "warning") : "");
+}
+
 int Run(const CheckOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
@@ -261,6 +274,7 @@ int Run(const CheckOptions& options) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
     std::cout << PointTable(finding.in_force, finding.points);
+    std::cout << '\n' << options.file << ": " << CountText(finding.faults) << '\n';
   }
   return finding.cell ? kExitOk : kExitFault;
 }
