@@ -15,7 +15,7 @@ namespace {
 
 // Chance of failing by noise alone, once in a thousand sound answers.
 constexpr double kHeldOutChance = 1e-3;
-// As the search's own chance of any false joint (search.cc): both bound what noise alone selects.
+// As the search's own chance of any false joint (pool.cc): both bound what noise alone selects.
 constexpr double kLargestPValue = 0.01;
 // Four folds of five; stability selection takes 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat.
 // Soc. B 72 (2010) 417].

@@ -1,402 +1,170 @@
 #include "app/diagnosis/search.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
-#include "firmware-like/statistics/chi_square.h"
+#include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
+
+std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+                           const Eigen::VectorXd& residual) {
+  std::vector<int> indices;
+  for (const Effect* effect : searched) {
+    for (const Block& block : ShapeSearchOf(*effect)->Propose(pool.problem(), residual)) {
+      const int index = pool.Add(block);
+      if (pool.Observable(index)) indices.push_back(index);
+    }
+  }
+  return indices;
+}
+
 namespace {
 
-constexpr double kLeastObservable = 1e-3;   // of a column's length, after the frames
-constexpr double kLeastSeen = 1;            // sigma, over all rows, at the largest plausible size
-constexpr double kLeastPivot = 1e-6;        // squared sine to the columns before
-constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has no effect
+constexpr std::size_t kPairsForTriples = 24;  // triples grow from the best pairs
+constexpr std::size_t kBeam = 4;
+
+class Searching {
+ public:
+  Searching(Pool& pool, const Candidates& candidates, std::size_t most,
+            const std::function<bool()>& interrupted)
+      : pool_(pool), candidates_(candidates), most_(most), interrupted_(interrupted) {}
+
+  std::vector<Explanation> Run();
+
+ private:
+  /// True where the shapes of one of its effects do not go together.
+  bool Excluded(const std::vector<int>& support) const;
+  bool Interrupted() const { return interrupted_ && interrupted_(); }
+  /// Fits a support once; what elimination leaves is listed.
+  void JudgeSupport(std::vector<int> support);
+  void Grow(const Explanation& from);
+  void NewShapes(const Explanation& from);
+  void RefineShapes();
+  std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
+  const Explanation& Winner() const {
+    return *std::min_element(found_.begin(), found_.end(), Better);
+  }
+  static bool Better(const Explanation& a, const Explanation& b) { return a.score < b.score; }
+
+  Pool& pool_;
+  const Candidates& candidates_;
+  std::size_t most_;
+  const std::function<bool()>& interrupted_;
+  std::vector<int> offered_;
+  std::set<std::vector<int>> tried_;
+  std::set<std::vector<int>> listed_;
+  std::vector<Explanation> found_;
+};
+
+bool Searching::Excluded(const std::vector<int>& support) const {
+  std::vector<const Block*> blocks;
+  for (const int block : support) {
+    blocks.push_back(&pool_.blocks()[static_cast<std::size_t>(block)]);
+  }
+  return ShapesClash(pool_.problem(), blocks);
+}
+
+void Searching::JudgeSupport(std::vector<int> support) {
+  std::sort(support.begin(), support.end());
+  support.erase(std::unique(support.begin(), support.end()), support.end());
+  if (!tried_.insert(support).second) return;
+  if (Excluded(support)) return;
+  Explanation explanation = pool_.Evaluate(support);
+  if (pool_.Absurd(explanation)) return;
+  if (listed_.insert(explanation.columns).second) found_.push_back(std::move(explanation));
+}
+
+void Searching::Grow(const Explanation& from) {
+  for (const int block : offered_) {
+    std::vector<int> support = from.blocks;
+    support.push_back(block);
+    JudgeSupport(std::move(support));
+    if (Interrupted()) return;
+  }
+}
+
+void Searching::NewShapes(const Explanation& from) {
+  for (const int block : AddShapes(pool_, candidates_.searched, pool_.Residual(from))) {
+    if (std::find(offered_.begin(), offered_.end(), block) == offered_.end()) {
+      offered_.push_back(block);
+    }
+    std::vector<int> support = from.blocks;
+    support.push_back(block);
+    JudgeSupport(std::move(support));
+    JudgeSupport({block});
+  }
+}
+
+/// Proposes every searched shape of the best anew, for what all its other effects leave: a shape
+/// that was chosen among fewer effects fits what they lacked, too. Explanations of many lines stay
+/// as they are: refining them would take as long as the search, and each line has little to gain.
+void Searching::RefineShapes() {
+  constexpr std::size_t kMostRefined = 8;
+  const Explanation best = Winner();
+  if (best.blocks.size() > kMostRefined) return;
+  for (const int block : best.blocks) {
+    const Effect* const effect = pool_.blocks()[static_cast<std::size_t>(block)].term.effect;
+    const auto& searched = candidates_.searched;
+    if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
+    std::vector<int> beside = best.blocks;
+    std::erase(beside, block);
+    for (const int shape : AddShapes(pool_, {effect}, pool_.PartialResidual(best, block))) {
+      std::vector<int> support = beside;
+      support.push_back(shape);
+      JudgeSupport(std::move(support));
+    }
+  }
+}
+
+std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) const {
+  std::vector<Explanation> best;
+  for (const Explanation& explanation : found_) {
+    if (blocks == 0 || explanation.blocks.size() == blocks) best.push_back(explanation);
+  }
+  std::stable_sort(best.begin(), best.end(), Better);
+  if (best.size() > count) best.resize(count);
+  return best;
+}
+
+std::vector<Explanation> Searching::Run() {
+  for (const Block& block : candidates_.blocks) {
+    const int index = pool_.Add(block);
+    if (pool_.Observable(index)) offered_.push_back(index);
+  }
+  JudgeSupport({});
+  const Explanation nothing = found_.front();
+  for (const int block : offered_) JudgeSupport({block});
+  NewShapes(nothing);
+  for (const Explanation& single : Best(3, 1)) NewShapes(single);
+  // All pairs.
+  for (std::size_t i = 0; i < offered_.size(); ++i) {
+    for (std::size_t j = i + 1; j < offered_.size(); ++j) JudgeSupport({offered_[i], offered_[j]});
+    if (Interrupted()) break;
+  }
+  for (const Explanation& pair : Best(2, 2)) NewShapes(pair);
+  RefineShapes();
+  // Triples and more only where two effects beat one: otherwise there is nothing to explain.
+  while (!Interrupted()) {
+    const Explanation best = Winner();
+    const std::size_t size = best.blocks.size();
+    if (size < 2 || size >= most_) break;
+    const std::size_t width = size == 2 ? kPairsForTriples : kBeam;
+    const double before = best.score;
+    NewShapes(best);
+    for (const Explanation& from : Best(width, size)) Grow(from);
+    RefineShapes();
+    if (!(Winner().score < before - kGainToGrow)) break;
+  }
+  return Best(kMostListed, 0);
+}
 
 }  // namespace
 
-Pool::Pool(const LinearProblem& problem)
-    : problem_(problem),
-      chi2_null_(problem.response().squaredNorm()),
-      effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
-
-int Pool::Add(const Block& block) {
-  for (std::size_t known = 0; known < blocks_.size(); ++known) {
-    if (SameColumns(blocks_[known], block)) return static_cast<int>(known);
-  }
-  Eigen::MatrixXd raw = problem_.Columns(block, false);
-  const auto width = static_cast<int>(raw.cols());
-  const double rows = static_cast<double>(problem_.rows().size());
-  std::vector<double> raw_length;
-  for (int k = 0; k < width; ++k) {
-    raw_length.push_back(raw.col(k).norm());
-    raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
-  }
-  problem_.Project(raw);
-  const auto index = static_cast<int>(blocks_.size());
-  blocks_.push_back(block);
-  unit_costs_.push_back(UnitCosts(block));
-  first_.push_back(used_);
-  for (int k = 0; k < width; ++k) {
-    const double length = raw.col(k).norm();
-    const double largest = block.columns[static_cast<std::size_t>(k)].largest;
-    const bool seen = length > kLeastObservable * raw_length[static_cast<std::size_t>(k)] &&
-                      length * largest > kLeastSeen;
-    length_.push_back(seen ? length : 0);
-    if (seen) {
-      raw.col(k) /= length;
-    } else {
-      raw.col(k).setZero();
-    }
-    block_of_.push_back(index);
-    local_.push_back(k);
-  }
-  if (used_ + width > columns_.cols()) {
-    const int room = 2 * (used_ + width) + 64;
-    columns_.conservativeResize(raw.rows(), room);
-    gram_.conservativeResize(room, room);
-    moment_.conservativeResize(room);
-  }
-  columns_.middleCols(used_, width) = raw;
-  gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
-  gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
-  moment_.segment(used_, width) = raw.transpose() * problem_.response();
-  used_ += width;
-  return index;
-}
-
-bool Pool::Observable(int block) const {
-  const int first = first_[static_cast<std::size_t>(block)];
-  const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
-  for (int k = first; k < first + width; ++k) {
-    if (length_[static_cast<std::size_t>(k)] > 0) return true;
-  }
-  return false;
-}
-
-bool Pool::Absurd(const Explanation& explanation) const {
-  constexpr double kFarBeyond = 10;
-  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const auto column = static_cast<std::size_t>(explanation.columns[i]);
-    const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
-    const BlockColumn& of = block.columns[static_cast<std::size_t>(local_[column])];
-    const double value = explanation.values[static_cast<int>(i)];
-    if (std::abs(value) > kFarBeyond * of.largest) return true;
-    if (value < 0 && IsInverse(block.term, of.parameter)) return true;  // 1 / kappa
-  }
-  return false;
-}
-
-std::vector<double> Pool::UnitCosts(const Block& block) const {
-  std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
-  for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
-  std::vector<double> costs;
-  std::map<int, double> quantiles;
-  for (const int width : widths) {
-    const double evidence = width * std::log(static_cast<double>(problem_.clusters()));
-    double& quantile = quantiles[width];
-    if (quantile == 0 && block.units > 1) {
-      quantile = ChiSquareQuantile(kJointFamilyError / block.units, width);
-    }
-    costs.push_back(std::max(evidence, quantile));
-  }
-  return costs;
-}
-
-double Pool::BlockCost(int block) const {
-  return 2 * std::log(std::max(1.0, blocks_[static_cast<std::size_t>(block)].trials));
-}
-
-Explanation Pool::Evaluate(std::vector<int> support) const {
-  return Solve(std::move(support), true);
-}
-
-Explanation Pool::Fit(const std::vector<int>& support) const {
-  return Solve(support, false);
-}
-
-/// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
-/// pivot, so that the columns chosen are well conditioned. Their order stays.
-std::vector<int> Pool::Ranked(std::vector<int> columns) const {
-  const auto n = static_cast<int>(columns.size());
-  // By rows: what is summed below lies together.
-  using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  ByRows L = ByRows::Zero(n, n);
-  Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
-  std::vector<int> chosen;
-  for (int r = 0; r < n; ++r) {
-    int best = 0;
-    if (!(left.maxCoeff(&best) > kLeastPivot)) break;
-    const double root = std::sqrt(left[best]);
-    const int pivot = columns[static_cast<std::size_t>(best)];
-    for (int i = 0; i < n; ++i) {
-      if (left[i] < -0.5) continue;  // chosen
-      const double dot = gram_(columns[static_cast<std::size_t>(i)], pivot) -
-                         L.row(i).head(r).dot(L.row(best).head(r));
-      L(i, r) = dot / root;
-      left[i] -= L(i, r) * L(i, r);
-    }
-    left[best] = -1;
-    chosen.push_back(best);
-  }
-  std::sort(chosen.begin(), chosen.end());
-  for (int& place : chosen) place = columns[static_cast<std::size_t>(place)];
-  return chosen;
-}
-
-Explanation Pool::Solve(std::vector<int> support, bool eliminate) const {
-  std::sort(support.begin(), support.end());
-  support.erase(std::unique(support.begin(), support.end()), support.end());
-  // Columns with rank, in order; a column that those before imitate goes.
-  std::vector<int> kept;
-  for (const int block : support) {
-    const int first = first_[static_cast<std::size_t>(block)];
-    const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
-    for (int k = first; k < first + width; ++k) {
-      if (length_[static_cast<std::size_t>(k)] > 0) kept.push_back(k);
-    }
-  }
-  kept = Ranked(std::move(kept));
-  auto n = static_cast<int>(kept.size());
-  Eigen::MatrixXd inverse(n, n);
-  Eigen::VectorXd values(n);
-  {
-    Eigen::MatrixXd G(n, n);
-    Eigen::VectorXd b(n);
-    for (int i = 0; i < n; ++i) {
-      b[i] = moment_[kept[static_cast<std::size_t>(i)]];
-      for (int j = 0; j < n; ++j) {
-        G(i, j) = gram_(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
-      }
-    }
-    inverse = Eigen::LLT<Eigen::MatrixXd>(G).solve(Eigen::MatrixXd::Identity(n, n));
-    values = inverse * b;
-  }
-  double chi2 = chi2_null_;
-  for (int i = 0; i < n; ++i) chi2 -= moment_[kept[static_cast<std::size_t>(i)]] * values[i];
-
-  // Units, numbered; a column that is gone has unit -1.
-  struct Unit {
-    int block, unit;
-    std::vector<int> at;
-  };
-  std::vector<Unit> units;
-  for (int i = 0; i < n; ++i) {
-    const auto column = static_cast<std::size_t>(kept[static_cast<std::size_t>(i)]);
-    const int block = block_of_[column];
-    const int unit = blocks_[static_cast<std::size_t>(block)]
-                         .columns[static_cast<std::size_t>(local_[column])]
-                         .unit;
-    if (units.empty() || units.back().block != block || units.back().unit != unit) {
-      const auto same = std::find_if(units.begin(), units.end(), [&](const Unit& other) {
-        return other.block == block && other.unit == unit;
-      });
-      if (same != units.end()) {
-        same->at.push_back(i);
-        continue;
-      }
-      units.push_back({block, unit, {}});
-    }
-    units.back().at.push_back(i);
-  }
-  // The rise of chi2 when a unit goes, the others refitted: v^T (inverse part)^-1 v.
-  const auto rise_without = [&](const Unit& unit) {
-    if (unit.at.size() == 1) {
-      const int i = unit.at.front();
-      return values[i] * values[i] / inverse(i, i);
-    }
-    const auto m = static_cast<int>(unit.at.size());
-    Eigen::MatrixXd part(m, m);
-    Eigen::VectorXd value(m);
-    for (int i = 0; i < m; ++i) {
-      value[i] = values[unit.at[static_cast<std::size_t>(i)]];
-      for (int j = 0; j < m; ++j) {
-        part(i, j) =
-            inverse(unit.at[static_cast<std::size_t>(i)], unit.at[static_cast<std::size_t>(j)]);
-      }
-    }
-    return value.dot(part.ldlt().solve(value));
-  };
-  while (eliminate && !units.empty()) {
-    double worst = 0, worst_rise = 0;
-    std::size_t gone = units.size();
-    for (std::size_t u = 0; u < units.size(); ++u) {
-      const double rise = rise_without(units[u]);
-      const double gain = UnitCost(units[u].block, units[u].unit) - rise;
-      if (gain > worst) {
-        worst = gain;
-        worst_rise = rise;
-        gone = u;
-      }
-    }
-    if (gone == units.size()) break;
-    chi2 += worst_rise;
-    for (const int j : units[gone].at) {
-      const Eigen::VectorXd column = inverse.col(j);
-      values -= column * (values[j] / column[j]);
-      inverse.noalias() -= column * (column.transpose() / column[j]);
-      values[j] = 0;
-    }
-    units.erase(units.begin() + static_cast<std::ptrdiff_t>(gone));
-  }
-  {
-    std::vector<int> places;
-    for (const Unit& unit : units) places.insert(places.end(), unit.at.begin(), unit.at.end());
-    std::sort(places.begin(), places.end());
-    std::vector<int> left;
-    Eigen::VectorXd of_left(static_cast<int>(places.size()));
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      left.push_back(kept[static_cast<std::size_t>(places[i])]);
-      of_left[static_cast<int>(i)] = values[places[i]];
-    }
-    kept = std::move(left);
-    values = of_left;
-    n = static_cast<int>(kept.size());
-  }
-
-  Explanation explanation;
-  explanation.columns = kept;
-  explanation.values.resize(n);
-  for (int i = 0; i < n; ++i) {
-    explanation.values[i] =
-        values[i] / length_[static_cast<std::size_t>(kept[static_cast<std::size_t>(i)])];
-  }
-  explanation.chi2 = std::max(0.0, chi2);
-  explanation.score = explanation.chi2;
-  std::set<int> used;
-  std::set<std::string> ids;
-  for (const Unit& unit : units) {
-    explanation.score += UnitCost(unit.block, unit.unit);
-    used.insert(unit.block);
-  }
-  for (const int block : used) {
-    explanation.score += BlockCost(block);
-    ids.insert(blocks_[static_cast<std::size_t>(block)].id);
-  }
-  explanation.score += effect_cost_ * static_cast<double>(ids.size());
-  explanation.blocks.assign(used.begin(), used.end());
-  return explanation;
-}
-
-Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
-  constexpr int kNone = -1;
-  return PartialResidual(explanation, kNone);
-}
-
-Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, int block) const {
-  Eigen::VectorXd residual = problem_.response();
-  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const int column = explanation.columns[i];
-    if (BlockOfColumn(column) == block) continue;
-    residual -= columns_.col(column) * (explanation.values[static_cast<int>(i)] *
-                                        length_[static_cast<std::size_t>(column)]);
-  }
-  return residual;
-}
-
-Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
-  Coefficients coefficients;
-  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const auto column = static_cast<std::size_t>(explanation.columns[i]);
-    coefficients[{block_of_[column], local_[column]}] = explanation.values[static_cast<int>(i)];
-  }
-  return coefficients;
-}
-
-double Pool::LogChoices(const Explanation& explanation, int block) const {
-  const Block& of = blocks_[static_cast<std::size_t>(block)];
-  const auto first = static_cast<std::size_t>(first_[static_cast<std::size_t>(block)]);
-  std::set<int> visible, kept;
-  for (std::size_t k = 0; k < of.columns.size(); ++k) {
-    if (length_[first + k] > 0) visible.insert(of.columns[k].unit);
-  }
-  for (const int column : explanation.columns) {
-    if (BlockOfColumn(column) != block) continue;
-    kept.insert(
-        of.columns[static_cast<std::size_t>(local_[static_cast<std::size_t>(column)])].unit);
-  }
-  const auto n = static_cast<double>(visible.size()), k = static_cast<double>(kept.size());
-  return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1);
-}
-
-std::vector<int> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
-  std::vector<int> of;
-  for (const int block : explanation.blocks) {
-    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) == key) of.push_back(block);
-  }
-  return of;
-}
-
-std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const EffectKey& key) const {
-  std::vector<int> beside;
-  for (const int block : explanation.blocks) {
-    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) != key) beside.push_back(block);
-  }
-  return beside;
-}
-
-double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
-                        const std::vector<int>& rival) const {
-  Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
-  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const int column = explanation.columns[i];
-    if (KeyOf(blocks_[static_cast<std::size_t>(BlockOfColumn(column))]) != key) continue;
-    field += columns_.col(column) *
-             (explanation.values[static_cast<int>(i)] * length_[static_cast<std::size_t>(column)]);
-  }
-  const Explanation of_rival = Fit(rival);
-  const auto n = static_cast<int>(of_rival.columns.size());
-  Eigen::MatrixXd columns(columns_.rows(), n);
-  for (int i = 0; i < n; ++i)
-    columns.col(i) = columns_.col(of_rival.columns[static_cast<std::size_t>(i)]);
-  const double length = field.norm();
-  if (length == 0) return 0;
-  const Eigen::VectorXd left =
-      n == 0 ? field
-             : Eigen::VectorXd(
-                   field -
-                   columns *
-                       (columns.transpose() * columns).ldlt().solve(columns.transpose() * field));
-  return left.norm() / length;
-}
-
-std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const {
-  constexpr double kPower90 = 1.2816;
-  const Block& of = blocks_[static_cast<std::size_t>(block)];
-  const int first = first_[static_cast<std::size_t>(block)];
-  std::vector<double> sizes(of.columns.size(), 0.0);
-  for (std::size_t k = 0; k < of.columns.size(); ++k) {
-    const auto column = static_cast<std::size_t>(first) + k;
-    if (length_[column] == 0) continue;
-    const double threshold = UnitCost(block, of.columns[k].unit) + block_cost + effect_cost_;
-    const double value = (std::sqrt(threshold) + kPower90) / length_[column];
-    if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
-  }
-  return sizes;
-}
-
-EffectKey KeyOf(const Block& block) {
-  return {block.id, std::string(block.term.word)};
-}
-
-std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {
-  std::set<EffectKey> keys;
-  for (const int block : explanation.blocks) {
-    keys.insert(KeyOf(pool.blocks()[static_cast<std::size_t>(block)]));
-  }
-  return {keys.begin(), keys.end()};
-}
-
-std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {
-  std::set<std::string> ids;
-  for (const int block : explanation.blocks) {
-    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-    ids.insert(of.id);
-  }
-  return {ids.begin(), ids.end()};
+std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::size_t most,
+                                const std::function<bool()>& interrupted) {
+  return Searching(pool, candidates, most, interrupted).Run();
 }
 
 }  // namespace plumbline

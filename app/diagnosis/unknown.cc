@@ -220,7 +220,6 @@ class EmpiricalSearch {
 
   /// Adds catalogued effects to the best, one at a time, as long as one is worth it.
   void Grow() {
-    constexpr double kGainToGrow = 2;  // as of the catalogue's search
     double before = 1e300;
     while (HasEmpirical(best_) && best_.score < before - kGainToGrow) {
       const std::vector<int> from = best_.blocks;

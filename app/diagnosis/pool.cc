@@ -1,0 +1,341 @@
+#include "app/diagnosis/pool.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "firmware-like/statistics/chi_square.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kLeastObservable = 1e-3;   // of a column's length, after the frames
+constexpr double kLeastSeen = 1;            // sigma, over all rows, at the largest plausible size
+constexpr double kLeastPivot = 1e-6;        // squared sine to the columns before
+constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has no effect
+
+}  // namespace
+
+Pool::Pool(const LinearProblem& problem)
+    : problem_(problem),
+      chi2_null_(problem.response().squaredNorm()),
+      effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
+
+int Pool::Add(const Block& block) {
+  for (std::size_t known = 0; known < blocks_.size(); ++known) {
+    if (SameColumns(blocks_[known], block)) return static_cast<int>(known);
+  }
+  Eigen::MatrixXd raw = problem_.Columns(block, false);
+  const auto width = static_cast<int>(raw.cols());
+  const double rows = static_cast<double>(problem_.rows().size());
+  std::vector<double> raw_length;
+  for (int k = 0; k < width; ++k) {
+    raw_length.push_back(raw.col(k).norm());
+    raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
+  }
+  problem_.Project(raw);
+  const auto index = static_cast<int>(blocks_.size());
+  blocks_.push_back(block);
+  unit_costs_.push_back(UnitCosts(block));
+  first_.push_back(used_);
+  for (int k = 0; k < width; ++k) {
+    const double length = raw.col(k).norm();
+    const double largest = block.columns[static_cast<std::size_t>(k)].largest;
+    const bool seen = length > kLeastObservable * raw_length[static_cast<std::size_t>(k)] &&
+                      length * largest > kLeastSeen;
+    length_.push_back(seen ? length : 0);
+    if (seen) {
+      raw.col(k) /= length;
+    } else {
+      raw.col(k).setZero();
+    }
+    block_of_.push_back(index);
+    local_.push_back(k);
+  }
+  if (used_ + width > columns_.cols()) {
+    const int room = 2 * (used_ + width) + 64;
+    columns_.conservativeResize(raw.rows(), room);
+    gram_.conservativeResize(room, room);
+    moment_.conservativeResize(room);
+  }
+  columns_.middleCols(used_, width) = raw;
+  gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
+  gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
+  moment_.segment(used_, width) = raw.transpose() * problem_.response();
+  used_ += width;
+  return index;
+}
+
+bool Pool::Observable(int block) const {
+  const int first = first_[static_cast<std::size_t>(block)];
+  const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
+  for (int k = first; k < first + width; ++k) {
+    if (length_[static_cast<std::size_t>(k)] > 0) return true;
+  }
+  return false;
+}
+
+bool Pool::Absurd(const Explanation& explanation) const {
+  constexpr double kFarBeyond = 10;
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const auto column = static_cast<std::size_t>(explanation.columns[i]);
+    const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
+    const BlockColumn& of = block.columns[static_cast<std::size_t>(local_[column])];
+    const double value = explanation.values[static_cast<int>(i)];
+    if (std::abs(value) > kFarBeyond * of.largest) return true;
+    if (value < 0 && IsInverse(block.term, of.parameter)) return true;  // 1 / kappa
+  }
+  return false;
+}
+
+std::vector<double> Pool::UnitCosts(const Block& block) const {
+  std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
+  for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
+  std::vector<double> costs;
+  std::map<int, double> quantiles;
+  for (const int width : widths) {
+    const double evidence = width * std::log(static_cast<double>(problem_.clusters()));
+    double& quantile = quantiles[width];
+    if (quantile == 0 && block.units > 1) {
+      quantile = ChiSquareQuantile(kJointFamilyError / block.units, width);
+    }
+    costs.push_back(std::max(evidence, quantile));
+  }
+  return costs;
+}
+
+double Pool::BlockCost(int block) const {
+  return 2 * std::log(std::max(1.0, blocks_[static_cast<std::size_t>(block)].trials));
+}
+
+Explanation Pool::Evaluate(std::vector<int> support) const {
+  const std::vector<int> columns = Ranked(ColumnsOf(std::move(support)));
+  SupportFit fit = FitOf(columns);
+  fit.Eliminate([this](const SupportFit::Unit& unit) { return UnitCost(unit.block, unit.number); });
+  return ExplanationOf(columns, fit);
+}
+
+Explanation Pool::Fit(const std::vector<int>& support) const {
+  const std::vector<int> columns = Ranked(ColumnsOf(support));
+  return ExplanationOf(columns, FitOf(columns));
+}
+
+std::vector<int> Pool::ColumnsOf(std::vector<int> support) const {
+  std::sort(support.begin(), support.end());
+  support.erase(std::unique(support.begin(), support.end()), support.end());
+  std::vector<int> columns;
+  for (const int block : support) {
+    const int first = first_[static_cast<std::size_t>(block)];
+    const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
+    for (int k = first; k < first + width; ++k) {
+      if (length_[static_cast<std::size_t>(k)] > 0) columns.push_back(k);
+    }
+  }
+  return columns;
+}
+
+/// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
+/// pivot, so that the columns chosen are well conditioned. Their order stays.
+std::vector<int> Pool::Ranked(std::vector<int> columns) const {
+  const auto n = static_cast<int>(columns.size());
+  // By rows: what is summed below lies together.
+  using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  ByRows L = ByRows::Zero(n, n);
+  Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
+  std::vector<int> chosen;
+  for (int r = 0; r < n; ++r) {
+    int best = 0;
+    if (!(left.maxCoeff(&best) > kLeastPivot)) break;
+    const double root = std::sqrt(left[best]);
+    const int pivot = columns[static_cast<std::size_t>(best)];
+    for (int i = 0; i < n; ++i) {
+      if (left[i] < -0.5) continue;  // chosen
+      const double dot = gram_(columns[static_cast<std::size_t>(i)], pivot) -
+                         L.row(i).head(r).dot(L.row(best).head(r));
+      L(i, r) = dot / root;
+      left[i] -= L(i, r) * L(i, r);
+    }
+    left[best] = -1;
+    chosen.push_back(best);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  for (int& place : chosen) place = columns[static_cast<std::size_t>(place)];
+  return chosen;
+}
+
+SupportFit Pool::FitOf(const std::vector<int>& columns) const {
+  const auto n = static_cast<int>(columns.size());
+  Eigen::MatrixXd gram(n, n);
+  Eigen::VectorXd moment(n);
+  std::vector<SupportFit::Unit> units;
+  for (int i = 0; i < n; ++i) {
+    const auto column = static_cast<std::size_t>(columns[static_cast<std::size_t>(i)]);
+    moment[i] = moment_[columns[static_cast<std::size_t>(i)]];
+    for (int j = 0; j < n; ++j) {
+      gram(i, j) =
+          gram_(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+    }
+    const int block = block_of_[column];
+    const int number = blocks_[static_cast<std::size_t>(block)]
+                           .columns[static_cast<std::size_t>(local_[column])]
+                           .unit;
+    const auto same = std::find_if(units.rbegin(), units.rend(), [&](const SupportFit::Unit& unit) {
+      return unit.block == block && unit.number == number;
+    });
+    if (same != units.rend()) {
+      same->places.push_back(i);
+    } else {
+      units.push_back({block, number, {i}});
+    }
+  }
+  return SupportFit(gram, moment, chi2_null_, std::move(units));
+}
+
+Explanation Pool::ExplanationOf(const std::vector<int>& columns, const SupportFit& fit) const {
+  Explanation explanation;
+  const std::vector<int> places = fit.Places();
+  explanation.values.resize(static_cast<int>(places.size()));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const int column = columns[static_cast<std::size_t>(places[i])];
+    explanation.columns.push_back(column);
+    explanation.values[static_cast<int>(i)] =
+        fit.values()[places[i]] / length_[static_cast<std::size_t>(column)];
+  }
+  explanation.chi2 = std::max(0.0, fit.chi2());
+  explanation.score = explanation.chi2;
+  std::set<int> used;
+  std::set<std::string> ids;
+  for (const SupportFit::Unit& unit : fit.units()) {
+    explanation.score += UnitCost(unit.block, unit.number);
+    used.insert(unit.block);
+  }
+  for (const int block : used) {
+    explanation.score += BlockCost(block);
+    ids.insert(blocks_[static_cast<std::size_t>(block)].id);
+  }
+  explanation.score += effect_cost_ * static_cast<double>(ids.size());
+  explanation.blocks.assign(used.begin(), used.end());
+  return explanation;
+}
+
+Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
+  constexpr int kNone = -1;
+  return PartialResidual(explanation, kNone);
+}
+
+Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, int block) const {
+  Eigen::VectorXd residual = problem_.response();
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const int column = explanation.columns[i];
+    if (BlockOfColumn(column) == block) continue;
+    residual -= columns_.col(column) * (explanation.values[static_cast<int>(i)] *
+                                        length_[static_cast<std::size_t>(column)]);
+  }
+  return residual;
+}
+
+Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
+  Coefficients coefficients;
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const auto column = static_cast<std::size_t>(explanation.columns[i]);
+    coefficients[{block_of_[column], local_[column]}] = explanation.values[static_cast<int>(i)];
+  }
+  return coefficients;
+}
+
+double Pool::LogChoices(const Explanation& explanation, int block) const {
+  const Block& of = blocks_[static_cast<std::size_t>(block)];
+  const auto first = static_cast<std::size_t>(first_[static_cast<std::size_t>(block)]);
+  std::set<int> visible, kept;
+  for (std::size_t k = 0; k < of.columns.size(); ++k) {
+    if (length_[first + k] > 0) visible.insert(of.columns[k].unit);
+  }
+  for (const int column : explanation.columns) {
+    if (BlockOfColumn(column) != block) continue;
+    kept.insert(
+        of.columns[static_cast<std::size_t>(local_[static_cast<std::size_t>(column)])].unit);
+  }
+  const auto n = static_cast<double>(visible.size()), k = static_cast<double>(kept.size());
+  return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1);
+}
+
+std::vector<int> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
+  std::vector<int> of;
+  for (const int block : explanation.blocks) {
+    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) == key) of.push_back(block);
+  }
+  return of;
+}
+
+std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const EffectKey& key) const {
+  std::vector<int> beside;
+  for (const int block : explanation.blocks) {
+    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) != key) beside.push_back(block);
+  }
+  return beside;
+}
+
+double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
+                        const std::vector<int>& rival) const {
+  Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
+  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
+    const int column = explanation.columns[i];
+    if (KeyOf(blocks_[static_cast<std::size_t>(BlockOfColumn(column))]) != key) continue;
+    field += columns_.col(column) *
+             (explanation.values[static_cast<int>(i)] * length_[static_cast<std::size_t>(column)]);
+  }
+  const Explanation of_rival = Fit(rival);
+  const auto n = static_cast<int>(of_rival.columns.size());
+  Eigen::MatrixXd columns(columns_.rows(), n);
+  for (int i = 0; i < n; ++i)
+    columns.col(i) = columns_.col(of_rival.columns[static_cast<std::size_t>(i)]);
+  const double length = field.norm();
+  if (length == 0) return 0;
+  const Eigen::VectorXd left =
+      n == 0 ? field
+             : Eigen::VectorXd(
+                   field -
+                   columns *
+                       (columns.transpose() * columns).ldlt().solve(columns.transpose() * field));
+  return left.norm() / length;
+}
+
+std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const {
+  constexpr double kPower90 = 1.2816;
+  const Block& of = blocks_[static_cast<std::size_t>(block)];
+  const int first = first_[static_cast<std::size_t>(block)];
+  std::vector<double> sizes(of.columns.size(), 0.0);
+  for (std::size_t k = 0; k < of.columns.size(); ++k) {
+    const auto column = static_cast<std::size_t>(first) + k;
+    if (length_[column] == 0) continue;
+    const double threshold = UnitCost(block, of.columns[k].unit) + block_cost + effect_cost_;
+    const double value = (std::sqrt(threshold) + kPower90) / length_[column];
+    if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
+  }
+  return sizes;
+}
+
+EffectKey KeyOf(const Block& block) {
+  return {block.id, std::string(block.term.word)};
+}
+
+std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {
+  std::set<EffectKey> keys;
+  for (const int block : explanation.blocks) {
+    keys.insert(KeyOf(pool.blocks()[static_cast<std::size_t>(block)]));
+  }
+  return {keys.begin(), keys.end()};
+}
+
+std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {
+  std::set<std::string> ids;
+  for (const int block : explanation.blocks) {
+    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+    ids.insert(of.id);
+  }
+  return {ids.begin(), ids.end()};
+}
+
+}  // namespace plumbline

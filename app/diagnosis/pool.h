@@ -1,0 +1,118 @@
+// Blocks as columns of one least squares problem, and explanations: which of them are kept, and at
+// what score.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/diagnosis/block_effects.h"
+#include "app/diagnosis/candidates.h"
+#include "app/diagnosis/linear_problem.h"
+#include "app/diagnosis/support_fit.h"
+
+namespace plumbline {
+
+/// What a support of blocks explains, the joints that do not earn their place dropped.
+struct Explanation {
+  std::vector<int> blocks;   ///< ascending
+  std::vector<int> columns;  ///< of the pool, that were kept
+  Eigen::VectorXd values;    ///< of those columns, SI
+  double chi2 = 0;           ///< that remains
+  double score = 0;          ///< chi2 + cost; -2 ln(evidence) up to a constant
+};
+
+/// An effect as an explanation names it: its id, and its word where it has one ("base", "move").
+/// Two words of one id are two explanations.
+struct EffectKey {
+  std::string id, word;
+  auto operator<=>(const EffectKey&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+/// Scores this far apart, 4 sigma, rule the worse one out.
+inline constexpr double kRivalGap = 16;
+
+/// Blocks with their projected columns and Gram matrix.
+class Pool {
+ public:
+  explicit Pool(const LinearProblem& problem);
+
+  /// Adds a block; the same one is not added twice. Returns its index.
+  int Add(const Block& block);
+
+  const LinearProblem& problem() const { return problem_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+  /// False where the frames imitate all of the block.
+  bool Observable(int block) const;
+  /// True where a value is far beyond what a sound machine can show, noise along a direction that
+  /// the rows hardly hold, or is no value at all: the inverse of a negative number.
+  bool Absurd(const Explanation& explanation) const;
+  double chi2_null() const { return chi2_null_; }
+
+  /// Fits a support: rank first, then backward elimination of units that cost more than they bring.
+  Explanation Evaluate(std::vector<int> support) const;
+  /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
+  Explanation Fit(const std::vector<int>& support) const;
+  /// Whitened and projected residual of an explanation.
+  Eigen::VectorXd Residual(const Explanation& explanation) const;
+  /// The same with the contribution of one of its blocks left in.
+  Eigen::VectorXd PartialResidual(const Explanation& explanation, int block) const;
+  /// (block, column) -> value.
+  Coefficients CoefficientsOf(const Explanation& explanation) const;
+  /// Blocks of an explanation that belong to an effect, and the others.
+  std::vector<int> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
+  std::vector<int> BlocksBeside(const Explanation& explanation, const EffectKey& key) const;
+  /// Share (0..1) of the displacement that an explanation gives to an effect which a support
+  /// cannot imitate.
+  double SignalLeft(const Explanation& explanation, const EffectKey& key,
+                    const std::vector<int>& rival) const;
+  /// Smallest 3-D RMS displacement over the rows [m] of each column by itself that would be found
+  /// with power 0.9; 0 where that needs more than a sound machine shows.
+  /// @param block_cost  of the choice of the block's shape, as BlockCost
+  std::vector<double> MinimumDetectable(int block, double block_cost) const;
+
+  /// ln of the ways to choose the joints of a block that an explanation kept among those visible.
+  double LogChoices(const Explanation& explanation, int block) const;
+
+  double UnitCost(int block, int unit) const {
+    return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];
+  }
+  double BlockCost(int block) const;
+  /// What each whole effect costs for its choice among all, 2 ln(EffectsConsidered).
+  double EffectCost() const { return effect_cost_; }
+
+  const Eigen::MatrixXd& columns() const { return columns_; }
+  int BlockOfColumn(int column) const { return block_of_[static_cast<std::size_t>(column)]; }
+
+ private:
+  std::vector<double> UnitCosts(const Block& block) const;
+  std::vector<int> Ranked(std::vector<int> columns) const;
+  /// The columns of a support that move the tip at all, ascending.
+  std::vector<int> ColumnsOf(std::vector<int> support) const;
+  SupportFit FitOf(const std::vector<int>& columns) const;
+  /// Values in SI, and the score with every cost.
+  Explanation ExplanationOf(const std::vector<int>& columns, const SupportFit& fit) const;
+
+  const LinearProblem& problem_;
+  std::vector<Block> blocks_;
+  std::vector<int> first_;                       ///< first column of each block
+  std::vector<int> block_of_;                    ///< of each column
+  std::vector<int> local_;                       ///< column within its block
+  std::vector<std::vector<double>> unit_costs_;  ///< of each block and unit
+  Eigen::MatrixXd columns_;                      ///< projected, unit length (or zero)
+  int used_ = 0;
+  Eigen::MatrixXd gram_;
+  Eigen::VectorXd moment_;         ///< columns^T response
+  std::vector<double> length_;     ///< projected length before normalising
+  std::vector<double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
+  double chi2_null_ = 0;
+  double effect_cost_ = 0;
+};
+
+EffectKey KeyOf(const Block& block);
+
+/// The effects of an explanation, distinct, ascending.
+std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation);
+/// Their ids.
+std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation);
+
+}  // namespace plumbline

@@ -1,0 +1,73 @@
+#include "app/diagnosis/support_fit.h"
+
+#include <Eigen/QR>
+#include <catch2/catch.hpp>
+#include <random>
+
+namespace plumbline {
+namespace {
+
+/// Columns of unit length that are neither orthogonal nor far from it, and a response.
+struct Problem {
+  Eigen::MatrixXd X;
+  Eigen::VectorXd y;
+
+  explicit Problem(unsigned seed) : X(40, 6), y(40) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> draw;
+    for (double& value : X.reshaped()) value = draw(random);
+    X.col(5) += 2 * X.col(0);
+    X.colwise().normalize();
+    for (double& value : y) value = draw(random);
+    y += 8 * X.col(0) + 5 * X.col(3);
+  }
+  SupportFit Fit() const {
+    return SupportFit(X.transpose() * X, X.transpose() * y, y.squaredNorm(),
+                      {{0, 0, {0, 1}}, {0, 1, {2}}, {1, 0, {3, 4}}, {2, 0, {5}}});
+  }
+  /// chi2 of the columns at `places` by themselves, by QR.
+  double Chi2(const std::vector<int>& places) const {
+    if (places.empty()) return y.squaredNorm();
+    const Eigen::MatrixXd part = X(Eigen::all, places);
+    return (y - part * part.colPivHouseholderQr().solve(y)).squaredNorm();
+  }
+};
+
+TEST_CASE("what elimination leaves is the least squares fit of the columns that stay") {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Problem problem(seed);
+    SupportFit fit = problem.Fit();
+    CHECK(fit.chi2() == Approx(problem.Chi2({0, 1, 2, 3, 4, 5})));
+    constexpr double kCost = 6;
+    fit.Eliminate([](const SupportFit::Unit&) { return kCost; });
+    const std::vector<int> places = fit.Places();
+    CHECK(fit.chi2() == Approx(problem.Chi2(places)));
+    const Eigen::MatrixXd part = problem.X(Eigen::all, places);
+    const Eigen::VectorXd values = part.colPivHouseholderQr().solve(problem.y);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      CHECK(fit.values()[places[i]] == Approx(values[static_cast<int>(i)]));
+    }
+    // Each unit that stayed is worth its cost.
+    for (const SupportFit::Unit& gone : fit.units()) {
+      std::vector<int> others;
+      for (const int place : places) {
+        const bool of_unit =
+            std::find(gone.places.begin(), gone.places.end(), place) != gone.places.end();
+        if (!of_unit) others.push_back(place);
+      }
+      CHECK(problem.Chi2(others) - fit.chi2() >= kCost);
+    }
+  }
+}
+
+TEST_CASE("where every unit costs more than it brings, nothing stays") {
+  const Problem problem(3);
+  SupportFit fit = problem.Fit();
+  fit.Eliminate([](const SupportFit::Unit&) { return 1e6; });
+  CHECK(fit.units().empty());
+  CHECK(fit.Places().empty());
+  CHECK(fit.chi2() == Approx(problem.y.squaredNorm()));
+}
+
+}  // namespace
+}  // namespace plumbline
