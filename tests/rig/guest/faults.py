@@ -559,7 +559,8 @@ mount /var/lib/plumbline
 def whole_disk_after_power_cut():
     cell.stop()
     cell.sh(
-        "umount /var/lib/plumbline; sed -i '/full.img/d' /etc/fstab; losetup -D; rm /var/full.img",
+        "umount /var/lib/plumbline; sed -i '/full.img/d' /etc/fstab; losetup -D; rm /var/full.img; "
+        "systemctl daemon-reload",  # the mount unit made of fstab goes with its line
         60,
     )
     cell.configure("v4l2")
