@@ -286,7 +286,7 @@ Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, cons
   const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.weights);
   if (offered && !admitted) {
     corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
-    diagnosis.notes.push_back(
+    diagnosis.notes.emplace_back(
         "a discrepancy model of what remains was tried and left out: it does not predict regions "
         "or sessions that it has not seen");
   }

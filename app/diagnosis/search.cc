@@ -60,6 +60,7 @@ class Searching {
 
 bool Searching::Excluded(const std::vector<int>& support) const {
   std::vector<const Block*> blocks;
+  blocks.reserve(support.size());
   for (const int block : support) {
     blocks.push_back(&pool_.blocks()[static_cast<std::size_t>(block)]);
   }
