@@ -143,8 +143,9 @@ std::optional<PendingReload> ReadAgain(const Running& running) {
   if (in_force && served > 0 && in_force->config.machine.points.empty()) {
     faults.Add({.file = file,
                 .key = "point",
-                .what = fmt::format("no [[point]] is left of the {} in force, as in a file cut "
-                                    "short: where that is meant, restart the daemon",
+                .what = fmt::format("the file has no [[point]], but {} points are in force: it may "
+                                    "be truncated. Restore it, or restart the daemon to run "
+                                    "without points",
                                     served)});
     in_force.reset();
   }

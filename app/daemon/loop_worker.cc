@@ -198,8 +198,8 @@ Result<bool> LoopWorker::ReadJournal() {
   if (std::filesystem::file_size(path, absent) == 0 && !absent) {
     sink_(
         {Event::kJournalFault,
-         fmt::format("journal: {} has no content: a new journal is begun, and what it held, probes "
-                     "in quarantine among it, is lost",
+         fmt::format("journal: {} is empty: a new journal is started. Any probes recorded before, "
+                     "quarantined ones included, are lost; restore the file if you have a copy",
                      path)});
   }
   Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);

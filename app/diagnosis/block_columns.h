@@ -1,4 +1,4 @@
-// Columns of blocks at one linearisation, kept for every pass and fold that asks for them.
+// Cache of block columns at one linearisation, shared by all passes and folds.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,9 @@
 
 namespace plumbline {
 
-/// Columns over all rows of blocks whose shapes follow no residual: every fold, and every pass that
-/// moves no frame, asks for the same ones. May be used by several threads.
+/// Columns over all rows of blocks without a searched shape: every fold, and every pass that moves
+/// no frame, needs the same ones. Thread-safe: a mutex is held while a block's columns are
+/// computed.
 class BlockColumns {
  public:
   /// The columns of a block, shape (3 rows, columns), computed at its first use.

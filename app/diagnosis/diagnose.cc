@@ -355,8 +355,8 @@ void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& 
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kLeftOut * static_cast<double>(rows)) {
     diagnosis.notes.push_back(
-        fmt::format("{} of {} rows are rejected, more than a 95 % radius may leave out: it covers "
-                    "most of them; find out what they have in common",
+        fmt::format("{} of {} rows are rejected, more than a 95 % radius may leave out: the radius "
+                    "is widened for them; find out what they have in common",
                     rejected, rows));
   }
   const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);

@@ -23,8 +23,8 @@ constexpr double kLeastFrequency = 0.8;
 // Times what a sound machine shows. A judgement, no statistic: worn and damaged machines show more
 // than sound ones, and nobody has published by how much.
 constexpr double kLeastDoubtful = 5;
-constexpr double kLargestTold = 1000;   // of an infinite one: answers hold numbers
-constexpr double kTrainingShare = 0.8;  // of the rows, in each of five folds
+constexpr double kLargestReported = 1000;  // of an infinite one: answers hold numbers
+constexpr double kTrainingShare = 0.8;     // of the rows, in each of five folds
 
 EffectKey KeyOfFinding(const Finding& finding) {
   return {std::string(finding.effect.term.effect->traits().id),
@@ -61,7 +61,7 @@ ExplanationCheck PlausibilityCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "plausible";
   check.passed = finding.implausible_times < kLeastDoubtful;
-  check.figure = std::min(finding.implausible_times, kLargestTold);
+  check.figure = std::min(finding.implausible_times, kLargestReported);
   check.limit = kLeastDoubtful;
   check.sentence = finding.implausible.empty() ? "every value is one that a sound machine shows"
                                                : finding.implausible;

@@ -22,7 +22,6 @@ std::string FileNumber(double value) {
   return fmt::format("{:.3g}", value);
 }
 
-/// Why a sound machine does not show these values; empty where it does.
 /// A value outside its range, as a multiple of the bound that it passes.
 double TimesBeyond(const Interval& range, double value) {
   const double bound = value > range.high ? range.high : range.low;

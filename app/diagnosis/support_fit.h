@@ -8,7 +8,7 @@
 namespace plumbline {
 
 /// Fit of y by columns X of unit length: values = (X^T X)^-1 X^T y. Units of columns are dropped by
-/// updates of the inverse, O(n^2) each, with no column in the hand.
+/// updates of the inverse, O(n^2) each; the columns themselves are not needed.
 class SupportFit {
  public:
   /// Columns that stay or go together.

@@ -55,9 +55,10 @@ double BinomialTail(int n, int k, double p) {
   return 1 - below;
 }
 
-/// The deviation whose 95 % radius the held-out rows do not refute, those among them that the fit
-/// rejected: a robot that misses one point in ten by a millimetre does so at the next ten, too. The
-/// smallest radius with no more rows outside than 5 % of them are by chance, once in five.
+/// The deviation whose 95 % radius the held-out rows do not refute, including rows that the fit
+/// rejected: a robot that misses one point in ten by a millimetre will miss one of the next ten,
+/// too. With the true radius, the number of rows outside is binomial with p = 0.05; this is the
+/// smallest radius at which a number as large has a probability of at least 0.2.
 double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
   constexpr double kOutside = 0.05, kChance = 0.2;
   std::vector<double> errors_m;

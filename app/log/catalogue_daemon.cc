@@ -31,7 +31,7 @@ constexpr EventEntry kEntries[] = {
     {Event::kNotReloaded, "not-reloaded", LogLevel::kError, "3ce54784ff8245b393e99f9f9e3b03a6",
      "service", "configuration not reloaded",
      "the new file, or the model store, has the faults logged before this line, or the file has no "
-     "point left, as one cut short; the previous configuration stays in force",
+     "point left because it is truncated; the previous configuration stays in force",
      "fix them, then reload"},
     {Event::kNeedsRestart, "needs-restart", LogLevel::kWarning, "27c49cc026b049018201e0553adafe12",
      "service", "needs a restart: ...", "SIGHUP does not change what it names",

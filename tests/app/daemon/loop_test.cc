@@ -486,13 +486,13 @@ TEST_CASE("probes that cannot be kept are refused, with the reason") {
     CHECK(daemon.Awaits("journal works again"));
     CHECK(Eventually([&] { return (plc.Read(400, 1).Word(0) & 1) != 0; }));
   }
-  SECTION("a journal without content") {
+  SECTION("an empty journal file") {
     RunningCell cell(Idle());
     const TemporaryFolder state;
     std::ofstream(state.path() + "/journal.sqlite").close();
     DaemonProcess daemon(WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory",
                                   "\"" + state.path() + "\""));
-    CHECK(daemon.Awaits("journal.sqlite has no content: a new journal is begun"));
+    CHECK(daemon.Awaits("journal.sqlite is empty: a new journal is started"));
   }
   SECTION("not a number") {
     Station station;

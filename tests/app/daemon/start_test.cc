@@ -159,7 +159,7 @@ TEST_CASE("while a reload searches the branches of many points, the daemon liste
   }
 }
 
-TEST_CASE("a file cut short takes no point away; a start without points is told") {
+TEST_CASE("a truncated file removes no points on reload; starting without points is a notice") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
   const std::string good = DemoConfig(cell.robot(), "generic");
@@ -171,7 +171,7 @@ TEST_CASE("a file cut short takes no point away; a start without points is told"
     REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
     daemon.Write(cut);
     daemon.Signal(SIGHUP);
-    CHECK(daemon.Awaits("point: no [[point]] is left of the 2 in force"));
+    CHECK(daemon.Awaits("point: the file has no [[point]], but 2 points are in force"));
     CHECK(daemon.Awaits("Configuration not reloaded"));
     CHECK(Read(plc, 0).valid);
   }
