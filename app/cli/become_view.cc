@@ -8,7 +8,7 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
-#include "app/config/program_beside.h"
+#include "drivers/files/program_beside.h"
 
 namespace plumbline {
 

@@ -19,6 +19,7 @@
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
 #include "app/lens/lens_json.h"
+#include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
 
@@ -162,6 +163,7 @@ int Run(const CalibrateHandEyeOptions& options) {
       FindTargets(options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens,
                   inputs.lens.size, [] { return Interruption::Asked(); });
   if (Interruption::Asked()) return Interrupted();
+  if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
   HandEyeOptions how;
   how.setup = options.setup == "eye-in-hand" ? HandEyeSetup::kEyeInHand : HandEyeSetup::kEyeToHand;
   how.image = inputs.lens.size;

@@ -209,6 +209,7 @@ int Run(const CalibrateLensOptions& options) {
   Interruption interruption;
   Frames frames = ReadFrames(options, *names, board);
   if (Interruption::Asked()) return Interrupted();
+  if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
   CalibrationOptions judged;
   judged.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;

@@ -11,6 +11,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/tracking/track_json.h"
+#include "drivers/camera/image_file.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
@@ -66,6 +67,7 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
       const bool is_lost = result == CameraResult::kLost;
       const std::string problem(camera.problem());
       if (is_lost || result == CameraResult::kUnusable) teller.Tell(problem);
+      if (MissingImageCodecs()) return kExitFault;  // as with every further image of the recording
       if (is_lost && !lost_s) lost_s = MonotonicSeconds();
       if (first_s || options.recording) {
         if (result == CameraResult::kWaiting) SleepSeconds(kTimeout_s);

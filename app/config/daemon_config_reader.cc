@@ -14,11 +14,11 @@
 #include "app/config/named_files.h"
 #include "app/config/point_reader.h"
 #include "app/config/posture_check.h"
-#include "app/config/program_beside.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/program_beside.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {

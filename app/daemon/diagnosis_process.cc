@@ -13,8 +13,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "app/config/program_beside.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/program_beside.h"
 
 namespace plumbline {
 namespace {

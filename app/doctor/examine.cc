@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "app/config/daemon_config_reader.h"
-#include "app/config/program_beside.h"
 #include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
 #include "app/model_store/usable_model.h"
+#include "drivers/files/program_beside.h"
 
 namespace plumbline {
 namespace {

@@ -15,9 +15,9 @@
 #include <csignal>
 #include <cstring>
 
-#include "app/config/program_beside.h"
 #include "drivers/clock.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/program_beside.h"
 
 namespace plumbline {
 namespace {

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <opencv2/aruco.hpp>
+
+#include "app/tracking/tag_codes.h"
 
 namespace plumbline {
 namespace {
@@ -13,33 +14,6 @@ namespace {
 // Chance that a square of random cells is taken for some tag of the family; more bits are not
 // corrected than keep it below this.
 constexpr double kMostFalseTags = 3e-5;
-constexpr int kCorrectable36h11 = 5;  // its codes differ by 11 bits at least
-
-struct NamedDictionary {
-  std::string_view name;
-  cv::aruco::PREDEFINED_DICTIONARY_NAME dictionary;
-};
-
-constexpr NamedDictionary kDictionaries[] = {
-    {"36h11", cv::aruco::DICT_APRILTAG_36h11},
-    {"aruco-4x4-50", cv::aruco::DICT_4X4_50},
-    {"aruco-4x4-100", cv::aruco::DICT_4X4_100},
-    {"aruco-4x4-250", cv::aruco::DICT_4X4_250},
-    {"aruco-4x4-1000", cv::aruco::DICT_4X4_1000},
-    {"aruco-5x5-50", cv::aruco::DICT_5X5_50},
-    {"aruco-5x5-100", cv::aruco::DICT_5X5_100},
-    {"aruco-5x5-250", cv::aruco::DICT_5X5_250},
-    {"aruco-5x5-1000", cv::aruco::DICT_5X5_1000},
-    {"aruco-6x6-50", cv::aruco::DICT_6X6_50},
-    {"aruco-6x6-100", cv::aruco::DICT_6X6_100},
-    {"aruco-6x6-250", cv::aruco::DICT_6X6_250},
-    {"aruco-6x6-1000", cv::aruco::DICT_6X6_1000},
-    {"aruco-7x7-50", cv::aruco::DICT_7X7_50},
-    {"aruco-7x7-100", cv::aruco::DICT_7X7_100},
-    {"aruco-7x7-250", cv::aruco::DICT_7X7_250},
-    {"aruco-7x7-1000", cv::aruco::DICT_7X7_1000},
-    {"aruco-original", cv::aruco::DICT_ARUCO_ORIGINAL},
-};
 
 /// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMostFalseTags; 0 at least.
 int CorrectableBits(std::size_t codes, int bits, int most) {
@@ -68,36 +42,24 @@ std::uint64_t TurnedClockwise(std::uint64_t code, int n) {
 }
 
 Result<TagFamily> TagFamilyOfName(std::string_view name) {
-  const auto* const named = std::find_if(std::begin(kDictionaries), std::end(kDictionaries),
-                                         [&](const auto& d) { return d.name == name; });
-  if (named == std::end(kDictionaries)) {
+  const auto* const named =
+      std::find_if(std::begin(tag_codes::kDictionaries), std::end(tag_codes::kDictionaries),
+                   [&](const auto& d) { return d.name == name; });
+  if (named == std::end(tag_codes::kDictionaries)) {
     return Error{fmt::format("\"{}\" is no tag family; one of {}", name, TagFamilyNames())};
   }
-  const auto dictionary = cv::aruco::getPredefinedDictionary(named->dictionary);
-  const bool apriltag = named->dictionary == cv::aruco::DICT_APRILTAG_36h11;
   TagFamily family;
   family.name = name;
-  family.data_cells = dictionary->markerSize;
-  const int bits = family.data_cells * family.data_cells;
-  for (int id = 0; id < dictionary->bytesList.rows; ++id) {
-    const cv::Mat cells = cv::aruco::Dictionary::getBitsFromByteList(
-        dictionary->bytesList.rowRange(id, id + 1), family.data_cells);
-    std::uint64_t code = 0;
-    for (int k = 0; k < bits; ++k) code = (code << 1) | (cells.ptr()[k] != 0 ? 1 : 0);
-    if (apriltag) {
-      code = TurnedClockwise(TurnedClockwise(code, family.data_cells), family.data_cells);
-    }
-    family.codes.push_back(code);
-  }
-  family.correctable_bits =
-      CorrectableBits(family.codes.size(), bits,
-                      apriltag ? kCorrectable36h11 : std::max(0, dictionary->maxCorrectionBits));
+  family.data_cells = named->data_cells;
+  family.codes.assign(named->codes.begin(), named->codes.end());
+  family.correctable_bits = CorrectableBits(
+      family.codes.size(), family.data_cells * family.data_cells, named->most_correctable_bits);
   return family;
 }
 
 std::string TagFamilyNames() {
   std::string names;
-  for (const NamedDictionary& named : kDictionaries) {
+  for (const auto& named : tag_codes::kDictionaries) {
     if (!names.empty()) names += ", ";
     names += named.name;
   }

@@ -1,12 +1,14 @@
 #include "drivers/camera/image_file.h"
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 
+#include "drivers/camera/image_codecs.h"
 #include "drivers/camera/jpeg_image.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/program_beside.h"
 
 namespace plumbline {
 
@@ -28,6 +30,22 @@ bool BeginsAsJpeg(std::istream& file) {
   return begins;
 }
 
+/// The module, opened by the first caller; or why it cannot be.
+const Result<ImageCodecs>& InstalledCodecs() {
+  static const Result<ImageCodecs> codecs = OpenImageCodecs(ModuleBeside(kImageCodecsFile));
+  return codecs;
+}
+
+/// An image was refused because the module cannot be opened.
+std::atomic<bool> codecs_missed{false};
+
+void Take(void* image, int width, int height, const std::uint8_t* grey) {
+  auto& taken = *static_cast<GreyImage*>(image);
+  taken.width = width;
+  taken.height = height;
+  taken.grey.assign(grey, grey + std::ptrdiff_t{width} * height);
+}
+
 }  // namespace
 
 Result<GreyImage> ReadImage(const std::string& path) {
@@ -37,20 +55,19 @@ Result<GreyImage> ReadImage(const std::string& path) {
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
   if (BeginsAsJpeg(file)) return ReadJpeg(file);
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    return Error{"no image that can be read, or one of absurd size"};
+  const Result<ImageCodecs>& codecs = InstalledCodecs();
+  if (!codecs) {
+    codecs_missed = true;
+    return Error{codecs.error()};
   }
-  if (image.empty()) return Error{"no image that can be read: broken, or of an unknown kind"};
-  GreyImage grey;
-  grey.width = image.cols;
-  grey.height = image.rows;
-  grey.grey.reserve(image.total());
-  for (int v = 0; v < image.rows; ++v)
-    grey.grey.insert(grey.grey.end(), image.ptr(v), image.ptr(v) + image.cols);
-  return grey;
+  GreyImage image;
+  if (const char* fault = codecs->read_grey(path.c_str(), Take, &image)) return Error{fault};
+  return image;
+}
+
+std::optional<Error> MissingImageCodecs() {
+  if (!codecs_missed) return std::nullopt;
+  return Error{InstalledCodecs().error()};
 }
 
 }  // namespace plumbline

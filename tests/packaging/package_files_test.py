@@ -1,5 +1,5 @@
 """Every relative link of an installed document leads to an installed file; ./dev build makes every
-program that is installed; bash finds the completions.
+program that is installed; bash finds the completions; OpenCV's image codecs are a module's alone.
 
     package_files_test.py CMAKE BUILD"""
 
@@ -11,6 +11,7 @@ import tempfile
 
 cmake, build = sys.argv[1], os.path.abspath(sys.argv[2])
 faults = []
+CODECS = "usr/lib/plumbline/plumbline-image-codecs.so"
 with tempfile.TemporaryDirectory() as root:
     installed = subprocess.run(
         [cmake, "--install", build, "--prefix", "/usr"],
@@ -35,11 +36,30 @@ with tempfile.TemporaryDirectory() as root:
             target = os.path.normpath(os.path.join(os.path.dirname(document), link.split("#")[0]))
             if target not in files:
                 faults.append("%s: its link %s leads to nothing that is installed" % (document, link))
+    # Whatever a program is linked with is loaded at each of its starts.
+    needed = {
+        name: re.findall(
+            r"NEEDED.*\[(.*)\]",
+            subprocess.run(
+                ["readelf", "-d", os.path.join(root, name)], capture_output=True, text=True
+            ).stdout,
+        )
+        for name in files
+        if name.startswith("usr/bin/") or name == CODECS
+    }
     if links < 1:
         faults.append("no link was found in the installed documents")
 
 if "usr/share/bash-completion/completions/plumbline" not in files:
     faults.append("no completions for bash are installed")
+if not any("opencv_imgcodecs" in library for library in needed.get(CODECS, [])):
+    faults.append("%s is not installed, or without OpenCV's codecs" % CODECS)
+for name in sorted(set(needed) - {CODECS}):
+    if not needed[name]:
+        faults.append("%s: readelf names no library of it" % name)
+    for library in needed[name]:
+        if re.search("opencv_(imgcodecs|aruco)", library):
+            faults.append("%s is linked with %s: loaded at each start" % (name, library))
 # What README.md and MANUAL.md have somebody run after ./dev build is there then.
 words = re.search(r"^programs=\((.*)\)$", open("dev").read(), re.M)
 built = set(words.group(1).split()) if words else set()

@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -91,6 +92,45 @@ TEST_CASE("a program of the package that is missing: which one, and how to get i
                                 Catch::Contains("apt install --reinstall plumbline") &&
                                 Catch::Contains("./dev build"));
   }
+}
+
+TEST_CASE("without the module of image codecs: one message, and JPEG is read") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() + "/bin");
+  const std::string alone = folder.path() + "/bin/plumbline";
+  std::filesystem::copy_file(PLUMBLINE, alone);
+  std::filesystem::create_directory(folder.path() + "/frames");
+  for (const char* name : {"/frames/a.pgm", "/frames/b.pgm"}) {
+    std::ofstream(folder.path() + name) << "P5\n8 8\n255\n" << std::string(64, 'x');
+  }
+  const std::string calibrate = " calibrate-lens --board 9x6 --images " + folder.path() + "/frames";
+  const Answer missing = Shell("--version > /dev/null; " + alone + calibrate);
+  INFO(missing.told);
+  CHECK(missing.exit_code == 1);
+  const std::string module = folder.path() + "/lib/plumbline/plumbline-image-codecs.so";
+  CHECK_THAT(missing.told,
+             Catch::StartsWith("the image codecs " + module + " cannot be loaded: ") &&
+                 Catch::Contains("No such file") &&
+                 Catch::Contains("apt install --reinstall plumbline") &&
+                 Catch::Contains("./dev build"));
+  CHECK(std::count(missing.told.begin(), missing.told.end(), '\n') == 1);
+  std::ofstream(folder.path() + "/lens.json")
+      << R"({"schema": 1, "accepted": true, "image_size": [8, 8], "fx": 8.0, "fy": 8.0, "cx": 4.0,
+             "cy": 4.0, "distortion": [0, 0, 0, 0, 0]})";
+  const std::string track =
+      " track --tag-size-mm 80 --intrinsics " + folder.path() + "/lens.json --fast --camera ";
+  const Answer recording =
+      Shell("--version > /dev/null; " + alone + track + folder.path() + "/frames");
+  INFO(recording.told);
+  CHECK(recording.exit_code == 1);
+  CHECK_THAT(recording.told, Catch::Contains("the image codecs " + module));
+  CHECK(std::count(recording.told.begin(), recording.told.end(), '\n') == 1);
+  // The start of a JPEG: refused for what it lacks, not for the module.
+  for (const char* name : {"/frames/a.pgm", "/frames/b.pgm"}) {
+    std::ofstream(folder.path() + name) << "\xFF\xD8\xFF\xD9";
+  }
+  const Answer jpeg = Shell("--version > /dev/null; " + alone + calibrate);
+  CHECK_THAT(jpeg.told, Catch::Contains("JPEG") && !Catch::Contains("cannot be loaded"));
 }
 
 TEST_CASE("a reader that goes early is no fault") {

@@ -47,16 +47,28 @@ TEST_CASE("36h11: every tag as the AprilTag library prints it") {
 }
 
 TEST_CASE("ArUco: every tag as OpenCV draws it") {
-  const auto dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_250);
-  const auto family = TagFamilyOfName("aruco-5x5-250");
+  struct Named {
+    const char* name;
+    cv::aruco::PREDEFINED_DICTIONARY_NAME dictionary;
+    int ids, cells;
+  };
+  const auto named = GENERATE(Named{"aruco-4x4-50", cv::aruco::DICT_4X4_50, 50, 4},
+                              Named{"aruco-5x5-250", cv::aruco::DICT_5X5_250, 250, 5},
+                              Named{"aruco-6x6-1000", cv::aruco::DICT_6X6_1000, 1000, 6},
+                              Named{"aruco-7x7-100", cv::aruco::DICT_7X7_100, 100, 7},
+                              Named{"aruco-original", cv::aruco::DICT_ARUCO_ORIGINAL, 1024, 5});
+  CAPTURE(named.name);
+  const auto dictionary = cv::aruco::getPredefinedDictionary(named.dictionary);
+  const auto family = TagFamilyOfName(named.name);
   REQUIRE(family.ok());
-  REQUIRE(family->codes.size() == 250);
-  for (int id = 0; id < 250; ++id) {
+  REQUIRE(static_cast<int>(family->codes.size()) == named.ids);
+  REQUIRE(family->data_cells == named.cells);
+  for (int id = 0; id < named.ids; ++id) {
     cv::Mat drawn;
-    cv::aruco::drawMarker(dictionary, id, 7, drawn, 1);
+    cv::aruco::drawMarker(dictionary, id, named.cells + 2, drawn, 1);
     int wrong = 0;
-    for (int r = 0; r < 5; ++r) {
-      for (int c = 0; c < 5; ++c) {
+    for (int r = 0; r < named.cells; ++r) {
+      for (int c = 0; c < named.cells; ++c) {
         wrong += CodeBit(*family, id, r, c) != (drawn.at<std::uint8_t>(r + 1, c + 1) != 0);
       }
     }

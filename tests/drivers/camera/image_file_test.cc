@@ -1,14 +1,17 @@
 #include "drivers/camera/image_file.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "drivers/camera/image_codecs.h"
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
@@ -125,4 +128,55 @@ TEST_CASE("pixels stand as in the file, whatever orientation is told beside them
   const Read read = ReadBytes(bytes);
   REQUIRE(read.image);
   CHECK(read.image->width == 64);
+}
+
+TEST_CASE("every kind of image that OpenCV reads is read as luma of 8 bits") {
+  cv::Mat deep, colour, deep_colour;
+  Halves().convertTo(deep, CV_16U, 257);
+  cv::merge(std::vector<cv::Mat>{Halves(), 255 - Halves(), Halves() / 2}, colour);
+  colour.convertTo(deep_colour, CV_16U, 257);
+  const std::vector<std::pair<std::string, std::vector<cv::Mat>>> kinds = {
+      {".png", {Halves(), colour, deep, deep_colour}},
+      {".tif", {Halves(), colour, deep, deep_colour}},
+      {".bmp", {Halves(), colour}},
+      {".pgm", {Halves(), deep}},
+      {".ppm", {colour, deep_colour}},
+      {".webp", {colour}},
+      {".jp2", {Halves(), colour}},
+      {".ras", {Halves(), colour}}};
+  for (const auto& [ending, images] : kinds) {
+    for (const cv::Mat& image : images) {
+      CAPTURE(ending, image.type());
+      Bytes bytes;
+      REQUIRE(cv::imencode(ending, image, bytes));
+      const Read read = ReadBytes(bytes);
+      REQUIRE(read.image);
+      const cv::Mat as_opencv = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+      CHECK(read.image->width == 64);
+      CHECK(read.image->height == 48);
+      CHECK(std::equal(read.image->grey.begin(), read.image->grey.end(), as_opencv.datastart,
+                       as_opencv.dataend));
+    }
+  }
+}
+
+TEST_CASE("a module of codecs that cannot be used: which, why, and how to get it") {
+  const test::TemporaryFolder folder;
+  const std::string module = folder.path() + "/" + kImageCodecsFile;
+  const auto refused = [&module] {
+    const Result<ImageCodecs> codecs = OpenImageCodecs(module);
+    REQUIRE_FALSE(codecs);
+    CHECK_THAT(codecs.error(), Catch::Contains(module) && Catch::Contains("JPEG alone") &&
+                                   Catch::Contains("apt install --reinstall plumbline"));
+    return codecs.error();
+  };
+  CHECK_THAT(refused(), Catch::Contains("No such file"));
+  std::ofstream(module) << "no library";
+  CHECK_THAT(refused(), Catch::Contains("cannot be loaded: "));
+  // A module of another version: a library that lacks the function.
+  std::filesystem::remove(module);
+  Dl_info other{};
+  REQUIRE(dladdr(dlsym(RTLD_DEFAULT, "jpeg_start_decompress"), &other) != 0);
+  std::filesystem::create_symlink(other.dli_fname, module);
+  CHECK_THAT(refused(), Catch::Contains("undefined symbol: plumbline_read_grey_image_"));
 }

@@ -1,4 +1,4 @@
-// Programs of one package lie in one folder, wherever that is.
+// Programs of one package lie in one folder, wherever that is, their modules in lib beside it.
 #pragma once
 
 #include <string>
@@ -12,6 +12,10 @@ std::string OwnFolder();
 inline std::string ProgramBeside(const std::string& name) {
   return OwnFolder() + "/" + name;
 }
+
+/// A module of the same package, as "plumbline-image-codecs.so": in ../lib/plumbline of
+/// OwnFolder(), both where the package is installed and in a build folder.
+std::string ModuleBeside(const std::string& name);
 
 /// What to do where a program of the same package cannot be started.
 inline constexpr const char* kRestoreProgram =

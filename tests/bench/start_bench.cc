@@ -1,0 +1,97 @@
+// Start of the programs: what --version takes, most of it the dynamic loader.
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int kRuns = 20;
+constexpr double kGoal_ms = 20;
+
+struct Times {
+  double elapsed_ms = 0, processor_ms = 0;
+};
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return (values[(values.size() - 1) / 2] + values[values.size() / 2]) / 2;
+}
+
+double Milliseconds(const timeval& time) {
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
+}
+
+/// One start with its outputs discarded; false where the program fails.
+bool Start(const std::string& program, const char* argument, Times& times) {
+  posix_spawn_file_actions_t outputs;
+  posix_spawn_file_actions_init(&outputs);
+  for (const int output : {STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&outputs, output, "/dev/null", O_WRONLY, 0);
+  }
+  std::string name = program, option = argument;
+  char* words[] = {name.data(), argument[0] == '\0' ? nullptr : option.data(), nullptr};
+  const auto began = std::chrono::steady_clock::now();
+  pid_t child = 0;
+  const int failed = posix_spawn(&child, program.c_str(), &outputs, nullptr, words, environ);
+  posix_spawn_file_actions_destroy(&outputs);
+  int status = 0;
+  rusage used{};
+  if (failed != 0 || wait4(child, &status, 0, &used) != child) return false;
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - began;
+  times = {elapsed.count(), Milliseconds(used.ru_utime) + Milliseconds(used.ru_stime)};
+  return WIFEXITED(status) && WEXITSTATUS(status) != 127;
+}
+
+/// Medians of kRuns starts, after one that reads the files from the disk.
+bool Measure(const std::string& program, const char* argument, Times& medians) {
+  std::vector<double> elapsed_ms, processor_ms;
+  for (int k = 0; k <= kRuns; ++k) {
+    Times times;
+    if (!Start(program, argument, times)) {
+      fmt::print(stderr, "{} {} cannot be started\n", program, argument);
+      return false;
+    }
+    if (k == 0) continue;
+    elapsed_ms.push_back(times.elapsed_ms);
+    processor_ms.push_back(times.processor_ms);
+  }
+  medians = {Median(elapsed_ms), Median(processor_ms)};
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fmt::print(stderr, "usage: start_bench FOLDER-OF-THE-PROGRAMS\n");
+    return 2;
+  }
+  const std::string folder = argv[1];
+  Times peer, ours;
+  if (!Measure("/bin/true", "", peer)) return 1;
+  fmt::print(
+      "| what, median of {} starts | ours | of it processor | peer | ratio | target | met |\n",
+      kRuns);
+  fmt::print("|---|---|---|---|---|---|---|\n");
+  for (const auto& [program, argument] : {std::pair("plumbline", "--version"),
+                                          {"plumblined", "--help"},
+                                          {"plumbline-view", "--version"},
+                                          {"plumbline-mesh", "--version"},
+                                          {"plumbline-fleet", "--version"}}) {
+    if (!Measure(folder + "/" + program, argument, ours)) return 1;
+    fmt::print(
+        "| {} {} | {:.1f} ms | {:.1f} ms | {:.1f} ms (/bin/true) | {:.0f} | <= {} ms | {} |\n",
+        program, argument, ours.elapsed_ms, ours.processor_ms, peer.elapsed_ms,
+        ours.elapsed_ms / peer.elapsed_ms, kGoal_ms, ours.elapsed_ms <= kGoal_ms ? "yes" : "NO");
+  }
+  return 0;
+}
