@@ -162,7 +162,7 @@ TEST_CASE("while a reload searches the branches of many points, the daemon liste
 TEST_CASE("a truncated file removes no points on reload; starting without points is a notice") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
-  const std::string good = DemoConfig(cell.robot(), "generic");
+  const std::string good = PatientConfig(cell.robot(), "generic");
   const std::string cut = good.substr(0, good.find("[push]"));
   REQUIRE(cut.size() < good.size());
   {
@@ -186,7 +186,7 @@ TEST_CASE("a truncated file removes no points on reload; starting without points
 TEST_CASE("a file nested without end is a fault with its line; the running daemon goes on") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
-  const std::string good = DemoConfig(cell.robot(), "generic");
+  const std::string good = PatientConfig(cell.robot(), "generic");
   DaemonProcess daemon(good);
   RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
   REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
@@ -209,7 +209,7 @@ TEST_CASE(
     "10,000 connections and a full accept queue leave the robot's link and the points alone") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
-  DaemonProcess daemon(DemoConfig(cell.robot(), "generic"));
+  DaemonProcess daemon(PatientConfig(cell.robot(), "generic"));
   const std::string plc_at = daemon.Plc();
   RegisterClient plc("plumblined", plc_at, 1, 10);
   REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
