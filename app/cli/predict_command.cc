@@ -151,6 +151,30 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   return RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
+/// True of an effect that counts the rows it was fitted to: an event, or a curve, without t_s.
+bool CountsRows(const WrittenEffect& effect) {
+  return std::find(effect.drivers.begin(), effect.drivers.end(), "row") != effect.drivers.end() ||
+         std::any_of(effect.parameters.begin(), effect.parameters.end(),
+                     [](const EffectParameter& parameter) { return parameter.name == "row"; });
+}
+
+/// Other rows than those that a model was fitted to are taken to come after them.
+void TakeAsLater(const PredictOptions& options, const CellModel& cell, MeasuredTable& poses,
+                 std::optional<MeasuredTable>& measured) {
+  constexpr double kAfterAnyFile = 1e9;  // rows
+  poses.rows_before = kAfterAnyFile;
+  if (measured) measured->rows_before = kAfterAnyFile;
+  for (const WrittenEffect& effect : cell.effects) {
+    if (!CountsRows(effect)) continue;
+    std::cerr << fmt::format(
+        "{}: warning: {} counts the rows of the file it was fitted to, which has no t_s. Every "
+        "pose "
+        "is predicted as measured after that file; if some came before, measure with t_s and "
+        "diagnose again\n",
+        options.cell, effect.id);
+  }
+}
+
 int Refused(const PredictOptions& options) {
   std::cerr << options.out << ": not written\n";
   return kExitFault;
@@ -178,6 +202,7 @@ int Run(const PredictOptions& options) {
     return Refused(options);
   }
   WarnOfPayload(options, *cell, *poses);
+  TakeAsLater(options, *cell, *poses, measured);
   FrameCovariances frames;
   if (measured) {
     const Result<Realignment> realigned = Realigned(*cell, *measured, kThreads);

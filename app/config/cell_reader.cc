@@ -72,8 +72,10 @@ Joint JointFromToml(const TomlTable& table) {
   joint.link_com_m = table.Vector3("link_com_mm", kPlaceRange);
   joint.compliance_rad_per_Nm = table.Number("compliance_rad_per_Nm", kCompliance);
   if (joint.type == JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
-    table.AddFault("compliance_rad_per_Nm",
-                   "stands at a prismatic joint, which does not turn; remove it");
+    table.AddFault(
+        "compliance_rad_per_Nm",
+        "stands at a prismatic joint, which does not turn; remove it, and give its compliance "
+        "as an [[effect]] joint_compliance, in m/N");
   }
   return joint;
 }
@@ -260,7 +262,7 @@ CellModel CellFromToml(TomlDocument& document) {
     cell.measurement = MeasurementFromToml(*measurement);
   }
   for (const TomlTable& effect : root.Tables("effect")) {
-    cell.effects.push_back(EffectFromToml(effect, cell.robot.size()));
+    cell.effects.push_back(EffectFromToml(effect, cell.robot.size(), PrismaticJoints(cell.robot)));
   }
   FaultWhereNoCamera(root, cell);
   WarnWhereNothingYields(root, cell);

@@ -45,7 +45,25 @@ const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& ef
   return nullptr;
 }
 
-EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, int joint_count) {
+/// Adds faults where the parameter is of no such joint, or says another unit.
+void CheckJointAndUnit(const TomlTable& table, const EffectTraits& traits,
+                       const ParameterSpec& entry, const EffectParameter& parameter,
+                       int joint_count, std::uint32_t prismatic) {
+  const int joint = ParameterFromName(traits, parameter.name, joint_count)->joint;
+  const bool slides = joint >= 0 && ((prismatic >> joint) & 1U) != 0;
+  if (entry.only && joint >= 0 && slides != (*entry.only == JointType::kPrismatic)) {
+    table.AddFault("name", fmt::format("is of {} joints only, and q{} is {}",
+                                       slides ? "revolute" : "prismatic", joint + 1,
+                                       slides ? "prismatic" : "revolute"));
+  }
+  const std::string_view unit = UnitOf(entry, prismatic, joint);
+  if (table.Has("unit") && !parameter.unit.empty() && parameter.unit != unit) {
+    table.AddFault("unit", fmt::format("is not the unit of {}, \"{}\"", entry.name, unit));
+  }
+}
+
+EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, int joint_count,
+                                  std::uint32_t prismatic) {
   EffectParameter parameter;
   parameter.name = table.RequiredString("name").value_or("");
   const bool checked = effect != nullptr && !parameter.name.empty();
@@ -60,10 +78,12 @@ EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, 
     table.AddFault("value", "is not above 0");
   }
   parameter.sd = table.Number("sd", kStandardDeviation);
-  parameter.unit = table.String("unit").value_or(entry != nullptr ? std::string(entry->unit) : "");
-  if (entry != nullptr && table.Has("unit") && !parameter.unit.empty() &&
-      parameter.unit != entry->unit) {
-    table.AddFault("unit", fmt::format("is not the unit of {}, \"{}\"", entry->name, entry->unit));
+  parameter.unit = table.String("unit").value_or("");
+  if (entry == nullptr) return parameter;
+  CheckJointAndUnit(table, effect->traits(), *entry, parameter, joint_count, prismatic);
+  if (!table.Has("unit")) {
+    const int joint = ParameterFromName(effect->traits(), parameter.name, joint_count)->joint;
+    parameter.unit = UnitOf(*entry, prismatic, joint);
   }
   return parameter;
 }
@@ -111,7 +131,7 @@ void ReadOrigin(const TomlTable& table, WrittenEffect& effect) {
 
 }  // namespace
 
-WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
+WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint32_t prismatic) {
   WrittenEffect effect;
   effect.id = table.RequiredString("id").value_or("");
   const Effect* entry = FindEffect(effect.id);
@@ -132,7 +152,7 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count) {
     table.AddMissing("parameters", "a list such as [ { name = \"q2\", value = 5.1e-7 } ]");
   }
   for (const TomlTable& parameter : table.Tables("parameters")) {
-    EffectParameter read = ParameterFromToml(parameter, entry, joint_count);
+    EffectParameter read = ParameterFromToml(parameter, entry, joint_count, prismatic);
     const bool repeated =
         std::any_of(effect.parameters.begin(), effect.parameters.end(),
                     [&read](const EffectParameter& other) { return other.name == read.name; });

@@ -1,6 +1,7 @@
 #include "app/diagnosis/answer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -124,24 +125,77 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell) {
-  std::string text;
-  const std::vector<Joint>& joints = cell.robot.joints;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const char* unit = joints[i].type == JointType::kPrismatic ? "mm" : "deg";
-    text += fmt::format("{}q{}_{}", i == 0 ? "" : ",", i + 1, unit);
+namespace {
+
+/// Columns of next_poses.csv beside the joints; each only where some pose needs it.
+struct NextPoseColumns {
+  bool payload = false, qd = false, qdd = false, wait = false, measure = false;
+};
+
+NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const CellModel& cell) {
+  NextPoseColumns columns;
+  columns.payload = cell.payload_cog_F.has_value();
+  for (const NextPose& pose : poses) {
+    columns.qd = columns.qd || pose.qd.size() > 0;
+    columns.qdd = columns.qdd || pose.qdd.size() > 0;
+    columns.wait = columns.wait || pose.wait_s > 0;
+    columns.measure = columns.measure || pose.via_q.size() > 0;
   }
-  const bool payload = cell.payload_cog_F.has_value();
-  text += payload ? ",payload_kg\n" : "\n";
-  for (const NextPose& pose : diagnosis.next_poses) {
+  return columns;
+}
+
+/// Joint values in file units; zeros where there are none.
+void AddJointValues(const std::vector<Joint>& joints, const JointVector& values,
+                    std::vector<std::string>& cells) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double to_file = joints[i].type == JointType::kPrismatic ? kMmPerMetre : kDegPerRad;
+    const double value = values.size() > 0 ? values[static_cast<Eigen::Index>(i)] : 0;
+    cells.push_back(fmt::format("{:.5f}", value * to_file));
+  }
+}
+
+std::string Header(const std::vector<Joint>& joints, const NextPoseColumns& columns) {
+  std::vector<std::string> names;
+  const auto add = [&](const char* prefix, const char* suffix) {
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const bool prismatic = joints[i].type == JointType::kPrismatic;
-      const double value =
-          pose.q[static_cast<Eigen::Index>(i)] * (prismatic ? kMmPerMetre : kDegPerRad);
-      text += fmt::format("{}{:.5f}", i == 0 ? "" : ",", value);
+      const char* unit = joints[i].type == JointType::kPrismatic ? "mm" : "deg";
+      names.push_back(fmt::format("{}{}_{}{}", prefix, i + 1, unit, suffix));
     }
-    if (payload) text += fmt::format(",{:.5f}", pose.payload_kg);
-    text += '\n';
+  };
+  add("q", "");
+  if (columns.payload) names.emplace_back("payload_kg");
+  if (columns.qd) add("qd", "_s");
+  if (columns.qdd) add("qdd", "_s2");
+  if (columns.wait) names.emplace_back("wait_min");
+  if (columns.measure) names.emplace_back("measure");
+  return fmt::format("{}\n", fmt::join(names, ","));
+}
+
+/// A row where the robot goes; a via pose is passed at rest, without a wait after it.
+std::string RowAt(const NextPose& pose, bool via, const std::vector<Joint>& joints,
+                  const NextPoseColumns& columns) {
+  std::vector<std::string> cells;
+  AddJointValues(joints, via ? pose.via_q : pose.q, cells);
+  if (columns.payload) cells.push_back(fmt::format("{:.5f}", pose.payload_kg));
+  if (columns.qd) AddJointValues(joints, via ? JointVector() : pose.qd, cells);
+  if (columns.qdd) AddJointValues(joints, via ? JointVector() : pose.qdd, cells);
+  if (columns.wait) {
+    const bool waits = via || pose.via_q.size() == 0;  // before the first move of the two
+    cells.push_back(fmt::format("{:.6g}", waits ? pose.wait_s / 60 : 0.0));
+  }
+  if (columns.measure) cells.emplace_back(via ? "0" : "1");
+  return fmt::format("{}\n", fmt::join(cells, ","));
+}
+
+}  // namespace
+
+std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell) {
+  const std::vector<Joint>& joints = cell.robot.joints;
+  const NextPoseColumns columns = ColumnsOf(diagnosis.next_poses, cell);
+  std::string text = Header(joints, columns);
+  for (const NextPose& pose : diagnosis.next_poses) {
+    if (pose.via_q.size() > 0) text += RowAt(pose, true, joints, columns);
+    text += RowAt(pose, false, joints, columns);
   }
   return text;
 }

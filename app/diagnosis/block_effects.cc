@@ -14,6 +14,7 @@ namespace {
 
 using I = Influence<double>;
 constexpr int kCurveNodes = 33;  // of a written empirical curve
+constexpr int kGridNodes = 9;    // along each driver of a written surface
 
 std::string CarrierName(int entry, double& from_SI) {
   from_SI = 1;
@@ -29,9 +30,37 @@ std::string CarrierName(int entry, double& from_SI) {
   return fmt::format("q{}", entry % kMaxJoints + 1);
 }
 
+/// The drivers' values at each node of a written curve or grid, in their ranges.
+Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
+  const auto value = [&](int index, int node, int count) {
+    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(index)];
+    return signal.low + (signal.high - signal.low) * node / (count - 1);
+  };
+  if (column.second_signal < 0) {
+    Eigen::MatrixXd drivers(kCurveNodes, 1);
+    for (int node = 0; node < kCurveNodes; ++node) {
+      drivers(node, 0) = value(column.signal, node, kCurveNodes);
+    }
+    return drivers;
+  }
+  Eigen::MatrixXd drivers(kGridNodes * kGridNodes, 2);
+  for (int node = 0; node < drivers.rows(); ++node) {
+    drivers(node, 0) = value(column.signal, node / kGridNodes, kGridNodes);
+    drivers(node, 1) = value(column.second_signal, node % kGridNodes, kGridNodes);
+  }
+  return drivers;
+}
+
 ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
                              const std::map<int, double>& values) {
-  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(block.columns[0].signal)];
+  const auto factor = [&](const BlockColumn& of, Eigen::Ref<const Eigen::RowVectorXd> drivers) {
+    const auto along = [&](int index, int degree, double value) {
+      return Legendre(degree, Scaled(data.signals[static_cast<std::size_t>(index)], value));
+    };
+    const double first = along(of.signal, of.degree, drivers[0]);
+    return of.second_signal < 0 ? first
+                                : first * along(of.second_signal, of.second_degree, drivers[1]);
+  };
   std::vector<int> entries;
   for (const auto& [column, value] : values) {
     const int entry = block.columns[static_cast<std::size_t>(column)].entry;
@@ -39,20 +68,20 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
   }
   WrittenEffect written;
   written.id = block.id;
-  written.drivers = {signal.column};
-  written.nodes.setZero(kCurveNodes, 1 + static_cast<int>(entries.size()));
-  for (int node = 0; node < kCurveNodes; ++node) {
-    const double u = signal.low + (signal.high - signal.low) * node / (kCurveNodes - 1);
-    written.nodes(node, 0) = u;
+  written.drivers = block.term.drivers;
+  const Eigen::MatrixXd drivers = DriversAtNodes(data, block.columns.front());
+  written.nodes.setZero(drivers.rows(), drivers.cols() + static_cast<int>(entries.size()));
+  written.nodes.leftCols(drivers.cols()) = drivers;
+  for (Eigen::Index node = 0; node < drivers.rows(); ++node) {
     for (std::size_t k = 0; k < entries.size(); ++k) {
       double from_SI = 1;
       CarrierName(entries[k], from_SI);
       double sum = 0;
       for (const auto& [column, value] : values) {
         const BlockColumn& of = block.columns[static_cast<std::size_t>(column)];
-        if (of.entry == entries[k]) sum += value * Legendre(of.degree, Scaled(signal, u));
+        if (of.entry == entries[k]) sum += value * factor(of, drivers.row(node));
       }
-      written.nodes(node, 1 + static_cast<int>(k)) = from_SI * sum;
+      written.nodes(node, drivers.cols() + static_cast<int>(k)) = from_SI * sum;
     }
   }
   for (const int entry : entries) {

@@ -30,9 +30,9 @@ bool ParallelAxesAt(const Robot& robot, int i) {
 
 }  // namespace
 
-double LargestPlausible(const EffectTraits& traits, int spec) {
+double LargestPlausible(const EffectTraits& traits, int spec, std::uint32_t prismatic, int joint) {
   const ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
-  const Interval& range = parameter.plausible;
+  const Interval& range = PlausibleOf(parameter, prismatic, joint);
   if (parameter.inverse) return 1 / std::max(1e-9, range.low);
   return std::max(std::abs(range.low), std::abs(range.high)) * parameter.to_SI;
 }
@@ -42,9 +42,31 @@ bool SameColumns(const Block& a, const Block& b) {
          a.term.drivers == b.term.drivers &&
          std::equal(a.columns.begin(), a.columns.end(), b.columns.begin(), b.columns.end(),
                     [](const BlockColumn& x, const BlockColumn& y) {
-                      return x.values == y.values && x.entry == y.entry && x.degree == y.degree;
+                      return x.values == y.values && x.entry == y.entry && x.degree == y.degree &&
+                             x.second_degree == y.second_degree;
                     });
 }
+
+namespace {
+
+/// The parameters of one spec and one joint that this arm can have.
+void AddParameters(const Robot& robot, const ParameterSpec& parameter, int spec, int joint,
+                   std::vector<TermParameter>& parameters) {
+  const JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
+  if (parameter.only.value_or(type) != type || (parameter.not_of_first && joint == 0)) return;
+  if (parameter.parallel_axes_only && !ParallelAxesAt(robot, joint)) return;
+  if (IsOfTwoJoints(parameter)) {
+    for (int of = 0; of < joint; ++of) parameters.push_back({spec, joint, 1, of});
+  } else if (IsOfJointAndLink(parameter)) {
+    for (int link = joint; link < robot.size(); ++link) {
+      parameters.push_back({spec, joint, 1, link});
+    }
+  } else {
+    parameters.push_back({spec, joint});
+  }
+}
+
+}  // namespace
 
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word) {
   const EffectTraits& traits = effect.traits();
@@ -52,6 +74,7 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
   block.id = traits.id;
   block.term.effect = &effect;
   block.term.word = word;
+  block.term.prismatic = PrismaticJoints(data.cell.robot);
   for (int spec = 0; spec < static_cast<int>(traits.parameters.size()); ++spec) {
     const ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
     if (parameter.role != ParameterRole::kSize) continue;
@@ -60,11 +83,7 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
       continue;
     }
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-      if (parameter.parallel_axes_only && !ParallelAxesAt(data.cell.robot, joint)) continue;
-      if (!IsOfTwoJoints(parameter)) block.term.parameters.push_back({spec, joint});
-      for (int of = 0; of < joint && IsOfTwoJoints(parameter); ++of) {
-        block.term.parameters.push_back({spec, joint, 1, of});
-      }
+      AddParameters(data.cell.robot, parameter, spec, joint, block.term.parameters);
     }
   }
   const bool one_by_one = traits.per_joint || traits.one_by_one;
@@ -74,7 +93,8 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
     column.unit = one_by_one ? static_cast<int>(k) : 0;
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
-    column.largest = LargestPlausible(traits, block.term.parameters[k].spec);
+    const TermParameter& own = block.term.parameters[k];
+    column.largest = LargestPlausible(traits, own.spec, block.term.prismatic, own.joint);
   }
   block.units = one_by_one ? static_cast<int>(count) : 1;
   return block;
@@ -135,16 +155,56 @@ Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& en
   return block;
 }
 
+Block EmpiricalSurface(const Dataset& data, int first, int second, const std::vector<int>& entries,
+                       int degree, bool with_constant, double trials) {
+  Block block;
+  block.term.effect = &Empirical();
+  block.id = block.term.effect->traits().id;
+  block.term.drivers = {data.signals[static_cast<std::size_t>(first)].column,
+                        data.signals[static_cast<std::size_t>(second)].column};
+  for (const int entry : entries) {
+    for (const auto& [a, b] : SurfaceDegrees(degree, with_constant)) {
+      BlockColumn& column = block.columns.emplace_back();
+      column.entry = entry;
+      column.signal = first;
+      column.degree = a;
+      column.second_signal = second;
+      column.second_degree = b;
+      column.largest = LargestCarried(entry);
+    }
+  }
+  block.trials = trials;
+  return block;
+}
+
+std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant) {
+  std::vector<std::pair<int, int>> degrees;
+  if (with_constant) degrees.emplace_back(0, 0);
+  for (int sum = 1; sum <= degree; ++sum) {
+    for (int b = 0; b <= sum; ++b) degrees.emplace_back(sum - b, b);
+  }
+  if (degree == 1) degrees.emplace_back(1, 1);
+  return degrees;
+}
+
+double FactorOf(const Dataset& data, const BlockColumn& column, std::size_t row) {
+  const auto factor = [&](int index, int degree) {
+    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(index)];
+    return Legendre(degree, Scaled(signal, signal.values[row]));
+  };
+  const double first = factor(column.signal, column.degree);
+  return column.second_signal < 0 ? first
+                                  : first * factor(column.second_signal, column.second_degree);
+}
+
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, int row,
                Eigen::Ref<Eigen::MatrixXd> out) {
   const auto at = static_cast<std::size_t>(row);
-  const LinearRow& of = linear.rows[at];
+  const Gradient& of = linear.gradients[at];
   if (block.empirical()) {
-    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(block.columns[0].signal)];
-    const double x = Scaled(signal, signal.values[at]);
     for (std::size_t k = 0; k < block.columns.size(); ++k) {
       out.col(static_cast<int>(k)) =
-          Legendre(block.columns[k].degree, x) * of.dp.col(block.columns[k].entry);
+          FactorOf(data, block.columns[k], at) * of.col(block.columns[k].entry);
     }
     return;
   }

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/diagnosis/linearisation.h"
@@ -18,6 +19,8 @@ struct BlockColumn {
   int entry = -1;              ///< of an empirical term: the influence that carries it
   int signal = -1;             ///< of an empirical term: index into Dataset::signals
   int degree = 0;
+  int second_signal = -1;  ///< of an empirical surface: its other driver, with its own degree
+  int second_degree = 0;
   double largest = 1e300;  ///< size beyond which no sound machine goes, SI
 };
 
@@ -41,7 +44,9 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
 
 /// The largest plausible size of a parameter, SI.
 /// @param spec  index into the effect's parameters
-double LargestPlausible(const EffectTraits& traits, int spec);
+/// @param prismatic, joint  where its unit depends on the joint's type; see EffectTerm
+double LargestPlausible(const EffectTraits& traits, int spec, std::uint32_t prismatic = 0,
+                        int joint = -1);
 
 /// True of a term that acts from a moment on; the moment is its first value.
 bool BeginsAtAMoment(const EffectTerm& term);
@@ -66,6 +71,16 @@ std::optional<PeriodicLine> LineOf(const Block& block);
 /// @param with_constant  false where a constant would repeat a frame that is free anyway
 Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& entries, int degree,
                      bool with_constant, double trials);
+
+/// Empirical block along two signals: carriers times P_a(first) P_b(second).
+Block EmpiricalSurface(const Dataset& data, int first, int second, const std::vector<int>& entries,
+                       int degree, bool with_constant, double trials);
+
+/// The degrees (a, b) of a surface's columns; "1" is bilinear.
+std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant);
+
+/// What an empirical column multiplies its carrier with at a row.
+double FactorOf(const Dataset& data, const BlockColumn& column, std::size_t row);
 
 /// Shape (3, columns): the block's columns at one row.
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, int row,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "app/diagnosis/shape_search.h"
@@ -10,6 +11,14 @@
 
 namespace plumbline {
 namespace {
+
+/// What the cell has whatever columns a table has.
+constexpr std::array kOfTheCell = {Signal::kCamera, Signal::kRange};
+
+bool Varies(const Dataset& data, std::string_view column) {
+  return std::any_of(data.signals.begin(), data.signals.end(),
+                     [&](const RecordedSignal& signal) { return signal.column == column; });
+}
 
 bool Has(const Dataset& data, Signal signal) {
   const RecordedColumns& recorded = data.table.recorded;
@@ -28,10 +37,18 @@ bool Has(const Dataset& data, Signal signal) {
       return recorded.payload && data.cell.payload_cog_F.has_value();
     case Signal::kTorques:
       return data.torques_known;
+    case Signal::kWeight:
+      return data.weight_known;
+    case Signal::kNoTorques:
+      return !data.torques_known;
     case Signal::kBeam:
       return !data.cell.tool.rigid;
     case Signal::kCamera:
       return data.cell.measurement.X_WC.has_value();
+    case Signal::kRange:
+      return data.axes() == 1;
+    case Signal::kTilt:
+      return Varies(data, "tilt_x_deg") && Varies(data, "tilt_y_deg");
   }
   return false;
 }
@@ -53,10 +70,19 @@ const char* Lack(const Dataset& data, Signal signal) {
       return "payload_kg was not recorded, or the cell has no [payload] cog_mm";
     case Signal::kTorques:
       return "link masses are not declared and torques not measured";
+    case Signal::kWeight:
+      return "link masses are not declared";
+    case Signal::kNoTorques:
+      return "joint torques are known: see joint_compliance";
     case Signal::kBeam:
       return "the declared tool is rigid";
     case Signal::kCamera:
       return "no camera measures, or the cell names no camera_xyz_mm and camera_rpy_deg";
+    case Signal::kRange:
+      return "no ranges are measured";
+    case Signal::kTilt:
+      return "no inclinometer on the base was recorded (tilt_x_deg and tilt_y_deg), or it stood "
+             "still";
   }
   return "";
 }
@@ -102,7 +128,12 @@ Candidates CandidatesFor(const Dataset& data) {
             {fmt::format("{} ({})", id, word), Lack(data, lacking_word->signal)});
         continue;
       }
-      candidates.blocks.push_back(WholeBlock(data, *effect, word));
+      Block block = WholeBlock(data, *effect, word);
+      if (block.columns.empty()) {
+        candidates.not_offered.push_back({id, "the arm has no joint of its kind"});
+        continue;
+      }
+      candidates.blocks.push_back(std::move(block));
     }
   }
   return candidates;
@@ -122,7 +153,9 @@ double EffectsConsidered(const Dataset& data) {
   const auto catalogue = Catalogue();
   return static_cast<double>(
       std::count_if(catalogue.begin(), catalogue.end(), [&data](const Effect* effect) {
-        return !effect->traits().Needs(Signal::kCamera) || Has(data, Signal::kCamera);
+        return std::all_of(kOfTheCell.begin(), kOfTheCell.end(), [&](Signal signal) {
+          return !effect->traits().Needs(signal) || Has(data, signal);
+        });
       }));
 }
 

@@ -25,8 +25,8 @@ Candidates CandidatesFor(const Dataset& data);
 std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects);
 
 /// Whole effects among which an explanation chooses: the catalogue, the effects of a measuring
-/// camera only where one measures. Whether other signals were recorded does not matter, so that
-/// scores of tables of one cell can be compared.
+/// camera and of ranges only where these measure. Whether other signals were recorded does not
+/// matter, so that scores of tables of one cell can be compared.
 double EffectsConsidered(const Dataset& data);
 
 /// Joint names (q2, q3) of an effect's parameters.

@@ -157,7 +157,8 @@ void SayWhatIsMissing(Dataset& data) {
   }
   if (!data.torques_known) {
     data.notes.emplace_back(
-        "a link has no link_mass_kg, so that joint torques are unknown: compliance and other "
+        "a link has no link_mass_kg, so that joint torques are unknown: compliance is sought as "
+        "gravity_sag, by the products of compliance and weight that the poses identify; other "
         "effects of load in the joints cannot be told");
   }
   if (!data.table.unreadable_lines.empty()) {
@@ -333,7 +334,8 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
     const bool loaded = measured.recorded.payload && cell.payload_cog_F;
     data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
   }
-  data.torques_known = GravityLoads(cell).known(0) || measured.recorded.tau;
+  data.weight_known = GravityLoads(cell).known(0);
+  data.torques_known = data.weight_known || measured.recorded.tau;
   const Clusters clusters = ClustersOf(data.table.rows, data.session_of);
   data.cluster_of = clusters.of_row;
   data.clusters = clusters.count;

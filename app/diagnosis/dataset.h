@@ -30,7 +30,8 @@ struct Dataset {
   int clusters = 0;
   std::vector<RecordedSignal> signals;  ///< those that vary
   std::vector<int> still_joints;        ///< joints that never moved (0-based)
-  bool torques_known = false;           ///< every joint's: all link masses, or measured
+  bool weight_known = false;            ///< all link masses are declared
+  bool torques_known = false;           ///< every joint's: by the weight, or measured
   double sigma_m = 0;                   ///< one axis; 0: not known
   std::string sigma_origin;
   double repeat_sigma_m = 0;  ///< from repeats; 0: too few of them

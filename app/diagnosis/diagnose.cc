@@ -7,12 +7,14 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
 #include "app/diagnosis/words.h"
@@ -191,6 +193,7 @@ void Explain(const Task& task, const Dataset& searched, const Identified& found,
       if (!rival.shift_W.empty()) rival.rows = Every(task.data.rows(), kSearchedRows);
     }
   }
+  if (found.unknown) AddDriverRivals(*found.pool, found.best, diagnosis);
   AddConsidered(context, found.candidates, diagnosis);
   AddDetectable(*found.pool, found.candidates, diagnosis);
   if (task.Interrupted()) return;
@@ -350,10 +353,9 @@ void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& 
   AddFramesAndDomain(task.data, corrected.model, fit.weights, diagnosis);
   diagnosis.domain.residual_sigma_m =
       ValidatedSigma(corrected.validation, sigma_m, task.data.axes(), diagnosis.withheld.empty());
-  constexpr double kLeftOut = 0.05;  // of the points, by a 95 % radius
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
-      static_cast<double>(rejected) > kLeftOut * static_cast<double>(rows)) {
+      static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
     diagnosis.notes.push_back(
         fmt::format("{} of {} rows are rejected, more than a 95 % radius may leave out: the radius "
                     "is widened for them; find out what they have in common",
@@ -367,11 +369,12 @@ void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& 
 
 Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
                                const DiagnosisOptions& options) {
-  const Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, measured, options));
+  Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, measured, options));
   if (!data) return Error{data.error()};
   const Task task{*data, options};
   const Result<FittedModel> declared = FitDeclared(task);
   if (!declared) return Error{declared.error()};
+  ShowBases(declared->model, data.value());
   const Dataset searched = Thinned(*data, Every(data->rows(), kSearchedRows));
   const Result<Identified> found = Identify(
       searched, declared->model, options,

@@ -90,11 +90,14 @@ struct SpectralLine {
   double amplitude_rad = 0;  ///< at the best phase, in the residual after
 };
 
-/// A pose that would separate rivals.
+/// A measurement that would separate rivals.
 struct NextPose {
   JointVector q;  ///< [rad] or [m]
   double payload_kg = 0;
   double separation_m = 0;  ///< how far the rivals' predictions differ there
+  JointVector via_q{};      ///< passed on the way, so that joints come from a side; empty: directly
+  double wait_s = 0;        ///< before the move there
+  JointVector qd{}, qdd{};  ///< at the moment of measurement; empty where speed is no matter
 };
 
 struct HeldOutError {
@@ -133,8 +136,11 @@ struct Diagnosis {
   std::vector<Doubt> doubts;
   std::string withheld;              ///< empty, or why the corrected model carries no correction
   std::vector<std::string> drivers;  ///< columns
+  /// Drivers that an empirical term may follow as well; each is among the rivals.
+  std::vector<std::vector<std::string>> rival_drivers;
   std::vector<NextPose> next_poses;
-  bool next_poses_tell_all = false;  ///< every rival would be ruled out, or shown to be the truth
+  bool next_poses_separate_all =
+      false;  ///< every rival would be ruled out, or shown to be the truth
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id; detectable.h
   double rms_before_m = 0, rms_after_m = 0;

@@ -12,8 +12,8 @@ namespace {
 /// What one carrier's curve does at the rows, in SI.
 struct SeenCurve {
   struct Lever {
-    double driver = 0;  ///< value of the curve's driver at the row
-    double square = 0;  ///< |J|^2
+    double payload_kg = 0;  ///< at the row, where the payload drives the curve
+    double square = 0;      ///< |J|^2
   };
   double low = 1e300, high = -1e300;  ///< of the curve
   double largest_m = 0;               ///< displacement of the tip
@@ -33,22 +33,21 @@ SeenCurve SeenAtRows(const Dataset& data, const Linearisation& linear,
                             influence);
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] == 0) continue;
-      const double lever = linear.rows[row].dp.col(entry).norm();
+      const double lever = linear.gradients[row].col(entry).norm();
       seen.low = std::min(seen.low, influence[entry]);
       seen.high = std::max(seen.high, influence[entry]);
       seen.largest_m = std::max(seen.largest_m, std::abs(influence[entry]) * lever);
-      const auto driver = data.conditions[row].Signal(effect.term.drivers.front());
-      seen.levers.push_back({driver.value_or(0), lever * lever});
+      seen.levers.push_back({data.conditions[row].payload_kg, lever * lever});
     }
   }
   return seen;
 }
 
-/// RMS lever of the rows whose driver lies from `low` to `high`; 0 where there are none.
+/// RMS lever of the rows whose payload lies from `low` to `high`; 0 where there are none.
 double LeverBetween(const SeenCurve& seen, double low, double high) {
   double sum = 0, count = 0;
   for (const SeenCurve::Lever& lever : seen.levers) {
-    if (lever.driver < low || lever.driver > high) continue;
+    if (lever.payload_kg < low || lever.payload_kg > high) continue;
     sum += lever.square;
     count += 1;
   }
@@ -61,10 +60,15 @@ double LeverBetween(const SeenCurve& seen, double low, double high) {
 double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Index node) {
   constexpr std::string_view kPayloadColumn = "payload_kg";
   const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
-  if (effect.term.drivers.front() != kPayloadColumn) return of_all;
-  const auto drivers = effect.term.nodes.col(0);
-  const double low = node > 0 ? drivers[node - 1] : -HUGE_VAL;
-  const double high = node + 1 < drivers.size() ? drivers[node + 1] : HUGE_VAL;
+  const auto& drivers = effect.term.drivers;
+  const auto payload = std::find(drivers.begin(), drivers.end(), kPayloadColumn);
+  if (payload == drivers.end()) return of_all;
+  const auto loads_kg = effect.term.nodes.col(payload - drivers.begin());
+  double low = -HUGE_VAL, high = HUGE_VAL;  // of the neighbours
+  for (const double load_kg : loads_kg) {
+    if (load_kg < loads_kg[node]) low = std::max(low, load_kg);
+    if (load_kg > loads_kg[node]) high = std::min(high, load_kg);
+  }
   const double about = LeverBetween(seen, low, high);
   return about > 0 ? about : of_all;
 }
@@ -76,7 +80,7 @@ void BoundToRows(const Dataset& data, const Linearisation& linear,
   if (effect.term.nodes.rows() == 0) return;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const SeenCurve seen = SeenAtRows(data, linear, weights, effect, k);
-    auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k) + 1);
+    auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k + effect.term.drivers.size()));
     if (seen.largest_m == 0) {
       nodes.setZero();
       continue;

@@ -7,28 +7,34 @@
 #include <map>
 
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/words.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {
 
-// Chance of failing by noise alone, once in a thousand sound answers.
-constexpr double kHeldOutChance = 1e-3;
-// As the search's own chance of any false joint (pool.cc): both bound what noise alone selects.
-constexpr double kLargestPValue = 0.01;
-// Four folds of five; stability selection takes 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat.
-// Soc. B 72 (2010) 417].
-constexpr double kLeastFrequency = 0.8;
-// Times what a sound machine shows. A judgement, no statistic: worn and damaged machines show more
-// than sound ones, and nobody has published by how much.
-constexpr double kLeastDoubtful = 5;
 constexpr double kLargestReported = 1000;  // of an infinite one: answers hold numbers
 constexpr double kTrainingShare = 0.8;     // of the rows, in each of five folds
 
 EffectKey KeyOfFinding(const Finding& finding) {
   return {std::string(finding.effect.term.effect->traits().id),
           std::string(finding.effect.term.word)};
+}
+
+bool IsOf(const SelectedEffect& selected, const Finding& finding) {
+  return selected.key == KeyOfFinding(finding);
+}
+
+/// True where a fold's search selected the effect in all of its joints.
+bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& finding) {
+  const auto selected = std::find_if(fold.begin(), fold.end(),
+                                     [&](const SelectedEffect& one) { return IsOf(one, finding); });
+  if (selected == fold.end()) return false;
+  const auto& parameters = finding.effect.term.parameters;
+  return std::all_of(parameters.begin(), parameters.end(), [&](const TermParameter& parameter) {
+    return parameter.joint < 0 || selected->joints.contains(parameter.joint);
+  });
 }
 
 ExplanationCheck PValueCheck(const Finding& finding) {
@@ -133,7 +139,7 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
 std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
                                       std::vector<ExplanationCheck>& checks) {
   std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding)};
-  const auto frequency = SelectionFrequency(evidence.held_out, KeyOfFinding(finding));
+  const auto frequency = SelectionFrequency(evidence.held_out, finding);
   if (frequency) {
     of_finding.push_back(FrequencyCheck(*frequency, evidence.held_out.selected.size()));
   }
@@ -147,9 +153,10 @@ std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const
   return failed;
 }
 
-/// The folds whose search selected all the named effects: their rows judge the explanation, those
-/// of other folds another one, which `selection_frequency` counts. All folds where none agrees, or
-/// where some was not searched.
+/// The folds whose search selected all the named effects in all their joints: their rows judge the
+/// explanation, those of other folds another one (an offset in place of a play whose few rows on
+/// the other flank are held out), which `selection_frequency` counts. All folds where none agrees,
+/// or where some was not searched.
 std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
   const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
   const std::size_t folds =
@@ -157,10 +164,9 @@ std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Find
   std::vector<bool> agree(folds, true);
   if (held_out.selected.size() != folds) return agree;
   for (std::size_t fold = 0; fold < folds; ++fold) {
-    const std::vector<EffectKey>& keys = held_out.selected[fold];
     agree[fold] = std::all_of(findings.begin(), findings.end(), [&](const Finding& finding) {
       if (!finding.effect.term.drivers.empty()) return true;  // a curve claims no cause
-      return std::find(keys.begin(), keys.end(), KeyOfFinding(finding)) != keys.end();
+      return SelectedWhole(held_out.selected[fold], finding);
     });
   }
   if (std::none_of(agree.begin(), agree.end(), [](bool one) { return one; })) {
@@ -204,13 +210,12 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   return found;
 }
 
-std::optional<double> SelectionFrequency(const HeldOut& held_out, const EffectKey& key) {
-  if (held_out.selected.empty()) return std::nullopt;
-  const auto count = std::count_if(held_out.selected.begin(), held_out.selected.end(),
-                                   [&](const std::vector<EffectKey>& keys) {
-                                     return std::find(keys.begin(), keys.end(), key) != keys.end();
-                                   });
-  return static_cast<double>(count) / static_cast<double>(held_out.selected.size());
+std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding) {
+  const auto& folds = held_out.selected;
+  if (folds.empty()) return std::nullopt;
+  const auto count = std::count_if(folds.begin(), folds.end(),
+                                   [&](const auto& fold) { return SelectedWhole(fold, finding); });
+  return static_cast<double>(count) / static_cast<double>(folds.size());
 }
 
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {

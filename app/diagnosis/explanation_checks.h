@@ -27,8 +27,9 @@ struct HeldOutRatio {
 HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
                               const std::vector<Finding>& findings);
 
-/// Share (0..1) of the folds whose own search selected an effect; nothing where none searched.
-std::optional<double> SelectionFrequency(const HeldOut& held_out, const EffectKey& key);
+/// Share (0..1) of the folds whose own search selected an effect in all of its joints; nothing
+/// where none searched.
+std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding);
 
 /// Adds the checks of every finding and of the whole answer. An effect that fails one becomes a
 /// doubt. Where noise or the choice of rows may have brought it, the verdict falls from `explained`

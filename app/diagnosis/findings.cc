@@ -9,13 +9,13 @@
 
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/thresholds.h"
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kWorthRefitting = 60;  // gap before nonlinear refits
 constexpr std::size_t kMostRefits = 8;
 
 std::string FileNumber(double value) {
@@ -42,19 +42,22 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
     const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
     if (spec.role != ParameterRole::kSize) continue;
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
-    if (!spec.plausible.Contains(in_file)) {
+    const std::uint32_t prismatic = effect.term.prismatic;
+    const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
+    const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
+    if (!plausible.Contains(in_file)) {
       return {fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
-                          NameFromParameter(traits, parameter), FileNumber(in_file), spec.unit,
-                          FileNumber(spec.plausible.low), FileNumber(spec.plausible.high)),
-              TimesBeyond(spec.plausible, in_file)};
+                          NameFromParameter(traits, parameter), FileNumber(in_file), unit,
+                          FileNumber(plausible.low), FileNumber(plausible.high)),
+              TimesBeyond(plausible, in_file)};
     }
     if (traits.adds_compliance) {
       const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
                                   .compliance_rad_per_Nm.value_or(0);
       if (declared + effect.values[k] < 0) {
         return {fmt::format("joint q{} would yield against its load: its whole compliance would be "
-                            "negative ({} rad/(N m))",
-                            parameter.joint + 1, FileNumber(declared + effect.values[k])),
+                            "negative ({} {})",
+                            parameter.joint + 1, FileNumber(declared + effect.values[k]), unit),
                 HUGE_VAL};
       }
     }

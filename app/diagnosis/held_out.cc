@@ -52,7 +52,8 @@ std::vector<Vec3> WithoutEffects(const HeldOutInput& input) {
     AddEffects(input.model.effects, input.data.conditions[row], influence);
     Vec3 of_row = input.linear->rows[row].residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
-      if (influence[entry] != 0) of_row += influence[entry] * input.linear->rows[row].dp.col(entry);
+      if (influence[entry] != 0)
+        of_row += influence[entry] * input.linear->gradients[row].col(entry);
     }
     y.push_back(of_row);
   }
@@ -99,7 +100,7 @@ Dataset HeldAtRange(const Dataset& data, const std::vector<int>& training, bool 
 /// One fold: its rows, and what was chosen without them.
 struct Fold {
   std::vector<int> training, test, framed;  ///< `framed` locate the free frames
-  std::vector<EffectKey> selected;
+  std::vector<SelectedEffect> selected;
   std::vector<Vec3> after, after_named;  ///< of all rows
   std::vector<bool> open;                ///< of all rows: the training rows do not decide
   bool searched = false;
@@ -132,6 +133,20 @@ std::vector<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
   return open;
 }
 
+std::vector<SelectedEffect> SelectedBy(const Pool& pool, const Explanation& explanation) {
+  std::map<EffectKey, std::set<int>> joints;
+  for (const int column : explanation.columns) {
+    const int index = pool.BlockOfColumn(column);
+    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+    std::set<int>& of_effect = joints[KeyOf(block)];
+    const int joint = pool.JointOfColumn(column);
+    if (joint >= 0) of_effect.insert(joint);
+  }
+  std::vector<SelectedEffect> selected;
+  for (auto& [key, of_effect] : joints) selected.push_back({key, std::move(of_effect)});
+  return selected;
+}
+
 void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fold) {
   constexpr int kThreads = 1;  // the folds run beside each other
   const LinearProblem problem(input.data, input.linear, input.model, fold.training, input.weights,
@@ -140,7 +155,7 @@ void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fol
   const std::vector<Explanation> ranked =
       Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
   const Explanation best = input.with_unknown ? WithUnknown(pool, ranked) : ranked.front();
-  fold.selected = EffectKeys(pool, best);
+  fold.selected = SelectedBy(pool, best);
   const Dataset held = HeldAtRange(input.data, fold.training, true);
   fold.after_named = y;
   Subtract(input, held, pool, best, true, fold.after_named);

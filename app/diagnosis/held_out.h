@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/fold_plan.h"
@@ -24,6 +25,12 @@ struct HeldOutInput {
   const DiagnosisOptions& options;
 };
 
+/// An effect that a fold's search selected, in which joints.
+struct SelectedEffect {
+  EffectKey key;
+  std::set<int> joints;
+};
+
 /// Residuals of each row from models chosen and fitted without its fold.
 struct HeldOut {
   std::string by;
@@ -34,7 +41,7 @@ struct HeldOut {
   std::vector<Vec3> before;       ///< [m], frames of the other folds
   std::vector<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
   std::vector<Vec3> after_named;  ///< [m], by named effects alone
-  std::vector<std::vector<EffectKey>> selected;  ///< of each fold that was searched
+  std::vector<std::vector<SelectedEffect>> selected;  ///< of each fold that was searched
 };
 
 /// Every fold searches anew; where `with_discrepancy`, it fits its discrepancy model from scratch.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
 
 namespace plumbline {
@@ -14,10 +15,7 @@ namespace {
 constexpr int kPasses = 7;
 constexpr int kFrugalPasses = 2;  // first few effects at most: outliers must not hide in many
 constexpr std::size_t kFrugal = 2;
-constexpr double kUnknownMargin = 10;  // an empirical term must beat the catalogue by this score
 constexpr std::size_t kRefitTries = 12;
-constexpr double kWorthTrying = 60;      // score behind the best at which rejected rows may tell
-constexpr double kRejectingMargin = 10;  // an explanation must beat the best by this over all rows
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
@@ -85,7 +83,7 @@ void TakeLeastRejecting(const Dataset& data, int threads, Identified& so_far, Re
     return HampelLoss(ResidualsOf(*linear), so_far.sigma_m, data.axes()) + explanation.score -
            explanation.chi2;
   };
-  const double worst_score = so_far.best.score + kWorthTrying;
+  const double worst_score = so_far.best.score + kWorthRefitting;
   double least = cost(refit, so_far.best) - kRejectingMargin;
   for (std::size_t k = 0; k < std::min(kRefitTries, so_far.ranked.size()); ++k) {
     const Explanation& other = so_far.ranked[k];

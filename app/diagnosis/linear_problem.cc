@@ -54,7 +54,7 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
     AddEffects(model.effects, data.conditions[row], influence);
     Vec3 y = at.residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
-      if (influence[entry] != 0) y += influence[entry] * at.dp.col(entry);
+      if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
     }
     response_.segment(j * axes, axes) = scale_[j] * y.head(axes);
   }
@@ -117,7 +117,7 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
     carrier.resize(static_cast<int>(rows_.size()) * axes);
     for (int j = 0; j < static_cast<int>(rows_.size()); ++j) {
       const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-      carrier.segment(j * axes, axes) = scale_[j] * linear_->rows[row].dp.col(entry).head(axes);
+      carrier.segment(j * axes, axes) = scale_[j] * linear_->gradients[row].col(entry).head(axes);
     }
   }
   return carrier;

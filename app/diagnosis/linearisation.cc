@@ -15,14 +15,17 @@ namespace {
 using I = Influence<double>;
 
 /// The measured number of a range replaces the position: its gradient is along the ray.
-void ToRange(const Vec3& anchor_W, double range_m, LinearRow& row) {
-  const Vec3 ray = row.p_W - anchor_W;
+void ToRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
+             LinearRow& row, Gradient& gradient) {
+  const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
   const double length = ray.norm();
   const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
-  row.residual = Vec3(range_m - length, 0, 0);
-  const Eigen::Matrix<double, 1, I::kSize> along = unit.transpose() * row.dp;
-  row.dp.setZero();
-  row.dp.row(0) = along;
+  row.residual = Vec3(range_m - length - influence[I::kRangeZero], 0, 0);
+  const Eigen::Matrix<double, 1, I::kSize> along = unit.transpose() * gradient;
+  gradient.setZero();
+  gradient.row(0) = along;
+  gradient(0, I::kRangeZero) = 1;
+  gradient.block<1, 3>(0, I::kRangeAnchor) = -unit.transpose();
   const Eigen::Matrix<double, 1, 9> frames = unit.transpose() * row.frames;
   row.frames.setZero();
   row.frames.row(0) = frames;
@@ -59,55 +62,72 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f) 
   for (std::thread& other : others) other.join();
 }
 
+ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data), model_(model) {
+  arms_.reserve(static_cast<std::size_t>(data.sessions_count()));
+  for (int session = 0; session < data.sessions_count(); ++session) {
+    arms_.emplace_back(CellOf(data, model, session));
+  }
+}
+
+bool ModelAtRows::At(int k, const InfluenceSet& wanted, Sensitivity& scratch,
+                     LinearRow& row) const {
+  const auto at = static_cast<std::size_t>(k);
+  const auto session = static_cast<std::size_t>(data_.session_of[at]);
+  const LoadedArm& arm = arms_[session];
+  const Model::Frames& frames = model_.frames[session];
+  const Conditions& moment = data_.conditions[at];
+  const MeasuredRow& measured = data_.table.rows[at];
+  Influence<double> influence;
+  AddEffects(arm.effects(), moment, influence);
+  AddEffects(model_.effects, moment, influence);
+  if (wanted.any()) {
+    if (!SensitivityAt(arm, measured.q, data_.payloads[at], influence, moment.tau, wanted,
+                       scratch)) {
+      return false;
+    }
+  } else {
+    if (!arm.AtCommanded(measured.q, data_.payloads[at], &influence, moment.tau, scratch.state)) {
+      return false;
+    }
+    scratch.p_W = scratch.state.p_read_W;
+  }
+  row.p_W = scratch.p_W;
+  row.residual = measured.p_WT - row.p_W;
+  const Vec3 arm_W = row.p_W - frames.X_WB.p;
+  row.frames.leftCols<3>().setIdentity();
+  for (int axis = 0; axis < 3; ++axis) {
+    row.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
+  }
+  row.frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
+  if (data_.axes() == 1) {
+    ToRange(data_.cell.measurement.anchor_W, influence, measured.range_m, row, scratch.dp);
+  }
+  return true;
+}
+
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads) {
-  std::vector<LoadedArm> arms;
-  arms.reserve(static_cast<std::size_t>(data.sessions_count()));
-  for (int session = 0; session < data.sessions_count(); ++session) {
-    arms.emplace_back(CellOf(data, model, session));
-  }
+  return Linearise(data, model, gradients ? InfluenceSet{}.set() : InfluenceSet{}, threads);
+}
+
+Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
+                                int threads) {
+  const ModelAtRows at_rows(data, model);
   Linearisation result;
   result.axes = data.axes();
   result.rows.resize(static_cast<std::size_t>(data.rows()));
+  if (wanted.any()) result.gradients.resize(result.rows.size());
   result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
-    Sensitivity sensitivity;
+    Sensitivity scratch;
     for (int k = first; k < last; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      const int session = data.session_of[at];
-      const LoadedArm& arm = arms[static_cast<std::size_t>(session)];
-      const Model::Frames& frames = model.frames[static_cast<std::size_t>(session)];
-      const Conditions& moment = data.conditions[at];
-      const MeasuredRow& measured = data.table.rows[at];
-      Influence<double> influence;
-      AddEffects(arm.effects(), moment, influence);
-      AddEffects(model.effects, moment, influence);
-      LinearRow& row = result.rows[at];
-      bool settled = true;
-      if (gradients) {
-        settled =
-            SensitivityAt(arm, measured.q, data.payloads[at], influence, moment.tau, sensitivity);
-        row.dp = sensitivity.dp;
-      } else {
-        settled = arm.AtCommanded(measured.q, data.payloads[at], &influence, moment.tau,
-                                  sensitivity.state);
-        sensitivity.p_W = sensitivity.state.p_read_W;
-        row.dp.setZero();
-      }
-      if (!settled) {
+      if (!at_rows.At(k, wanted, scratch, result.rows[at])) {
         unsettled = k;
-        continue;
+      } else if (wanted.any()) {
+        result.gradients[at] = scratch.dp;
       }
-      row.p_W = sensitivity.p_W;
-      row.residual = measured.p_WT - row.p_W;
-      const Vec3 arm_W = row.p_W - frames.X_WB.p;
-      row.frames.leftCols<3>().setIdentity();
-      for (int axis = 0; axis < 3; ++axis) {
-        row.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
-      }
-      row.frames.rightCols<3>() = frames.X_WB.R * sensitivity.state.posture.X_BF().R;
-      if (result.axes == 1) ToRange(data.cell.measurement.anchor_W, measured.range_m, row);
     }
   });
   if (unsettled >= 0) {
@@ -120,42 +140,56 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
 
 namespace {
 
-/// True where only sizes are asked for, and all are zero and linear: what the effect adds at one of
-/// them is its derivative, without dual numbers.
-bool LinearFromZero(const EffectTerm& term, std::span<const double> values,
-                    std::span<const int> which) {
+/// True where only sizes are asked for, all are linear, and the others are zero or do not matter:
+/// what the effect adds at one of them is its derivative, without dual numbers.
+bool LinearInSizes(const EffectTerm& term, std::span<const double> values,
+                   std::span<const int> which) {
   const auto spec = [&](std::size_t k) -> const ParameterSpec& {
     return term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
   };
+  bool shapes = false, sizes = false;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
+    if (spec(k).value_of_linear != nullptr) return false;
     const bool size = spec(k).role == ParameterRole::kSize;
-    if (size && (values[k] != 0 || spec(k).value_of_linear != nullptr)) return false;
+    shapes = shapes || !size;
+    sizes = sizes || (size && values[k] != 0);
   }
+  if (shapes && sizes) return false;
   return std::all_of(which.begin(), which.end(), [&](int k) {
     return spec(static_cast<std::size_t>(k)).role == ParameterRole::kSize;
   });
 }
 
+void AddLinearSlopes(const EffectTerm& term, std::span<const double> values,
+                     std::span<const int> which, const Conditions& conditions,
+                     std::vector<TermSlope>& slopes) {
+  std::vector<double> one(values.begin(), values.end());
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    const TermParameter& own = term.parameters[k];
+    const ParameterSpec& spec =
+        term.effect->traits().parameters[static_cast<std::size_t>(own.spec)];
+    if (spec.role == ParameterRole::kSize) one[k] = 0;
+  }
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    double& size = one[static_cast<std::size_t>(which[k])];
+    size = 1;
+    Influence<double> influence;
+    term.effect->Add(term, std::span<const double>(one.data(), one.size()), conditions, influence);
+    size = 0;
+    for (int entry = 0; entry < I::kSize; ++entry) {
+      const double slope = influence[entry];
+      if (slope != 0) slopes.push_back({entry, static_cast<int>(k), slope});
+    }
+  }
+}
+
 }  // namespace
 
-void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
-                 const Conditions& conditions, const LinearRow& row,
-                 Eigen::Ref<Eigen::MatrixXd> out) {
-  out.leftCols(static_cast<int>(which.size())).setZero();
-  if (LinearFromZero(term, values, which)) {
-    std::vector<double> one(values.begin(), values.end());
-    for (std::size_t k = 0; k < which.size(); ++k) {
-      double& size = one[static_cast<std::size_t>(which[k])];
-      size = 1;
-      Influence<double> influence;
-      term.effect->Add(term, std::span<const double>(one.data(), one.size()), conditions,
-                       influence);
-      size = 0;
-      for (int entry = 0; entry < I::kSize; ++entry) {
-        const double slope = influence[entry];
-        if (slope != 0) out.col(static_cast<int>(k)) += slope * row.dp.col(entry);
-      }
-    }
+void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
+                   std::span<const int> which, const Conditions& conditions,
+                   std::vector<TermSlope>& slopes) {
+  if (LinearInSizes(term, values, which)) {
+    AddLinearSlopes(term, values, which, conditions, slopes);
     return;
   }
   std::vector<Dual> duals(values.size());  // a periodic effect has three for each of its lines
@@ -171,9 +205,30 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
     for (int entry = 0; entry < I::kSize; ++entry) {
       for (std::size_t k = 0; k < count; ++k) {
         const double slope = influence[entry].v[static_cast<int>(k)];
-        if (slope != 0) out.col(static_cast<int>(first + k)) += slope * row.dp.col(entry);
+        if (slope != 0) slopes.push_back({entry, static_cast<int>(first + k), slope});
       }
     }
+  }
+}
+
+void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
+                 const Conditions& conditions, const Gradient& gradient,
+                 Eigen::Ref<Eigen::MatrixXd> out) {
+  out.leftCols(static_cast<int>(which.size())).setZero();
+  std::vector<TermSlope> slopes;
+  AddTermSlopes(term, values, which, conditions, slopes);
+  for (const TermSlope& of : slopes) out.col(of.column) += of.slope * gradient.col(of.entry);
+}
+
+void ShowBases(const Model& model, Dataset& data) {
+  std::vector<std::shared_ptr<const Robot>> robots;
+  for (const Model::Frames& frames : model.frames) {
+    Robot robot = data.cell.robot;
+    robot.X_WB = frames.X_WB;
+    robots.push_back(std::make_shared<const Robot>(std::move(robot)));
+  }
+  for (std::size_t row = 0; row < data.conditions.size(); ++row) {
+    data.conditions[row].robot = robots[static_cast<std::size_t>(data.session_of[row])];
   }
 }
 

@@ -25,11 +25,13 @@ struct Model {
 /// The cell with a session's frames; it keeps the effects that it has already.
 CellModel CellOf(const Dataset& data, const Model& model, int session);
 
-/// A row's residual and gradient, on the axes that are measured.
+/// d prediction / d influence of one row; of a range the first row only.
+using Gradient = Sensitivity::Gradient;
+
+/// A row's residual, on the axes that are measured.
 struct LinearRow {
-  Vec3 residual = Vec3::Zero();  ///< measured minus predicted in W [m]; of a range (r, 0, 0)
-  Vec3 p_W = Vec3::Zero();       ///< predicted tip
-  Sensitivity::Gradient dp;      ///< d prediction / d influence; of a range the first row only
+  Vec3 residual = Vec3::Zero();        ///< measured minus predicted in W [m]; of a range (r, 0, 0)
+  Vec3 p_W = Vec3::Zero();             ///< predicted tip
   Eigen::Matrix<double, 3, 9> frames;  ///< d prediction / d (base shift, base turn, tip)
 };
 
@@ -37,25 +39,65 @@ class BlockColumns;
 
 struct Linearisation {
   std::vector<LinearRow> rows;
+  std::vector<Gradient> gradients;  ///< of each row; empty where none were asked for
   int axes = 3;
   /// Of these gradients; copies share it.
   std::shared_ptr<BlockColumns> columns;
 };
 
-/// Evaluates the model at every row. Gradients are left zero where `gradients` is false.
+/// The model evaluated one row at a time, where gradients need not be kept.
+class ModelAtRows {
+ public:
+  /// Both must outlive it.
+  ModelAtRows(const Dataset& data, const Model& model);
+
+  /// @param wanted   influences whose gradient is needed, left in `scratch.dp`
+  /// @param scratch  one a thread
+  /// @return         false where the sagged posture does not settle
+  [[nodiscard]] bool At(int row, const InfluenceSet& wanted, Sensitivity& scratch,
+                        LinearRow& result) const;
+
+ private:
+  const Dataset& data_;
+  const Model& model_;
+  std::vector<LoadedArm> arms_;  ///< one a session
+};
+
+/// Evaluates the model at every row.
+/// @param gradients  whether they are kept: 4.5 kB a row
 /// @return  an error naming the row where the sagged posture does not settle
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads);
+/// The same with the gradients of some influences only.
+Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
+                                int threads);
 
-/// Columns d prediction / d parameter of one term at `values`, for the parameters asked for, on row
-/// k.
+/// How one parameter of a term moves one influence.
+struct TermSlope {
+  int entry = 0;   ///< of the influence
+  int column = 0;  ///< index into the parameters asked for
+  double slope = 0;
+};
+
+/// Appends d influence / d parameter of one term at `values`, for the parameters asked for; only
+/// those that are not zero.
+void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
+                   std::span<const int> which, const Conditions& conditions,
+                   std::vector<TermSlope>& slopes);
+
+/// Columns d prediction / d parameter of one term at `values`, for the parameters asked for, on one
+/// row.
 /// @param out  shape (3, which.size())
 void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
-                 const Conditions& conditions, const LinearRow& row,
+                 const Conditions& conditions, const Gradient& gradient,
                  Eigen::Ref<Eigen::MatrixXd> out);
 
 /// Runs f(first, last) over 0..count in `threads` pieces.
 void InParallel(int count, int threads, const std::function<void(int, int)>& f);
+
+/// Lets the effects of every row see the base of its session as the model has it: an aligned
+/// instrument says where down is.
+void ShowBases(const Model& model, Dataset& data);
 
 /// The model after a step of a session's frames: base shift [m], base turn (rotation vector in W,
 /// about the base's origin) [rad], tip shift in F [m].

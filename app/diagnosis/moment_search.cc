@@ -7,12 +7,16 @@
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/camera_zoom.h"
 #include "firmware-like/effects/step_event.h"
+#include "firmware-like/effects/tilt_event.h"
 
 namespace plumbline {
 namespace {
 
 using I = Influence<double>;
-enum { kTime, kRow, kFirstSize };  // parameters of both effects
+enum { kTime, kRow, kFirstSize };  // parameters of these effects
+constexpr int kMostSizes = 3;
+using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostSizes, kMostSizes>;
+using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostSizes, 1>;
 
 /// t_s where recorded, else the row's place.
 double ClockOf(const Dataset& data, const Conditions& moment) {
@@ -40,33 +44,35 @@ std::vector<double> Moments(const LinearProblem& problem) {
   return moments;
 }
 
-/// What Gain() is of a step of three axes at each of ascending moments. All moments share their
-/// sums: rows are taken in from the last to the first, and the frames are projected out of the
-/// sums.
+/// What Gain() is of a step of some influences (kMostSizes at most) at each of ascending moments.
+/// All moments share their sums: rows are taken in from the last to the first, and the frames are
+/// projected out of the sums.
 std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                 const std::vector<double>& moments, int entry) {
+                                 const std::vector<double>& moments,
+                                 const std::vector<int>& influences) {
   const Eigen::VectorXd clock = ClockAtRows(problem);
   std::vector<int> order(static_cast<std::size_t>(clock.size()));
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return clock[a] > clock[b]; });
   const int axes = problem.linear().axes;
   const Eigen::MatrixXd columns =
-      problem.Carried(Three(entry), Eigen::MatrixXd::Ones(clock.size(), 1));
+      problem.Carried(influences, Eigen::MatrixXd::Ones(clock.size(), 1));
+  const auto width = static_cast<Eigen::Index>(influences.size());
   const Eigen::MatrixXd& frames = problem.frames();
-  Mat3 gram = Mat3::Zero();
-  Vec3 moment_sum = Vec3::Zero();
-  Eigen::MatrixXd along_frames = Eigen::MatrixXd::Zero(frames.cols(), 3);
+  Gram gram = Gram::Zero(width, width);
+  Sizes moment_sum = Sizes::Zero(width);
+  Eigen::MatrixXd along_frames = Eigen::MatrixXd::Zero(frames.cols(), width);
   std::vector<double> gains(moments.size(), 0.0);
   std::size_t next = 0;
   for (std::size_t m = moments.size(); m-- > 0;) {
     for (; next < order.size() && clock[order[next]] >= moments[m]; ++next) {
       const auto of_row = columns.middleRows(axes * order[next], axes);
-      gram += of_row.transpose() * of_row;
-      moment_sum += of_row.transpose() * residual.segment(axes * order[next], axes);
+      gram += of_row.transpose().lazyProduct(of_row);
+      moment_sum += of_row.transpose().lazyProduct(residual.segment(axes * order[next], axes));
       if (frames.cols() == 0) continue;
       along_frames += frames.middleRows(axes * order[next], axes).transpose() * of_row;
     }
-    Mat3 projected = gram - along_frames.transpose() * along_frames;
+    Gram projected = gram - along_frames.transpose() * along_frames;
     projected.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
     gains[m] = moment_sum.dot(projected.ldlt().solve(moment_sum));
   }
@@ -117,7 +123,7 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
   return false;
 }
 
-/// What both effects have in common.
+/// What these effects have in common.
 class MomentSearch : public ShapeSearch {
  public:
   explicit MomentSearch(const Effect& effect) : effect_(effect) {}
@@ -150,6 +156,16 @@ class MomentSearch : public ShapeSearch {
   const Effect& effect_;
 };
 
+/// The effect from the best of the moments on.
+Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
+               const std::vector<double>& moments, const Effect& effect, std::string_view word,
+               const std::vector<int>& influences) {
+  const std::vector<double> gains = GainsOfSteps(problem, residual, moments, influences);
+  const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
+  return BlockFrom(problem.data(), effect, word, moments[static_cast<std::size_t>(best)],
+                   static_cast<double>(moments.size()));
+}
+
 class StepSearch final : public MomentSearch {
  public:
   StepSearch() : MomentSearch(StepEvent()) {}
@@ -159,18 +175,21 @@ class StepSearch final : public MomentSearch {
     const std::vector<double> moments = Moments(problem);
     if (moments.empty()) return {};
     std::vector<Block> blocks;
-    blocks.push_back(BestStep(problem, residual, moments, "base", I::kBase));
-    blocks.push_back(BestStep(problem, residual, moments, "tool", I::kTip));
+    blocks.push_back(BestFrom(problem, residual, moments, effect_, "base", Three(I::kBase)));
+    blocks.push_back(BestFrom(problem, residual, moments, effect_, "tool", Three(I::kTip)));
     return blocks;
   }
+};
 
- private:
-  Block BestStep(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                 const std::vector<double>& moments, std::string_view frame, int entry) const {
-    const std::vector<double> gains = GainsOfSteps(problem, residual, moments, entry);
-    const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
-    return BlockFrom(problem.data(), effect_, frame, moments[static_cast<std::size_t>(best)],
-                     static_cast<double>(moments.size()));
+class TiltSearch final : public MomentSearch {
+ public:
+  TiltSearch() : MomentSearch(TiltEvent()) {}
+
+  std::vector<Block> Propose(const LinearProblem& problem,
+                             const Eigen::VectorXd& residual) const override {
+    const std::vector<double> moments = Moments(problem);
+    if (moments.empty()) return {};
+    return {BestFrom(problem, residual, moments, effect_, "", {I::kBaseTilt, I::kBaseTilt + 1})};
   }
 };
 
@@ -223,6 +242,11 @@ class ZoomSearch final : public MomentSearch {
 
 const ShapeSearch& StepEventSearch() {
   static const StepSearch search;
+  return search;
+}
+
+const ShapeSearch& TiltEventSearch() {
+  static const TiltSearch search;
   return search;
 }
 

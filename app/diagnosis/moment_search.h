@@ -11,6 +11,9 @@ namespace plumbline {
 /// rows are outliers, no event.
 const ShapeSearch& StepEventSearch();
 
+/// Of `tilt_event`: the same moments, the best one for a turn of the base.
+const ShapeSearch& TiltEventSearch();
+
 /// Of `camera_zoom`: where zoom_counts was recorded, the moments at which it changed, else as of a
 /// step; and from the first row on, without a moment.
 const ShapeSearch& CameraZoomSearch();

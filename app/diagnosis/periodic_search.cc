@@ -1,6 +1,7 @@
 #include "app/diagnosis/periodic_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -78,7 +79,9 @@ struct JointRows {
 
 constexpr double kFewestCycles = 0.5, kMostCycles = 400;
 constexpr double kLeastSpan_rad = 0.05;  // of a joint, for lines to be told apart
-constexpr double kStepsOfLobe = 3;       // 9 % of a gain lost at most, before it is refined
+/// Cycles a turn of an eccentric and of an oval wheel: lines that need no search.
+constexpr std::array kWhole = {1.0, 2.0};
+constexpr double kStepsOfLobe = 3;  // 9 % of a gain lost at most, before it is refined
 
 /// Width of a line in cycles per turn, of a joint that moved by so much.
 double LobeOf(double span_rad) {
@@ -173,6 +176,11 @@ bool TooNear(const LinearProblem& problem, const PeriodicLine& a, const Periodic
   return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kLobes * lobe;
 }
 
+/// Whole lines of all joints, among which one is chosen.
+double WholeLines(int joints) {
+  return static_cast<double>(kWhole.size()) * joints;
+}
+
 class PeriodicSearch final : public ShapeSearch {
  public:
   std::vector<Block> Propose(const LinearProblem& problem,
@@ -186,9 +194,9 @@ class PeriodicSearch final : public ShapeSearch {
       const std::vector<Peak> peaks = PeriodicPeaks(problem, joint, residual, of_joint);
       coarse.insert(coarse.end(), peaks.begin(), peaks.end());
       if (of_joint == 1) continue;  // it never moved far
-      for (const double whole : {1.0, 2.0}) {
+      for (const double whole : kWhole) {
         eccentric.emplace_back(PeriodicGain(problem, joint, whole, residual),
-                               PeriodicBlock(joint, whole, joints));
+                               PeriodicBlock(joint, whole, WholeLines(joints)));
       }
       trials += of_joint;
     }
@@ -215,8 +223,8 @@ class PeriodicSearch final : public ShapeSearch {
       if (!IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
       const double cycles = effect.values[k];
       const bool whole = cycles == std::round(cycles);
-      blocks.push_back(
-          PeriodicBlock(parameter.joint, cycles, whole ? data.cell.robot.size() : kTrials));
+      blocks.push_back(PeriodicBlock(parameter.joint, cycles,
+                                     whole ? WholeLines(data.cell.robot.size()) : kTrials));
     }
     return blocks;
   }
@@ -224,7 +232,7 @@ class PeriodicSearch final : public ShapeSearch {
   std::vector<Block> Everywhere(const Dataset& data) const override {
     std::vector<Block> blocks;
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-      for (const double cycles : {1.0, 2.0}) blocks.push_back(PeriodicBlock(joint, cycles, 1));
+      for (const double cycles : kWhole) blocks.push_back(PeriodicBlock(joint, cycles, 1));
     }
     return blocks;
   }

@@ -6,15 +6,15 @@
 #include <map>
 #include <set>
 
+#include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kLeastObservable = 1e-3;   // of a column's length, after the frames
-constexpr double kLeastSeen = 1;            // sigma, over all rows, at the largest plausible size
-constexpr double kLeastPivot = 1e-6;        // squared sine to the columns before
-constexpr double kJointFamilyError = 0.01;  // chance to keep any joint that has no effect
+constexpr double kLeastObservable = 1e-3;  // of a column's length, after the frames
+constexpr double kLeastSeen = 1;           // sigma, over all rows, at the largest plausible size
+constexpr double kLeastPivot = 1e-6;       // squared sine to the columns before
 
 }  // namespace
 
@@ -78,13 +78,12 @@ bool Pool::Observable(int block) const {
 }
 
 bool Pool::Absurd(const Explanation& explanation) const {
-  constexpr double kFarBeyond = 10;
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const auto column = static_cast<std::size_t>(explanation.columns[i]);
     const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
     const BlockColumn& of = block.columns[static_cast<std::size_t>(local_[column])];
     const double value = explanation.values[static_cast<int>(i)];
-    if (std::abs(value) > kFarBeyond * of.largest) return true;
+    if (std::abs(value) > kAbsurd * of.largest) return true;
     if (value < 0 && IsInverse(block.term, of.parameter)) return true;  // 1 / kappa
   }
   return false;
@@ -111,15 +110,53 @@ double Pool::BlockCost(int block) const {
 }
 
 Explanation Pool::Evaluate(std::vector<int> support) const {
-  const std::vector<int> columns = Ranked(ColumnsOf(std::move(support)));
-  SupportFit fit = FitOf(columns);
-  fit.Eliminate([this](const SupportFit::Unit& unit) { return UnitCost(unit.block, unit.number); });
-  return ExplanationOf(columns, fit);
+  return *EvaluateBelow(std::move(support), HUGE_VAL);
+}
+
+std::optional<Explanation> Pool::EvaluateBelow(std::vector<int> support, double worst) const {
+  const Basis basis = Ranked(ColumnsOf(std::move(support)));
+  if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
+  SupportFit fit = FitOf(basis.columns);
+  fit.Eliminate();
+  return ExplanationOf(basis.columns, fit);
+}
+
+double Pool::LeastCost(const std::vector<int>& columns) const {
+  std::map<int, double> cheapest;  // unit of each block
+  for (const int column : columns) {
+    const int index = BlockOfColumn(column);
+    const Block& block = blocks_[static_cast<std::size_t>(index)];
+    const auto local = static_cast<std::size_t>(local_[static_cast<std::size_t>(column)]);
+    const double cost = UnitCost(index, block.columns[local].unit);
+    const auto [known, fresh] = cheapest.emplace(index, cost);
+    if (!fresh) known->second = std::min(known->second, cost);
+  }
+  std::set<int> used;
+  double cost = 0;
+  for (const auto& [block, unit] : cheapest) {
+    used.insert(block);
+    cost += unit + BlockCost(block);
+  }
+  return cost + effect_cost_ * Claims(used);
+}
+
+double Pool::Claims(const std::set<int>& blocks) const {
+  std::set<std::string_view> ids;
+  int events = 0;
+  for (const int index : blocks) {
+    const Block& block = blocks_[static_cast<std::size_t>(index)];
+    if (BeginsAtAMoment(block.term)) {
+      ++events;
+    } else {
+      ids.insert(block.id);
+    }
+  }
+  return events + static_cast<double>(ids.size());
 }
 
 Explanation Pool::Fit(const std::vector<int>& support) const {
-  const std::vector<int> columns = Ranked(ColumnsOf(support));
-  return ExplanationOf(columns, FitOf(columns));
+  const Basis basis = Ranked(ColumnsOf(support));
+  return ExplanationOf(basis.columns, FitOf(basis.columns));
 }
 
 std::vector<int> Pool::ColumnsOf(std::vector<int> support) const {
@@ -138,12 +175,15 @@ std::vector<int> Pool::ColumnsOf(std::vector<int> support) const {
 
 /// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
 /// pivot, so that the columns chosen are well conditioned. Their order stays.
-std::vector<int> Pool::Ranked(std::vector<int> columns) const {
+Pool::Basis Pool::Ranked(std::vector<int> columns) const {
   const auto n = static_cast<int>(columns.size());
+  Basis basis;
+  basis.chi2 = chi2_null_;
   // By rows: what is summed below lies together.
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   ByRows L = ByRows::Zero(n, n);
   Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
+  Eigen::VectorXd along(n);
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
     int best = 0;
@@ -157,12 +197,14 @@ std::vector<int> Pool::Ranked(std::vector<int> columns) const {
       L(i, r) = dot / root;
       left[i] -= L(i, r) * L(i, r);
     }
+    along[r] = (moment_[pivot] - L.row(best).head(r).dot(along.head(r))) / root;
+    basis.chi2 -= along[r] * along[r];
     left[best] = -1;
     chosen.push_back(best);
   }
   std::sort(chosen.begin(), chosen.end());
-  for (int& place : chosen) place = columns[static_cast<std::size_t>(place)];
-  return chosen;
+  for (const int place : chosen) basis.columns.push_back(columns[static_cast<std::size_t>(place)]);
+  return basis;
 }
 
 SupportFit Pool::FitOf(const std::vector<int>& columns) const {
@@ -187,7 +229,7 @@ SupportFit Pool::FitOf(const std::vector<int>& columns) const {
     if (same != units.rend()) {
       same->places.push_back(i);
     } else {
-      units.push_back({block, number, {i}});
+      units.push_back({block, number, {i}, UnitCost(block, number)});
     }
   }
   return SupportFit(gram, moment, chi2_null_, std::move(units));
@@ -201,21 +243,17 @@ Explanation Pool::ExplanationOf(const std::vector<int>& columns, const SupportFi
     const int column = columns[static_cast<std::size_t>(places[i])];
     explanation.columns.push_back(column);
     explanation.values[static_cast<int>(i)] =
-        fit.values()[places[i]] / length_[static_cast<std::size_t>(column)];
+        fit.Value(places[i]) / length_[static_cast<std::size_t>(column)];
   }
   explanation.chi2 = std::max(0.0, fit.chi2());
   explanation.score = explanation.chi2;
   std::set<int> used;
-  std::set<std::string> ids;
   for (const SupportFit::Unit& unit : fit.units()) {
-    explanation.score += UnitCost(unit.block, unit.number);
+    explanation.score += unit.cost;
     used.insert(unit.block);
   }
-  for (const int block : used) {
-    explanation.score += BlockCost(block);
-    ids.insert(blocks_[static_cast<std::size_t>(block)].id);
-  }
-  explanation.score += effect_cost_ * static_cast<double>(ids.size());
+  for (const int block : used) explanation.score += BlockCost(block);
+  explanation.score += effect_cost_ * Claims(used);
   explanation.blocks.assign(used.begin(), used.end());
   return explanation;
 }
@@ -315,6 +353,14 @@ std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const 
     if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
   }
   return sizes;
+}
+
+int Pool::JointOfColumn(int column) const {
+  const Block& block = blocks_[static_cast<std::size_t>(BlockOfColumn(column))];
+  if (block.empirical()) return -1;
+  const auto local = static_cast<std::size_t>(local_[static_cast<std::size_t>(column)]);
+  const auto parameter = static_cast<std::size_t>(block.columns[local].parameter);
+  return block.term.parameters[parameter].joint;
 }
 
 EffectKey KeyOf(const Block& block) {

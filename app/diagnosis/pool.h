@@ -2,6 +2,8 @@
 // what score.
 #pragma once
 
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/linear_problem.h"
 #include "app/diagnosis/support_fit.h"
+#include "app/diagnosis/thresholds.h"
 
 namespace plumbline {
 
@@ -27,9 +30,6 @@ struct EffectKey {
   std::string id, word;
   auto operator<=>(const EffectKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
-
-/// Scores this far apart, 4 sigma, rule the worse one out.
-inline constexpr double kRivalGap = 16;
 
 /// Blocks with their projected columns and Gram matrix.
 class Pool {
@@ -50,6 +50,10 @@ class Pool {
 
   /// Fits a support: rank first, then backward elimination of units that cost more than they bring.
   Explanation Evaluate(std::vector<int> support) const;
+  /// The same; nothing where no explanation that keeps every block can score below `worst`. The
+  /// bound is chi2 before elimination plus the cheapest unit of each block; explanations by fewer
+  /// of the blocks belong to the smaller support.
+  std::optional<Explanation> EvaluateBelow(std::vector<int> support, double worst) const;
   /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
   Explanation Fit(const std::vector<int>& support) const;
   /// Whitened and projected residual of an explanation.
@@ -81,11 +85,23 @@ class Pool {
   double EffectCost() const { return effect_cost_; }
 
   const Eigen::MatrixXd& columns() const { return columns_; }
+  /// 0-based; -1 where the column belongs to no joint.
+  int JointOfColumn(int column) const;
   int BlockOfColumn(int column) const { return block_of_[static_cast<std::size_t>(column)]; }
 
  private:
   std::vector<double> UnitCosts(const Block& block) const;
-  std::vector<int> Ranked(std::vector<int> columns) const;
+  /// Columns that are well conditioned together, and the chi2 that they leave.
+  struct Basis {
+    std::vector<int> columns;
+    double chi2 = 0;
+  };
+  Basis Ranked(std::vector<int> columns) const;
+  /// The least that an explanation with at least one unit of each block costs.
+  double LeastCost(const std::vector<int>& columns) const;
+  /// Whole effects that blocks claim: those of one id are one effect, but each event is a claim of
+  /// its own, however often another one happened.
+  double Claims(const std::set<int>& blocks) const;
   /// The columns of a support that move the tip at all, ascending.
   std::vector<int> ColumnsOf(std::vector<int> support) const;
   SupportFit FitOf(const std::vector<int>& columns) const;

@@ -11,32 +11,124 @@ namespace {
 
 constexpr int kPoses = 300;
 constexpr double kWidened = 0.25;     // of the range that a joint was measured in, on either side
-constexpr double kLeastTurn = 0.09;   // [rad]
+constexpr double kLeastTurn = 0.09;   // [rad], 5 degrees: far more than any play
 constexpr double kLeastSlide = 0.05;  // [m]
 constexpr double kLeastMove = 1e-6;   // [rad] or [m]: less is no move
+constexpr double kMinute_s = 60;
+constexpr double kLongestWait_s = 8 * 60 * kMinute_s;  // a shift
 
-struct PoseRange {
-  JointVector low, high;
-};
-
-PoseRange RangeOf(const Dataset& data) {
-  PoseRange range{data.table.rows.front().q, data.table.rows.front().q};
+void SetRange(const Dataset& data, DesignSpace& space) {
+  space.low = space.high = data.table.rows.front().q;
   for (const MeasuredRow& row : data.table.rows) {
-    range.low = range.low.cwiseMin(row.q);
-    range.high = range.high.cwiseMax(row.q);
+    space.low = space.low.cwiseMin(row.q);
+    space.high = space.high.cwiseMax(row.q);
   }
+  space.reach.resize(space.low.size());
   for (int i = 0; i < data.cell.robot.size(); ++i) {
     const Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
     const double least = joint.type == JointType::kPrismatic ? kLeastSlide : kLeastTurn;
-    const double more = std::max(least, kWidened * (range.high[i] - range.low[i]));
+    const double more = std::max(least, kWidened * (space.high[i] - space.low[i]));
     // Rows beyond the limits show that they are no limits.
-    range.low[i] = std::min(range.low[i], std::max(range.low[i] - more, joint.min));
-    range.high[i] = std::max(range.high[i], std::min(range.high[i] + more, joint.max));
+    space.low[i] = std::min(space.low[i], std::max(space.low[i] - more, joint.min));
+    space.high[i] = std::max(space.high[i], std::min(space.high[i] + more, joint.max));
+    space.reach[i] = least;
   }
-  return range;
+}
+
+bool Need(const Block& block, Signal signal) {
+  return block.term.effect->traits().Needs(signal, block.term.word);
+}
+
+/// Joints of the explanations that follow the order of moves; those that never moved stay.
+std::vector<int> Approached(const Dataset& data, const std::vector<const Block*>& blocks) {
+  std::set<int> joints;
+  for (const Block* block : blocks) {
+    if (!Need(*block, Signal::kOrder)) continue;
+    for (const TermParameter& parameter : block->term.parameters) {
+      if (parameter.joint >= 0) joints.insert(parameter.joint);
+    }
+  }
+  for (const int still : data.still_joints) joints.erase(still);
+  return {joints.begin(), joints.end()};
+}
+
+/// None, a quarter of the time that the rows span, and all of it, in whole minutes.
+std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& blocks) {
+  const auto follows_time = [](const Block* block) { return Need(*block, Signal::kTime); };
+  if (!data.table.recorded.time || std::none_of(blocks.begin(), blocks.end(), follows_time)) {
+    return {0};
+  }
+  double first_s = data.table.rows.front().t_s, last_s = first_s;
+  for (const MeasuredRow& row : data.table.rows) {
+    first_s = std::min(first_s, row.t_s);
+    last_s = std::max(last_s, row.t_s);
+  }
+  std::set<double> waits = {0};
+  for (const double share : {0.25, 1.0}) {
+    const double wait_s = std::min(kLongestWait_s, share * (last_s - first_s));
+    waits.insert(kMinute_s * std::ceil(wait_s / kMinute_s));
+  }
+  return {waits.begin(), waits.end()};
+}
+
+/// At rest, and as in the rows of middle and largest speed.
+std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>& blocks) {
+  const RecordedColumns& recorded = data.table.recorded;
+  const bool follows = std::any_of(blocks.begin(), blocks.end(), [&](const Block* block) {
+    return (recorded.qd && Need(*block, Signal::kVelocity)) ||
+           (recorded.qdd && Need(*block, Signal::kAcceleration));
+  });
+  if (!follows) return {};
+  std::vector<const Conditions*> moving;
+  for (const Conditions& moment : data.conditions) moving.push_back(&moment);
+  const auto size = [&](const Conditions* moment) {
+    return recorded.qd ? moment->qd.norm() : moment->qdd.norm();
+  };
+  std::stable_sort(moving.begin(), moving.end(),
+                   [&](const Conditions* a, const Conditions* b) { return size(a) < size(b); });
+  if (!(size(moving.back()) > 0)) return {};
+  const JointVector at_rest = JointVector::Zero(data.table.rows.front().q.size());
+  std::vector<Motion> motions = {
+      {recorded.qd ? at_rest : JointVector(), recorded.qdd ? at_rest : JointVector()}};
+  for (const Conditions* moment : {moving[moving.size() / 2], moving.back()}) {
+    motions.push_back({moment->qd, moment->qdd});
+  }
+  return motions;
+}
+
+/// The ways to come to a pose: directly, all joints from one side, one joint from one side.
+std::vector<JointVector> Sides(const DesignSpace& space) {
+  const JointVector none = JointVector::Zero(space.low.size());
+  std::vector<JointVector> sides = {none};
+  for (const double sign : {-1.0, 1.0}) {
+    JointVector all = none;
+    for (const int joint : space.approached) all[joint] = sign;
+    if (space.approached.size() > 1) sides.push_back(all);
+    for (const int joint : space.approached) {
+      sides.push_back(none);
+      sides.back()[joint] = sign;
+    }
+  }
+  return sides;
+}
+
+/// A move to `q`: joints that do not move keep the side they came from.
+void MoveTo(const JointVector& q, Conditions& moment) {
+  moment.last_move = q - moment.q;
+  moment.q = q;
+  if (moment.approach.size() != q.size()) moment.approach = JointVector::Zero(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    if (std::abs(moment.last_move[i]) > kLeastMove) {
+      moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
+    }
+  }
 }
 
 }  // namespace
+
+int DesignPoint::Extras() const {
+  return (side.isZero() ? 0 : 1) + (wait_s > 0 ? 1 : 0) + (motion > 0 ? 1 : 0);
+}
 
 std::vector<double> PayloadsSeen(const Dataset& data) {
   std::set<double> distinct;
@@ -48,52 +140,138 @@ std::vector<double> PayloadsSeen(const Dataset& data) {
   return {all.front(), all[all.size() / 2], all.back()};
 }
 
-Dataset PoseCandidates(const Dataset& data, const std::vector<double>& payloads_kg) {
-  Dataset candidates = data;
-  candidates.table.rows.clear();
-  candidates.conditions.clear();
-  candidates.payloads.clear();
-  candidates.session_of.clear();
-  candidates.cluster_of.clear();
-  const PoseRange range = RangeOf(data);
-  Random random(4242);
-  for (int k = 0; k < kPoses; ++k) {
-    MeasuredRow row = data.table.rows.back();
-    Conditions moment = data.conditions.back();
-    for (Eigen::Index i = 0; i < row.q.size(); ++i) {
-      row.q[i] = range.low[i] + random.Uniform() * (range.high[i] - range.low[i]);
-    }
-    moment.q = row.q;
-    moment.tau.resize(0);
-    for (const double payload_kg : payloads_kg) {
-      row.payload_kg = moment.payload_kg = payload_kg;
-      Payload payload = data.payloads.back();
-      payload.mass_kg = data.cell.payload_cog_F ? payload_kg : 0;
-      candidates.payloads.push_back(payload);
-      candidates.session_of.push_back(data.session_of.back());
-      candidates.cluster_of.push_back(k);
-      candidates.conditions.push_back(moment);
-      candidates.table.rows.push_back(row);
-    }
-  }
-  candidates.clusters = kPoses;
-  // Signals of empirical terms stay those of a row that exists.
-  for (RecordedSignal& signal : candidates.signals) {
-    signal.values.assign(candidates.table.rows.size(), signal.values.back());
-  }
-  return candidates;
+DesignSpace DesignSpaceOf(const Dataset& data, const std::vector<const Block*>& blocks) {
+  DesignSpace space;
+  SetRange(data, space);
+  space.payloads_kg = PayloadsSeen(data);
+  space.approached = Approached(data, blocks);
+  space.waits_s = Waits(data, blocks);
+  space.motions = Motions(data, blocks);
+  return space;
 }
 
-void ComeFrom(const Conditions& previous, Dataset& candidates) {
-  for (Conditions& moment : candidates.conditions) {
-    moment.last_move = moment.q - previous.q;
-    moment.approach =
-        previous.approach.size() > 0 ? previous.approach : JointVector::Zero(moment.q.size());
-    for (Eigen::Index i = 0; i < moment.q.size(); ++i) {
-      if (std::abs(moment.last_move[i]) > kLeastMove) {
-        moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
-      }
+std::vector<DesignPoint> RandomPoints(const DesignSpace& space) {
+  const std::vector<JointVector> sides = Sides(space);
+  const std::size_t motions = std::max<std::size_t>(1, space.motions.size());
+  const bool more = sides.size() > 1 || space.waits_s.size() > 1 || motions > 1;
+  Random random(4242);
+  const auto drawn = [&](std::size_t count) {
+    return static_cast<std::size_t>(random.Below(static_cast<int>(count)));
+  };
+  std::vector<DesignPoint> points;
+  for (int k = 0; k < kPoses; ++k) {
+    DesignPoint point;
+    point.q.resize(space.low.size());
+    for (Eigen::Index i = 0; i < point.q.size(); ++i) {
+      point.q[i] = space.low[i] + random.Uniform() * (space.high[i] - space.low[i]);
     }
+    point.side = sides.front();
+    for (const double payload_kg : space.payloads_kg) {
+      point.payload_kg = payload_kg;
+      points.push_back(point);
+    }
+    if (!more || k % 2 != 0) continue;
+    for (const double payload_kg : space.payloads_kg) {
+      DesignPoint other = point;
+      other.payload_kg = payload_kg;
+      other.side = sides[drawn(sides.size())];
+      other.wait_s = space.waits_s[drawn(space.waits_s.size())];
+      other.motion = drawn(motions);
+      if (Within(space, other)) points.push_back(other);
+    }
+  }
+  return points;
+}
+
+std::vector<DesignPoint> Neighbours(const DesignSpace& space, const DesignPoint& point,
+                                    double step) {
+  std::vector<DesignPoint> neighbours;
+  const auto add = [&](const DesignPoint& other) {
+    if (Within(space, other)) neighbours.push_back(other);
+  };
+  for (Eigen::Index i = 0; i < point.q.size(); ++i) {
+    for (const double sign : {-1.0, 1.0}) {
+      DesignPoint other = point;
+      other.q[i] = std::clamp(point.q[i] + sign * step * (space.high[i] - space.low[i]),
+                              space.low[i], space.high[i]);
+      if (other.q[i] != point.q[i]) add(other);
+    }
+  }
+  DesignPoint other = point;
+  for (const double payload_kg : space.payloads_kg) {
+    other.payload_kg = payload_kg;
+    if (payload_kg != point.payload_kg) add(other);
+  }
+  other = point;
+  for (const JointVector& side : Sides(space)) {
+    other.side = side;
+    if (side != point.side) add(other);
+  }
+  other = point;
+  for (const double wait_s : space.waits_s) {
+    other.wait_s = wait_s;
+    if (wait_s != point.wait_s) add(other);
+  }
+  other = point;
+  for (std::size_t motion = 0; motion < space.motions.size(); ++motion) {
+    other.motion = motion;
+    if (motion != point.motion) add(other);
+  }
+  return neighbours;
+}
+
+std::optional<JointVector> ViaPose(const DesignSpace& space, const DesignPoint& point) {
+  if (point.side.isZero()) return std::nullopt;
+  return JointVector(point.q - point.side.cwiseProduct(space.reach));
+}
+
+bool Within(const DesignSpace& space, const DesignPoint& point) {
+  const auto inside = [&](const JointVector& q) {
+    return (q.array() >= space.low.array()).all() && (q.array() <= space.high.array()).all();
+  };
+  const std::optional<JointVector> via = ViaPose(space, point);
+  return inside(point.q) && (!via || inside(*via));
+}
+
+Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
+                      const std::vector<DesignPoint>& points, const Conditions& previous) {
+  Dataset rows = Thinned(data, {});
+  for (const DesignPoint& point : points) {
+    MeasuredRow row = data.table.rows.back();
+    row.q = point.q;
+    row.payload_kg = point.payload_kg;
+    Payload payload = data.payloads.back();
+    payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
+    rows.payloads.push_back(payload);
+    rows.session_of.push_back(data.session_of.back());
+    rows.cluster_of.push_back(rows.rows());
+    rows.table.rows.push_back(row);
+  }
+  rows.clusters = rows.rows();
+  rows.conditions.assign(points.size(), data.conditions.back());
+  // Signals of empirical terms stay those of a row that exists.
+  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+    rows.signals[s].values.assign(points.size(), data.signals[s].values.back());
+  }
+  ComeFrom(previous, space, points, rows);
+  return rows;
+}
+
+void ComeFrom(const Conditions& previous, const DesignSpace& space,
+              const std::vector<DesignPoint>& points, Dataset& rows) {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const DesignPoint& point = points[k];
+    Conditions& moment = rows.conditions[k];
+    moment.q = previous.q;
+    moment.approach = previous.approach;
+    if (const std::optional<JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);
+    MoveTo(point.q, moment);
+    moment.tau.resize(0);
+    moment.payload_kg = point.payload_kg;
+    if (previous.t_s) moment.t_s = *previous.t_s + point.wait_s;
+    if (space.motions.empty()) continue;
+    moment.qd = space.motions[point.motion].qd;
+    moment.qdd = space.motions[point.motion].qdd;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Dense>
+#include <atomic>
 #include <cmath>
 
 namespace plumbline {
@@ -128,42 +129,61 @@ class AllRows final : public ceres::CostFunction {
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const Model model = Moved(layout_, start_, x[0]);
     const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
-    const Result<Linearisation> linear = Linearise(data_, model, wanted, options_.threads);
-    if (!linear) return false;
+    const ModelAtRows at_rows(data_, model);
     const int axes = data_.axes();
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Rows none(0, 0);
     Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
                        wanted ? size_ : 0);
     if (wanted) J.setZero();
+    std::atomic<bool> settled{true};
     InParallel(static_cast<int>(options_.rows.size()), options_.threads, [&](int first, int last) {
+      Sensitivity scratch;
+      LinearRow at;
+      std::vector<TermSlope> slopes;
       for (int j = first; j < last; ++j) {
-        const auto row = static_cast<std::size_t>(options_.rows[static_cast<std::size_t>(j)]);
-        const LinearRow& at = linear->rows[row];
+        const int k = options_.rows[static_cast<std::size_t>(j)];
+        const auto row = static_cast<std::size_t>(k);
+        slopes.clear();
+        if (wanted) AddSlopes(model, row, slopes);
+        InfluenceSet touched;
+        for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
+        if (!at_rows.At(k, touched, scratch, at)) {
+          settled = false;
+          return;
+        }
         const double scale = std::sqrt(options_.weights[row]) / options_.sigma_m;
         Eigen::Map<Eigen::VectorXd>(residuals + Eigen::Index{j} * axes, axes) =
             scale * at.residual.head(axes);
         if (!wanted) continue;
         auto block = J.middleRows(Eigen::Index{j} * axes, axes);
-        const int first_frame = layout_.per_session * data_.session_of[row];
-        int column = first_frame;
-        if (layout_.frames) {
-          block.middleCols(column, 6) = -scale * at.frames.topLeftCorner(axes, 6);
-          column += 6;
+        FillFrames(data_.session_of[row], at, scale, block);
+        const int first_size = layout_.per_session * data_.sessions_count();
+        for (const TermSlope& of : slopes) {
+          block.col(first_size + of.column) -= scale *
+                                               layout_.unit[static_cast<std::size_t>(of.column)] *
+                                               of.slope * scratch.dp.col(of.entry).head(axes);
         }
-        if (layout_.tip) block.middleCols(column, 3) = -scale * at.frames.topRightCorner(axes, 3);
-        FillEffects(model, row, at, scale, block);
       }
     });
-    return true;
+    return settled;
   }
 
  private:
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
   template <typename BlockRows>
-  void FillEffects(const Model& model, std::size_t row, const LinearRow& at, double scale,
-                   BlockRows& block) const {
+  void FillFrames(int session, const LinearRow& at, double scale, BlockRows& block) const {
     const int axes = data_.axes();
-    const int first = layout_.per_session * data_.sessions_count();
+    int column = layout_.per_session * session;
+    if (layout_.frames) {
+      block.middleCols(column, 6) = -scale * at.frames.topLeftCorner(axes, 6);
+      column += 6;
+    }
+    if (layout_.tip) block.middleCols(column, 3) = -scale * at.frames.topRightCorner(axes, 3);
+  }
+
+  /// How the adjusted parameters move the influences of one row; columns as in the layout.
+  void AddSlopes(const Model& model, std::size_t row, std::vector<TermSlope>& slopes) const {
     for (std::size_t e = 0; e < model.effects.size(); ++e) {
       std::vector<int> which, columns;
       for (std::size_t j = 0; j < layout_.parameters.size(); ++j) {
@@ -172,13 +192,11 @@ class AllRows final : public ceres::CostFunction {
         columns.push_back(static_cast<int>(j));
       }
       if (which.empty()) continue;
-      Eigen::MatrixXd slopes(3, static_cast<int>(which.size()));
-      TermColumns(model.effects[e].term, model.effects[e].values, which, data_.conditions[row], at,
-                  slopes);
-      for (std::size_t k = 0; k < which.size(); ++k) {
-        const int column = columns[k];
-        block.col(first + column) = -scale * layout_.unit[static_cast<std::size_t>(column)] *
-                                    slopes.col(static_cast<int>(k)).head(axes);
+      const std::size_t own = slopes.size();
+      AddTermSlopes(model.effects[e].term, model.effects[e].values, which, data_.conditions[row],
+                    slopes);
+      for (std::size_t k = own; k < slopes.size(); ++k) {
+        slopes[k].column = columns[static_cast<std::size_t>(slopes[k].column)];
       }
     }
   }

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "app/diagnosis/remainder_design.h"
+#include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kMargin = 10;          // of 2 ln L, as an empirical term must beat the catalogue
 constexpr double kHoldsAnything = 0.5;  // of a parameter
 
 /// Sum over the rows of the variances that the written effects have, each by itself.
@@ -45,6 +45,7 @@ NormalEquations Part(const NormalEquations& equations, const std::vector<int>& c
   NormalEquations part = equations;
   part.gram = equations.gram(columns, columns);
   part.moment = equations.moment(columns);
+  if (equations.most_variance.size() > 0) part.most_variance = equations.most_variance(columns);
   return part;
 }
 
@@ -72,13 +73,12 @@ double VarianceCost(const ShrunkenFit& fit, const std::vector<int>& group) {
 /// True where the named effects leave no more than the noise that the cell declares, or repeats
 /// show: then nothing is left to correct. Unknown noise leaves the question to the likelihood.
 bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
-  constexpr double kChance = 0.01;  // of that much by noise alone
   const double told = problem.data().sigma_m;
   if (told <= 0) return false;
   const double freedom =
       std::max(1.0, problem.freedom() - static_cast<double>(named.columns.size()));
   const double ratio = problem.sigma_m() / told;
-  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kChance;
+  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseChance;
 }
 
 /// What choosing the named effects among all, and their shapes, costs.
@@ -107,10 +107,10 @@ Vec3 DisplacementBy(const Remainder& remainder, const Dataset& data, const Linea
       sum += remainder.sizes.at({static_cast<int>(b), c}) * columns.col(c);
     }
   }
-  const LinearRow& at = linear.rows[static_cast<std::size_t>(row)];
+  const Gradient& at = linear.gradients[static_cast<std::size_t>(row)];
   for (const CurveTerm& term : remainder.curves) {
     if (term.value == 0) continue;
-    sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.dp.col(term.entry);
+    sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.col(term.entry);
   }
   return sum;
 }
@@ -132,7 +132,12 @@ std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
   const Eigen::MatrixXd raw = ColumnsOf(problem, design);
   Eigen::MatrixXd columns = raw;
   problem.Project(columns);
-  const NormalEquations equations = EquationsOf(columns, response, problem.freedom());
+  NormalEquations equations = EquationsOf(columns, response, problem.freedom());
+  // No column by itself moves the rows farther than all there is to explain. Those that the free
+  // frames nearly imitate would: they cancel at these rows, and nowhere else.
+  const double squares = pool.chi2_null();
+  equations.most_variance = raw.colwise().squaredNorm().transpose().unaryExpr(
+      [squares](double square) { return square > 0 ? squares / square : 0.0; });
   const std::vector<int> own = NamedColumns(pool, named, design);
   // The named ones by themselves keep their curves, whose columns the search has charged.
   NormalEquations of_named = Part(equations, own);
@@ -147,7 +152,7 @@ std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
   const double gain =
       whole.gain - VarianceCost(whole, design.group) -
       (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
-  if (gain < kMargin) return std::nullopt;
+  if (gain < kDiscrepancyMargin) return std::nullopt;
   // Written effects count as independent; together they shall have the whole's variance at the
   // rows.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();

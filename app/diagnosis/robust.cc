@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline {
@@ -23,7 +24,6 @@ double RobustSigma(const std::vector<Vec3>& residuals, int axes) {
 }
 
 double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
-  constexpr double kMostOutliers = 0.1;
   std::vector<double> sizes;
   sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/diagnosis/linearisation.h"
+#include "app/diagnosis/thresholds.h"
 
 namespace plumbline {
 
@@ -20,8 +21,5 @@ double HampelLoss(const std::vector<Vec3>& residuals, double sigma_m, int axes);
 /// The scale for HampelWeights: at least `sigma_m`, and large enough that no more than one row in
 /// ten is taken for an outlier; more of them are an effect, not outliers.
 double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes);
-
-/// Rows whose weight is below this are told as outliers.
-inline constexpr double kOutlierWeight = 0.4;
 
 }  // namespace plumbline

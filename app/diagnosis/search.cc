@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <queue>
 #include <set>
 
 #include "app/diagnosis/shape_search.h"
@@ -37,11 +39,16 @@ class Searching {
   /// True where the shapes of one of its effects do not go together.
   bool Excluded(const std::vector<int>& support) const;
   bool Interrupted() const { return interrupted_ && interrupted_(); }
+  /// The score from which on an explanation of so many blocks changes nothing: neither is it listed
+  /// at the end, nor grown from.
+  double WorstOfUse(std::size_t blocks) const;
   /// Fits a support once; what elimination leaves is listed.
   void JudgeSupport(std::vector<int> support);
   void Grow(const Explanation& from);
   void NewShapes(const Explanation& from);
   void RefineShapes();
+  /// The blocks offered, the best by itself first.
+  std::vector<int> ByScoreAlone() const;
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
   const Explanation& Winner() const {
     return *std::min_element(found_.begin(), found_.end(), Better);
@@ -56,6 +63,9 @@ class Searching {
   std::set<std::vector<int>> tried_;
   std::set<std::vector<int>> listed_;
   std::vector<Explanation> found_;
+  /// The best scores found, of all explanations (0) and of those of so many blocks; the worst
+  /// first.
+  std::map<std::size_t, std::priority_queue<double>> best_scores_;
 };
 
 bool Searching::Excluded(const std::vector<int>& support) const {
@@ -72,9 +82,26 @@ void Searching::JudgeSupport(std::vector<int> support) {
   support.erase(std::unique(support.begin(), support.end()), support.end());
   if (!tried_.insert(support).second) return;
   if (Excluded(support)) return;
-  Explanation explanation = pool_.Evaluate(support);
-  if (pool_.Absurd(explanation)) return;
-  if (listed_.insert(explanation.columns).second) found_.push_back(std::move(explanation));
+  std::optional<Explanation> explanation = pool_.EvaluateBelow(support, WorstOfUse(support.size()));
+  if (!explanation || pool_.Absurd(*explanation)) return;
+  if (!listed_.insert(explanation->columns).second) return;
+  const auto keep = [&](std::size_t blocks, std::size_t most) {
+    std::priority_queue<double>& scores = best_scores_[blocks];
+    scores.push(explanation->score);
+    if (scores.size() > most) scores.pop();
+  };
+  keep(0, kMostListed);
+  if (!explanation->blocks.empty()) keep(explanation->blocks.size(), kPairsForTriples);
+  found_.push_back(std::move(*explanation));
+}
+
+double Searching::WorstOfUse(std::size_t blocks) const {
+  const auto worst = [this](std::size_t key, std::size_t most) {
+    const auto scores = best_scores_.find(key);
+    const bool full = scores != best_scores_.end() && scores->second.size() == most;
+    return full ? scores->second.top() : HUGE_VAL;
+  };
+  return std::max(worst(0, kMostListed), worst(blocks, kPairsForTriples));
 }
 
 void Searching::Grow(const Explanation& from) {
@@ -129,6 +156,20 @@ std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) 
   return best;
 }
 
+std::vector<int> Searching::ByScoreAlone() const {
+  std::map<int, double> scores;
+  for (const Explanation& single : found_) {
+    if (single.blocks.size() == 1) scores[single.blocks.front()] = single.score;
+  }
+  const auto score = [&](int block) {
+    const auto known = scores.find(block);
+    return known == scores.end() ? HUGE_VAL : known->second;
+  };
+  std::vector<int> blocks = offered_;
+  std::stable_sort(blocks.begin(), blocks.end(), [&](int a, int b) { return score(a) < score(b); });
+  return blocks;
+}
+
 std::vector<Explanation> Searching::Run() {
   for (const Block& block : candidates_.blocks) {
     const int index = pool_.Add(block);
@@ -139,9 +180,10 @@ std::vector<Explanation> Searching::Run() {
   for (const int block : offered_) JudgeSupport({block});
   NewShapes(nothing);
   for (const Explanation& single : Best(3, 1)) NewShapes(single);
-  // All pairs.
-  for (std::size_t i = 0; i < offered_.size(); ++i) {
-    for (std::size_t j = i + 1; j < offered_.size(); ++j) JudgeSupport({offered_[i], offered_[j]});
+  // All pairs, those of the best single effects first: what cannot be as good is soon seen.
+  const std::vector<int> by_score = ByScoreAlone();
+  for (std::size_t i = 0; i < by_score.size(); ++i) {
+    for (std::size_t j = i + 1; j < by_score.size(); ++j) JudgeSupport({by_score[i], by_score[j]});
     if (Interrupted()) break;
   }
   for (const Explanation& pair : Best(2, 2)) NewShapes(pair);

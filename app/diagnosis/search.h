@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/diagnosis/pool.h"
+#include "app/diagnosis/thresholds.h"
 
 namespace plumbline {
 
@@ -14,9 +15,6 @@ inline constexpr std::size_t kMostBlocks = 30;
 
 /// Explanations that a search lists at most.
 inline constexpr std::size_t kMostListed = 60;
-
-/// Gain of the score for which an explanation grows by one more effect: 2 ln of a factor of e.
-inline constexpr double kGainToGrow = 2;
 
 /// The best explanations of distinct effects, best first; the first may be empty ("nothing").
 /// Shapes (cycles, time constants, moments) are searched in the residual of what is promising.

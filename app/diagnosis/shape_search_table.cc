@@ -20,6 +20,7 @@ constexpr std::array kSearches = {
     Registered{"gear_periodic", GearPeriodicSearch},
     Registered{"thermal_drift", ThermalDriftSearch},
     Registered{"step_event", StepEventSearch},
+    Registered{"tilt_event", TiltEventSearch},
     Registered{"camera_zoom", CameraZoomSearch},
 };
 

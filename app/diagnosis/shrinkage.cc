@@ -22,6 +22,18 @@ Eigen::VectorXd FirstRatios(const NormalEquations& equations, const std::vector<
   return trace.unaryExpr([&](double sum) { return sum > 0 ? 0.1 * equations.freedom / sum : 0; });
 }
 
+/// Largest ratio of each group.
+Eigen::VectorXd MostRatios(const NormalEquations& equations, const std::vector<int>& group,
+                           int groups, double noise) {
+  Eigen::VectorXd most = Eigen::VectorXd::Constant(groups, HUGE_VAL);
+  if (equations.most_variance.size() == 0) return most;
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    double& of_group = most[group[k]];
+    of_group = std::min(of_group, equations.most_variance[static_cast<Eigen::Index>(k)] / noise);
+  }
+  return most;
+}
+
 }  // namespace
 
 ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& group,
@@ -33,6 +45,8 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
   fit.ratio = start.size() == groups ? start : FirstRatios(equations, group, groups);
   fit.held = Eigen::VectorXd::Zero(groups);
   fit.noise = equations.square / std::max(1.0, equations.freedom);
+  if (fit.noise > 0)
+    fit.ratio = fit.ratio.cwiseMin(MostRatios(equations, group, groups, fit.noise));
   if (n == 0 || equations.square <= 0) return fit;
   double before = -1e300;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -69,8 +83,10 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
       break;
     }
     before = fit.gain;
+    const Eigen::VectorXd most = MostRatios(equations, group, groups, fit.noise);
     for (int g = 0; g < groups; ++g) {
-      fit.ratio[g] = fit.held[g] > kLeastHeld ? square[g] / (fit.held[g] * fit.noise) : 0;
+      fit.ratio[g] =
+          fit.held[g] > kLeastHeld ? std::min(most[g], square[g] / (fit.held[g] * fit.noise)) : 0;
     }
   }
   return fit;

@@ -78,8 +78,9 @@ void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string
       const bool linear = slides(cell.robot.joints[static_cast<std::size_t>(i)]);
       text += fmt::format(" {:8.2f}", poses[k].q[i] * (linear ? kMmPerMetre : kDegPerRad));
     }
-    text += fmt::format("  {:5.1f} kg  {} mm apart\n", poses[k].payload_kg,
-                        MillimetreText(poses[k].separation_m));
+    const std::string how = MeasuringText(poses[k]);
+    text += fmt::format("  {:5.1f} kg  {} mm apart{}{}\n", poses[k].payload_kg,
+                        MillimetreText(poses[k].separation_m), how.empty() ? "" : "; ", how);
   }
   if (poses.size() > kMostPoses) text += fmt::format("  and {} more\n", poses.size() - kMostPoses);
 }

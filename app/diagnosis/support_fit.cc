@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace plumbline {
 
@@ -10,36 +12,69 @@ SupportFit::SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& momen
     : inverse_(Eigen::LLT<Eigen::MatrixXd>(gram).solve(
           Eigen::MatrixXd::Identity(gram.rows(), gram.cols()))),
       values_(inverse_ * moment),
+      left_(moment.size()),
+      at_(static_cast<std::size_t>(moment.size())),
+      place_of_(at_.size()),
       chi2_(chi2_null - moment.dot(values_)),
-      units_(std::move(units)) {}
+      units_(std::move(units)) {
+  std::iota(at_.begin(), at_.end(), 0);
+  std::iota(place_of_.begin(), place_of_.end(), 0);
+}
 
 /// The rise of chi2 when a unit goes, the others refitted: v^T (inverse part)^-1 v.
 double SupportFit::RiseWithout(const Unit& unit) const {
-  if (unit.places.size() == 1) {
-    const int i = unit.places.front();
-    return values_[i] * values_[i] / inverse_(i, i);
+  const auto at = [this, &unit](std::size_t k) {
+    return at_[static_cast<std::size_t>(unit.places[k])];
+  };
+  const std::size_t n = unit.places.size();
+  if (n == 1) return values_[at(0)] * values_[at(0)] / inverse_(at(0), at(0));
+  const auto solved = [&](auto part, auto value) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      value[row] = values_[at(i)];
+      for (std::size_t j = 0; j < n; ++j) {
+        part(row, static_cast<Eigen::Index>(j)) = inverse_(at(i), at(j));
+      }
+    }
+    return value.dot(part.ldlt().solve(value));
+  };
+  const auto size = static_cast<Eigen::Index>(n);
+  // A unit is a vector, the six numbers of a frame, or a curve: the first two without a heap.
+  constexpr int kFew = 6;
+  if (size <= kFew) {
+    using Few = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFew, kFew>;
+    using FewValues = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFew, 1>;
+    return solved(Few(size, size), FewValues(size));
   }
-  const Eigen::MatrixXd part = inverse_(unit.places, unit.places);
-  const Eigen::VectorXd value = values_(unit.places);
-  return value.dot(part.ldlt().solve(value));
+  return solved(Eigen::MatrixXd(size, size), Eigen::VectorXd(size));
 }
 
-void SupportFit::Drop(const Unit& unit) {
-  for (const int place : unit.places) {
-    const Eigen::VectorXd column = inverse_.col(place);
-    values_ -= column * (values_[place] / column[place]);
-    inverse_.noalias() -= column * (column.transpose() / column[place]);
-    values_[place] = 0;
+void SupportFit::Drop(int place) {
+  const Eigen::Index last = left_ - 1, at = at_[static_cast<std::size_t>(place)];
+  if (at != last) {
+    inverse_.row(at).head(left_).swap(inverse_.row(last).head(left_));
+    inverse_.col(at).head(left_).swap(inverse_.col(last).head(left_));
+    std::swap(values_[at], values_[last]);
+    const int moved = place_of_[static_cast<std::size_t>(last)];
+    place_of_[static_cast<std::size_t>(at)] = moved;
+    place_of_[static_cast<std::size_t>(last)] = place;
+    at_[static_cast<std::size_t>(moved)] = static_cast<int>(at);
+    at_[static_cast<std::size_t>(place)] = static_cast<int>(last);
   }
+  const double pivot = inverse_(last, last);
+  const auto column = inverse_.col(last).head(last);
+  values_.head(last) -= column * (values_[last] / pivot);
+  inverse_.topLeftCorner(last, last).noalias() -= column * (column.transpose() / pivot);
+  left_ = last;
 }
 
-void SupportFit::Eliminate(const std::function<double(const Unit&)>& cost) {
+void SupportFit::Eliminate() {
   while (true) {
     double most = 0, rise_of_worst = 0;
     auto worst = units_.end();
     for (auto unit = units_.begin(); unit != units_.end(); ++unit) {
       const double rise = RiseWithout(*unit);
-      const double gain = cost(*unit) - rise;
+      const double gain = unit->cost - rise;
       if (gain <= most) continue;
       most = gain;
       rise_of_worst = rise;
@@ -47,7 +82,7 @@ void SupportFit::Eliminate(const std::function<double(const Unit&)>& cost) {
     }
     if (worst == units_.end()) return;
     chi2_ += rise_of_worst;
-    Drop(*worst);
+    for (const int place : worst->places) Drop(place);
     units_.erase(worst);
   }
 }

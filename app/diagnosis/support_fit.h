@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <vector>
 
 namespace plumbline {
@@ -16,6 +15,7 @@ class SupportFit {
     int block = 0;            ///< of the pool
     int number = 0;           ///< within the block
     std::vector<int> places;  ///< its columns, 0..n-1
+    double cost = 0;          ///< of keeping it, in chi2
   };
 
   /// @param gram       X^T X, shape (n, n); positive definite
@@ -26,11 +26,11 @@ class SupportFit {
              std::vector<Unit> units);
 
   /// Drops the unit that costs most beyond the rise of chi2 without it, until none does.
-  void Eliminate(const std::function<double(const Unit&)>& cost);
+  void Eliminate();
 
   double chi2() const { return chi2_; }
-  /// Of every column; 0 of those that went.
-  const Eigen::VectorXd& values() const { return values_; }
+  /// Of a column that stayed.
+  double Value(int place) const { return values_[at_[static_cast<std::size_t>(place)]]; }
   /// Those that stayed.
   const std::vector<Unit>& units() const { return units_; }
   /// Their columns, ascending.
@@ -38,10 +38,13 @@ class SupportFit {
 
  private:
   double RiseWithout(const Unit& unit) const;
-  void Drop(const Unit& unit);
+  void Drop(int place);
 
+  // Of the columns that are left, which come first: column `place` is at at_[place].
   Eigen::MatrixXd inverse_;
   Eigen::VectorXd values_;
+  Eigen::Index left_;
+  std::vector<int> at_, place_of_;
   double chi2_;
   std::vector<Unit> units_;
 };

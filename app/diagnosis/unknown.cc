@@ -7,11 +7,13 @@
 
 #include "app/diagnosis/legendre.h"
 #include "app/diagnosis/statistics.h"
+#include "app/diagnosis/thresholds.h"
 
 namespace plumbline {
 namespace {
 
 using I = Influence<double>;
+using SignalPair = std::pair<int, int>;  // indices into Dataset::signals
 constexpr std::size_t kBlocksKept = 4;
 constexpr int kMostOfVectors = 7;  // degree in a joint's signal of curves that come in threes
 
@@ -95,19 +97,69 @@ Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residu
   return nested;
 }
 
-double EmpiricalTrials(const Dataset& data, std::size_t carriers) {
-  return static_cast<double>(data.signals.size() * carriers) * 8;
+/// Empirical blocks by how far they lower the score of what they are fitted to.
+using Scored = std::vector<std::pair<double, Block>>;
+
+/// Curves along one signal, of every degree that its values hold.
+void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, int signal,
+               const std::vector<int>& carrier, double trials, Scored& found) {
+  const Dataset& data = problem.data();
+  const std::vector<int> degrees =
+      Degrees(data.signals[static_cast<std::size_t>(signal)], carrier.size());
+  if (degrees.empty()) return;
+  const int first = Free(data, carrier) ? 1 : 0;
+  Eigen::MatrixXd columns =
+      problem.Carried(carrier, Polynomials(problem, signal, first, degrees.back()));
+  problem.Project(columns);
+  const Nested nested = NestedGains(columns, residual);
+  const double per_column = std::log(static_cast<double>(problem.clusters()));
+  for (const int degree : degrees) {
+    const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
+    found.emplace_back(nested.gain[last] - per_column * nested.rank[last],
+                       EmpiricalBlock(data, signal, carrier, degree, first == 0, trials));
+  }
 }
 
-/// True where an empirical curve swings between the rows farther than it goes at them.
+/// Surfaces over two signals: bilinear, which holds their product, and quadratic.
+void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                 const SignalPair& pair, const std::vector<int>& carrier, double trials,
+                 Scored& found) {
+  const Dataset& data = problem.data();
+  const double per_column = std::log(static_cast<double>(problem.clusters()));
+  const auto distinct = [&](int signal) {
+    return data.signals[static_cast<std::size_t>(signal)].distinct;
+  };
+  for (const int degree : {1, 2}) {
+    if (std::min(distinct(pair.first), distinct(pair.second)) <= degree) return;
+    const Block block = EmpiricalSurface(data, pair.first, pair.second, carrier, degree,
+                                         !Free(data, carrier), trials);
+    const Nested nested = NestedGains(problem.Columns(block, true), residual);
+    found.emplace_back(nested.gain.back() - per_column * nested.rank.back(), block);
+  }
+}
+
+/// Pairs of recorded signals that are not of a joint.
+std::vector<SignalPair> SignalPairs(const Dataset& data) {
+  std::vector<int> signals;
+  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+    if (!data.signals[s].of_joint) signals.push_back(static_cast<int>(s));
+  }
+  std::vector<SignalPair> pairs;
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    for (std::size_t j = i + 1; j < signals.size(); ++j) pairs.emplace_back(signals[i], signals[j]);
+  }
+  return pairs;
+}
+
+/// True where an empirical curve swings between the rows farther than it goes at them. A surface
+/// may: its corners often lie far from every row, and what is written ends where its rows do.
 bool Wild(const Pool& pool, const Explanation& explanation) {
   constexpr int kNodes = 60;
-  constexpr double kSwing = 1.6;
   const Dataset& data = pool.problem().data();
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
   for (const int index : explanation.blocks) {
     const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
-    if (!block.empirical()) continue;
+    if (!block.empirical() || block.columns.front().second_signal >= 0) continue;
     const RecordedSignal& signal =
         data.signals[static_cast<std::size_t>(block.columns.front().signal)];
     std::map<int, std::map<int, double>> curves;  // of each carrier, degree -> coefficient
@@ -128,36 +180,56 @@ bool Wild(const Pool& pool, const Explanation& explanation) {
             std::max(at_rows, at(Scaled(signal, signal.values[static_cast<std::size_t>(row)])));
       }
       for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
-      if (between > kSwing * at_rows) return true;
+      if (between > kMostSwing * at_rows) return true;
     }
   }
   return false;
 }
 
+/// How many empirical terms a search chooses among: signals or pairs of them, carriers, degrees. A
+/// surface names a second driver beside the first, a choice of its own among the signals.
+struct Trials {
+  double of_curve, of_surface;
+
+  explicit Trials(const Dataset& data) {
+    const double carriers = static_cast<double>(Carriers(data).size());
+    const double signals = static_cast<double>(data.signals.size());
+    of_curve = carriers * (8 * signals + 2 * static_cast<double>(SignalPairs(data).size()));
+    of_surface = of_curve * std::max(1.0, signals - 1);
+  }
+};
+
 }  // namespace
+
+std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                   const std::vector<int>& drivers,
+                                   const std::vector<int>& carriers) {
+  const Trials trials(problem.data());
+  Scored found;
+  if (drivers.size() == 1) {
+    AddCurves(problem, residual, drivers.front(), carriers, trials.of_curve, found);
+  } else {
+    AddSurfaces(problem, residual, {drivers[0], drivers[1]}, carriers, trials.of_surface, found);
+  }
+  const auto best = std::max_element(
+      found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (best == found.end()) return std::nullopt;
+  return best->second;
+}
 
 std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
-  const double per_column = std::log(static_cast<double>(problem.clusters()));
-  std::vector<std::pair<double, Block>> found;
-  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
-    for (const std::vector<int>& carrier : carriers) {
-      const std::vector<int> degrees =
-          Degrees(data.signals[static_cast<std::size_t>(s)], carrier.size());
-      if (degrees.empty()) continue;
-      const int first = Free(data, carrier) ? 1 : 0;
-      Eigen::MatrixXd columns =
-          problem.Carried(carrier, Polynomials(problem, s, first, degrees.back()));
-      problem.Project(columns);
-      const Nested nested = NestedGains(columns, residual);
-      for (const int degree : degrees) {
-        const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
-        found.emplace_back(nested.gain[last] - per_column * nested.rank[last],
-                           EmpiricalBlock(data, s, carrier, degree, first == 0,
-                                          EmpiricalTrials(data, carriers.size())));
-      }
+  const std::vector<SignalPair> pairs = SignalPairs(data);
+  const Trials trials(data);
+  Scored found;
+  for (const std::vector<int>& carrier : carriers) {
+    for (int signal = 0; signal < static_cast<int>(data.signals.size()); ++signal) {
+      AddCurves(problem, residual, signal, carrier, trials.of_curve, found);
+    }
+    for (const SignalPair& pair : pairs) {
+      AddSurfaces(problem, residual, pair, carrier, trials.of_surface, found);
     }
   }
   std::stable_sort(found.begin(), found.end(),
@@ -224,7 +296,7 @@ class EmpiricalSearch {
     while (HasEmpirical(best_) && best_.score < before - kGainToGrow) {
       const std::vector<int> from = best_.blocks;
       before = best_.score;
-      for (const int block : catalogue_) Judge(With(from, block));
+      for (const int block : catalogue_) JudgeBelowBest(With(from, block));
     }
   }
 
@@ -259,6 +331,19 @@ class EmpiricalSearch {
     });
   }
 
+  /// Takes a support where it beats the best.
+  void JudgeBelowBest(const std::vector<int>& support) {
+    std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
+    if (explanation) Take(std::move(*explanation));
+  }
+
+  void Take(Explanation explanation) {
+    if (explanation.score < best_.score && !pool_.Absurd(explanation) &&
+        !Wild(pool_, explanation)) {
+      best_ = std::move(explanation);
+    }
+  }
+
   /// The score of a support; it is taken where it beats the best.
   double Judge(std::vector<int> support) {
     std::sort(support.begin(), support.end());
@@ -268,9 +353,7 @@ class EmpiricalSearch {
     Explanation explanation = pool_.Evaluate(support);
     const double score = explanation.score;
     scores_.emplace(std::move(support), score);
-    if (score < best_.score && !pool_.Absurd(explanation) && !Wild(pool_, explanation)) {
-      best_ = std::move(explanation);
-    }
+    Take(std::move(explanation));
     return score;
   }
 

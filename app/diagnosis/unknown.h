@@ -1,6 +1,8 @@
 // What no effect of the catalogue explains: recorded signals that the residual follows.
 #pragma once
 
+#include <optional>
+
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/search.h"
 
@@ -9,6 +11,14 @@ namespace plumbline {
 /// Adds to the pool the empirical blocks (a carrier times a smooth function of one signal) that
 /// fit a residual best; returns their indices, best first.
 std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);
+
+/// The curve along one signal, or the surface over two, that lowers a residual's score most;
+/// nothing where the signals have too few values.
+/// @param drivers   one or two indices into Dataset::signals
+/// @param carriers  influences that it moves
+std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                   const std::vector<int>& drivers,
+                                   const std::vector<int>& carriers);
 
 /// The best explanation that may use empirical blocks beside (or instead of) catalogued effects.
 /// @param ranked  explanations by the catalogue alone, best first

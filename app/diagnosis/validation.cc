@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/words.h"
 #include "firmware-like/statistics/chi_square.h"
 
@@ -60,7 +61,6 @@ double BinomialTail(int n, int k, double p) {
 /// too. With the true radius, the number of rows outside is binomial with p = 0.05; this is the
 /// smallest radius at which a number as large has a probability of at least 0.2.
 double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
-  constexpr double kOutside = 0.05, kChance = 0.2;
   std::vector<double> errors_m;
   const std::vector<Vec3>& errors = corrected ? way.after : way.before;
   for (std::size_t row = 0; row < errors.size(); ++row) {
@@ -68,11 +68,12 @@ double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
   }
   const auto count = static_cast<int>(errors_m.size());
   int outside = 0;
-  while (outside < count && BinomialTail(count, outside + 1, kOutside) >= kChance) ++outside;
+  while (outside < count && BinomialTail(count, outside + 1, kOutsideRadius) >= kUnrefutedChance)
+    ++outside;
   if (outside >= count) return 0;
   std::sort(errors_m.begin(), errors_m.end());
   const double radius_m = errors_m[static_cast<std::size_t>(count - 1 - outside)];
-  return radius_m / std::sqrt(ChiSquareQuantile(kOutside, axes));
+  return radius_m / std::sqrt(ChiSquareQuantile(kOutsideRadius, axes));
 }
 
 /// Groups of which any row was predicted.

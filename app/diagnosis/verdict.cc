@@ -7,20 +7,17 @@
 
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/statistics.h"
+#include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
 
 namespace plumbline {
 namespace {
 
-constexpr int kFlips = 99;         // p-values down to 0.01
 constexpr int kSignalRows = 1000;  // among which signals are tested
-constexpr double kRough = 1.5;     // a residual of this many declared sigmas is more than noise
-constexpr double kFollows = 0.02;  // p-value of a signal that a rough residual follows
 
 /// True where the repeats scatter less than the residual by more than chance and `kRough`: what
 /// remains is no noise, whatever was declared.
 bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
-  constexpr double kChance = 0.01;
   if (data.repeat_sigma_m <= 0) return false;
   const double noise_m =
       std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
@@ -28,26 +25,39 @@ bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double free
   // A variance from a median holds about 0.37 of what the mean of squares would.
   constexpr double kOfMedian = 0.37;
   const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
-  return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) < kChance;
+  return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) <
+         kRepeatsChance;
 }
 
 Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
-  if (found.unknown) return Verdict::kUnknown;
+  if (found.unknown) {
+    return diagnosis.rival_drivers.empty() ? Verdict::kUnknown : Verdict::kAmbiguous;
+  }
   if (found.best.blocks.empty()) return Verdict::kNoEffect;
   return diagnosis.rivals.empty() ? Verdict::kExplained : Verdict::kAmbiguous;
 }
 
-/// Signals of the empirical terms, then those that the residual follows.
+void AddEach(const std::vector<std::string>& columns, std::vector<std::string>& known) {
+  for (const std::string& column : columns) {
+    if (std::find(known.begin(), known.end(), column) == known.end()) known.push_back(column);
+  }
+}
+
+/// Signals of the empirical terms and their rivals, then those that the residual follows.
 void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const int block : found.best.blocks) {
     const Block& of = found.pool->blocks()[static_cast<std::size_t>(block)];
-    if (found.unknown && of.empirical()) diagnosis.drivers.push_back(of.term.drivers.front());
+    if (!found.unknown || !of.empirical()) continue;
+    AddEach(of.term.drivers, diagnosis.drivers);
+  }
+  for (const std::vector<std::string>& rivals : diagnosis.rival_drivers) {
+    AddEach(rivals, diagnosis.drivers);
   }
   if (!rough) return;
   for (const SignalTrace& signal : diagnosis.signals) {
     const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
                        diagnosis.drivers.end();
-    if (signal.p_value < kFollows && !named) diagnosis.drivers.push_back(signal.name);
+    if (signal.p_value <= kFollowsChance && !named) diagnosis.drivers.push_back(signal.name);
   }
 }
 
@@ -63,7 +73,7 @@ void AddSignals(const Dataset& searched, const Dataset& all, const Identified& f
     support.push_back(pool.Add(found.pool->blocks()[static_cast<std::size_t>(block)]));
   }
   const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
-  diagnosis.signals = SignalsOf(few, residual, kFlips);
+  diagnosis.signals = SignalsOf(few, residual, kSignFlips);
   for (std::size_t s = 0; s < diagnosis.signals.size(); ++s) {
     diagnosis.signals[s].values = all.signals[s].values;
   }

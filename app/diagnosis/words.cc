@@ -1,6 +1,7 @@
 #include "app/diagnosis/words.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -62,7 +63,25 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
   return text;
 }
 
+/// "t_s" or "temp_C and payload_kg", each choice of drivers once.
+std::string RivalDrivers(const Diagnosis& diagnosis) {
+  std::vector<std::string> choices;
+  for (const Finding& finding : diagnosis.findings) {
+    const std::vector<std::string>& drivers = finding.effect.term.drivers;
+    if (!drivers.empty()) choices.push_back(Listed(drivers));
+  }
+  for (const std::vector<std::string>& drivers : diagnosis.rival_drivers) {
+    choices.push_back(Listed(drivers));
+  }
+  return Listed(choices, "or");
+}
+
 std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
+  if (!diagnosis.rival_drivers.empty()) {
+    return "Something that is not in the catalogue follows " + RivalDrivers(diagnosis) +
+           ": these points cannot tell which; measure again while they change "
+           "independently";
+  }
   std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
   for (const Rival& rival : diagnosis.rivals) {
     std::string name = RivalName(rival);
@@ -78,7 +97,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   }
   std::string text = Listed(names, "or") + ": these points cannot tell";
   const std::size_t poses = diagnosis.next_poses.size();
-  const char* can = diagnosis.next_poses_tell_all ? "would" : "may";
+  const char* can = diagnosis.next_poses_separate_all ? "would" : "may";
   if (poses == 0) text += ", and no further pose nearby would";
   if (poses == 1) text += fmt::format("; one further pose {}", can);
   if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);
@@ -200,6 +219,27 @@ bool HasEmpiricalTerm(const Diagnosis& diagnosis) {
   return std::any_of(
       diagnosis.findings.begin(), diagnosis.findings.end(),
       [](const Finding& finding) { return finding.effect.term.effect->traits().empirical; });
+}
+
+std::string MeasuringText(const NextPose& pose) {
+  std::vector<std::string> texts;
+  if (pose.wait_s > 0) texts.push_back(fmt::format("wait {:.4g} min", pose.wait_s / 60));
+  for (const double sign : {-1.0, 1.0}) {
+    std::vector<std::string> joints;
+    for (Eigen::Index i = 0; i < pose.via_q.size(); ++i) {
+      if ((pose.q[i] - pose.via_q[i]) * sign > 0) joints.push_back(fmt::format("q{}", i + 1));
+    }
+    if (joints.empty()) continue;
+    texts.push_back(fmt::format("{} {}", Listed(joints), sign > 0 ? "rising" : "falling"));
+  }
+  const bool moves =
+      (pose.qd.size() > 0 && !pose.qd.isZero()) || (pose.qdd.size() > 0 && !pose.qdd.isZero());
+  if (moves) {
+    texts.emplace_back("in motion");
+  } else if (pose.qd.size() > 0 || pose.qdd.size() > 0) {
+    texts.emplace_back("at rest");
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
 }
 
 std::string Headline(const Diagnosis& diagnosis) {

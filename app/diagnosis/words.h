@@ -47,6 +47,10 @@ std::string SigmaOriginText(const Diagnosis& diagnosis);
 /// True where the answer corrects something by an empirical term.
 bool HasEmpiricalTerm(const Diagnosis& diagnosis);
 
+/// How a proposed pose is to be measured, beside pose and payload: "wait 20 min, q3 rising";
+/// empty where nothing matters.
+std::string MeasuringText(const NextPose& pose);
+
 /// The verdict in one sentence, as a commissioning engineer would say it to another.
 std::string Headline(const Diagnosis& diagnosis);
 

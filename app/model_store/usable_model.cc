@@ -49,6 +49,12 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
                            written.id, *unknown);
       }
     }
+    if (effect != nullptr && effect->traits().Needs(Signal::kTilt)) {
+      return fmt::format(
+          "its effect \"{}\" follows an inclinometer on the base, which the daemon does not read: "
+          "fasten the base, or diagnose without tilt_x_deg and tilt_y_deg",
+          written.id);
+    }
     std::string word;
     for (const EffectParameter& parameter : written.parameters) {
       if (!parameter.word.empty()) word = parameter.word;

@@ -79,7 +79,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
         cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
     headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
   }
-  headers.insert(headers.end(), {"Payload (kg)", "Apart (mm)"});
+  headers.insert(headers.end(), {"Payload (kg)", "How", "Apart (mm)"});
   HtmlTable table(headers, {});
   for (std::size_t k = 0; k < diagnosis.next_poses.size(); ++k) {
     const NextPose& pose = diagnosis.next_poses[k];
@@ -91,6 +91,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
           NumberHtml(fmt::format("{:.2f}", pose.q[i] * (prismatic ? 1e3 : kDegPerRad))));
     }
     cells.push_back(fmt::format("{:.1f}", pose.payload_kg));
+    cells.push_back(Escape(MeasuringText(pose)));
     cells.push_back(Escape(MillimetreText(pose.separation_m)));
     table.AddRow(cells);
   }

@@ -70,16 +70,14 @@ std::string PercentHtml(double share) {
   return html;
 }
 
-std::string PlausibleText(const ParameterSpec& spec) {
+std::string PlausibleText(const ParameterSpec& spec, const Interval& plausible) {
   const auto end = [](double value) {
     const bool small = value != 0 && std::abs(value) < 0.01;
     return NumberHtml(small ? fmt::format("{:.0e}", value) : fmt::format("{:.4g}", value));
   };
   if (spec.role == ParameterRole::kWord) return "";
-  if (std::abs(spec.plausible.low) > kUnbounded || std::abs(spec.plausible.high) > kUnbounded) {
-    return "";
-  }
-  return end(spec.plausible.low) + " to " + end(spec.plausible.high);
+  if (std::abs(plausible.low) > kUnbounded || std::abs(plausible.high) > kUnbounded) return "";
+  return end(plausible.low) + " to " + end(plausible.high);
 }
 
 const ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
@@ -237,12 +235,15 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
     for (std::size_t k = 0; k < written.parameters.size(); ++k) {
       const EffectParameter& parameter = written.parameters[k];
       const ParameterSpec* spec = SpecOf(finding, k);
+      const EffectTerm& term = finding.effect.term;
+      const int joint = spec != nullptr ? term.parameters[k].joint : -1;
       const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
                                                      : ValueText{parameter.word, ""};
-      table.AddRow({Escape(EffectName(written.id)), Escape(parameter.name),
-                    parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
-                    NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
-                    spec != nullptr ? PlausibleText(*spec) : ""});
+      table.AddRow(
+          {Escape(EffectName(written.id)), Escape(parameter.name),
+           parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
+           NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
+           spec != nullptr ? PlausibleText(*spec, PlausibleOf(*spec, term.prismatic, joint)) : ""});
     }
   }
   return html + table.Html() +

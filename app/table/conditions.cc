@@ -80,7 +80,7 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
     if (table.recorded.payload) moment.payload_kg = row.payload_kg;
     if (table.recorded.time) moment.t_s = row.t_s;
     if (table.recorded.temperature) moment.temp_C = row.temp_C;
-    moment.row = static_cast<double>(k + 1);
+    moment.row = table.rows_before + static_cast<double>(k + 1);
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});
     }

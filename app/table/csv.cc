@@ -58,7 +58,10 @@ std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
                                  {"qw", Quantity::kOrientation, 0},
                                  {"qx", Quantity::kOrientation, 1},
                                  {"qy", Quantity::kOrientation, 2},
-                                 {"qz", Quantity::kOrientation, 3}};
+                                 {"qz", Quantity::kOrientation, 3},
+                                 // Of next_poses.csv: what to do there, nothing that was measured.
+                                 {"wait_min", Quantity::kUnused},
+                                 {"measure", Quantity::kUnused}};
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const bool prismatic = joints[i].type == JointType::kPrismatic;
     const char* unit = prismatic ? "mm" : "deg";

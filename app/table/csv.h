@@ -54,7 +54,9 @@ struct MeasuredRow {
 struct MeasuredTable {
   std::string file;
   RecordedColumns recorded;
-  std::vector<std::string> further;   ///< recorded columns that the format does not know
+  std::vector<std::string> further;  ///< recorded columns that the format does not know
+  /// Rows before the first of these, in the order that `row` of an event or a curve counts.
+  double rows_before = 0;
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
   /// Where the robot was without a usable measurement, in file order: rows of joints alone, and

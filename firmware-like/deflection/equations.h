@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/deflection/structure.h"
 
 namespace plumbline {
 
@@ -56,6 +57,27 @@ Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Ve
   return c + R * p_C;
 }
 
+/// X_BT moved with the structure of all joints, from the outermost inwards.
+template <typename T>
+PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
+                                   const Influence<T>& influence, const Vec3Of<T>& g_B,
+                                   const LoadedStateOf<T>& state) const {
+  OutboardMassesOf<T> outboard;
+  JointVectorOf<T> tau;
+  loads_.Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
+  for (int i = size() - 1; i >= 0; --i) {
+    const auto motions = StructureMotions<T>(chain_, state.posture, outboard, g_B, i, theta[i]);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      const auto entry = static_cast<typename Influence<T>::JointEntry>(kStructureEntries[k]);
+      const T& size = influence.Joint(entry, i);
+      const Mat3Of<T> R = SmallRotation<T>(size * motions[k].turn);
+      X_BT.p = motions[k].centre + R * (X_BT.p - motions[k].centre) + size * motions[k].shift;
+      X_BT.R = R * X_BT.R;
+    }
+  }
+  return X_BT;
+}
+
 template <typename T>
 void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                           const Influence<T>* influence, const JointVector& measured_tau,
@@ -66,6 +88,8 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   PayloadOf<T> load = payload;
   if (influence != nullptr) {
     X_WB.R = RotationFromRpy<T>(base_rpy_.cast<T>() + influence->Vector(I::kBaseRollPitchYaw));
+    const Vec3Of<T> tilt_W((*influence)[I::kBaseTilt], (*influence)[I::kBaseTilt + 1], T(0));
+    X_WB.R = SmallRotation<T>(tilt_W) * X_WB.R;
     X_WB.p += influence->Vector(I::kBase);
     const Vec3Of<T> turn_W((*influence)[I::kGravityTurnX], (*influence)[I::kGravityTurnY], T(0));
     g_B = X_WB.R.transpose() * (SmallRotation<T>(turn_W) * g_W_.cast<T>());
@@ -142,6 +166,9 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   X_FT.R = SmallRotation<T>(state.slope_F);
   PoseOf<T> X_BT = X_BF * X_FT;
   if (influence != nullptr) {
+    if (StructureYields(*influence, size())) {
+      X_BT = WithStructure<T>(X_BT, theta, *influence, g_B, state);
+    }
     const Mat3Of<T> R = SmallRotation<T>(lean);
     X_BT = PoseOf<T>{R * X_BT.R, R * X_BT.p};
   }

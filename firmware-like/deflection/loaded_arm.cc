@@ -41,10 +41,13 @@ LoadedArm::LoadedArm(const CellModel& cell)
     centres_guessed_ = centres_guessed_ || loads_.guessed(i);
   }
   for (const ActiveEffect& effect : effects_) {
-    if (!effect.term.effect->traits().Needs(Signal::kTorques, effect.term.word)) continue;
+    const EffectTraits& traits = effect.term.effect->traits();
+    const bool by_weight = traits.Needs(Signal::kWeight, effect.term.word);
+    if (!by_weight && !traits.Needs(Signal::kTorques, effect.term.word)) continue;
     for (const TermParameter& parameter : effect.term.parameters) {
       const int joint = std::max(0, parameter.joint);  // of none: the whole arm's weight
-      effect_torques_missing_ = effect_torques_missing_ || !loads_.known(joint);
+      bool& missing = by_weight ? torques_missing_ : effect_torques_missing_;
+      missing = missing || !loads_.known(joint);
       centres_guessed_ = centres_guessed_ || loads_.guessed(joint);
     }
   }
@@ -115,8 +118,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
 Conditions LoadedArm::MomentOf(const JointVector& q, const Conditions& conditions) const {
   Conditions moment = conditions;
   moment.q = q;
-  moment.a_m = declared_.a_m;
-  moment.d_m = declared_.d_m;
+  moment.robot = declared_.robot;
   moment.reference_temperature_C = declared_.reference_temperature_C;
   moment.camera = declared_.camera;
   return moment;

@@ -43,6 +43,10 @@ struct LoadedState : LoadedStateOf<double> {
 ///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any
 ///   K(p) = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)
+/// Bearings that tilt, links that bend and twist and slides that bend (structure.h) move the tip of
+/// that arm, from the outermost joint inwards: rigid motions of what is outboard, small, under the
+/// weight in the posture without them. A tilted base turns about its origin, W's axes fixed:
+///   X_WB = exp(tilt_x, tilt_y, 0) R(roll, pitch, yaw)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the straight tool) x F, and its own weight. Valid for bend/length
 /// below 0.05. The torques are those of formats.md, "The declared model, exactly"; effects see the
@@ -100,6 +104,12 @@ class LoadedArm {
   void Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                  const Influence<T>* influence, const JointVector& measured_tau,
                  LoadedStateOf<T>& state) const;
+
+  /// The tip moved with bearings and links that yield; g_B in B, in the posture of `state`.
+  template <typename T>
+  PoseOf<T> WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
+                          const Influence<T>& influence, const Vec3Of<T>& g_B,
+                          const LoadedStateOf<T>& state) const;
 
   /// Tip of the same arm without load and deflection: what the controller believes.
   Pose UnloadedTip(const JointVector& q) const;

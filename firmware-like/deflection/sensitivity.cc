@@ -40,6 +40,30 @@ bool OfReading(int entry) {
   return (entry >= I::kBase && entry < I::kBaseRollPitchYaw) || entry >= I::kTip;
 }
 
+/// True of an entry whose derivative has a closed form: a joint's structure, a tilted base, and
+/// what a range is counted from, which no position reads.
+bool HasClosedForm(int entry) {
+  return (entry >= I::kBearing * kMaxJoints && entry < I::kFirst) ||
+         (entry >= I::kBaseTilt && entry < I::kTip) || entry >= I::kRangeZero;
+}
+
+bool WantsStructure(const InfluenceSet& wanted) {
+  for (int entry = I::kBearing * kMaxJoints; entry < I::kFirst; ++entry) {
+    if (wanted[static_cast<std::size_t>(entry)]) return true;
+  }
+  return false;
+}
+
+/// The wanted entries and those that the closed forms are made of.
+InfluenceSet WithIngredients(const LoadedArm& arm, const InfluenceSet& wanted) {
+  InfluenceSet all = wanted;
+  const bool tilts = wanted[I::kBaseTilt] || wanted[I::kBaseTilt + 1];
+  for (std::size_t axis = 0; axis < 2 && tilts; ++axis) all.set(I::kGravityTurnX + axis);
+  const bool moves = arm.read_by_camera() && (tilts || WantsStructure(wanted));
+  for (std::size_t axis = 0; axis < 3 && moves; ++axis) all.set(I::kBase + axis);
+  return all;
+}
+
 /// The wanted entries that need dual numbers, in ascending order.
 int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
                 std::array<int, I::kSize>& entries) {
@@ -48,7 +72,7 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
     const bool of_joint = entry < I::kJointEntries * kMaxJoints;
     if (entry < kSagEntries * kMaxJoints) continue;
     if (of_joint && entry % kMaxJoints >= arm.size()) continue;
-    if (!arm.read_by_camera() && OfReading(entry)) continue;
+    if (HasClosedForm(entry) || (!arm.read_by_camera() && OfReading(entry))) continue;
     if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
   return count;
@@ -67,6 +91,78 @@ void AddReadingEntries(const Influence<double>& influence, const InfluenceSet& w
   if (wanted[I::kScale]) sensitivity.dp.col(I::kScale) = state.X_WT.p;
 }
 
+/// d reading / d place of the tip.
+Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
+                     const Sensitivity& sensitivity) {
+  if (arm.read_by_camera()) return sensitivity.dp.middleCols<3>(I::kBase);
+  return (1 + influence[I::kScale]) * Mat3::Identity();
+}
+
+/// The base turns rigidly, and gravity turns the other way in it; first order in the turns.
+void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
+                    const InfluenceSet& wanted, Sensitivity& sensitivity) {
+  const Mat3 reading = ReadingPerPlace(arm, influence, sensitivity);
+  const Vec3 arm_W = sensitivity.state.X_WT.p - arm.X_WB().p - influence.Vector(I::kBase);
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!wanted[static_cast<std::size_t>(I::kBaseTilt + axis)]) continue;
+    sensitivity.dp.col(I::kBaseTilt + axis) =
+        reading * Vec3::Unit(axis).cross(arm_W) - sensitivity.dp.col(I::kGravityTurnX + axis);
+  }
+}
+
+/// Rigid motions of what is outboard of each joint: of the tip, then turned on with the structure
+/// further inwards, lean and base.
+void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
+                         const Influence<double>& influence, const InfluenceSet& wanted,
+                         Sensitivity& sensitivity) {
+  constexpr std::size_t kMost = kMaxJoints * kStructureEntries.size();
+  const LoadedStateOf<double>& state = sensitivity.state;
+  const Pose& X_BF = state.posture.X_BF();
+  Mat3 R_BT = X_BF.R * SmallRotation<double>(state.slope_F);
+  Vec3 p_B = X_BF * Vec3(arm.X_FT().p + influence.Vector(I::kTip) + state.bend_F);
+  OutboardMassesOf<double> outboard;
+  JointVector tau;
+  const Vec3 g_B = X_BF.R * state.tool.g_F;
+  arm.loads().Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost);
+  std::array<int, kMost> entries{};
+  int count = 0;
+  for (int i = arm.size() - 1; i >= 0; --i) {
+    const auto motions =
+        StructureMotions<double>(arm.chain(), state.posture, outboard, g_B, i, theta[i]);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      const double size = influence.Joint(kStructureEntries[k], i);
+      const Mat3 R = SmallRotation<double>(size * motions[k].turn);
+      const Vec3 lever = R * (p_B - motions[k].centre);
+      if (size != 0) columns.leftCols(count) = (R * columns.leftCols(count)).eval();
+      entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * kMaxJoints + i;
+      columns.col(count++) = motions[k].turn.cross(lever) + motions[k].shift;
+      p_B = motions[k].centre + lever + size * motions[k].shift;
+      R_BT = R * R_BT;
+    }
+  }
+  // Lean and base turn all of it: from R_BT to R_WT.
+  const Mat3 outwards =
+      ReadingPerPlace(arm, influence, sensitivity) * state.X_WT.R * R_BT.transpose();
+  for (int k = 0; k < count; ++k) {
+    const int entry = entries[static_cast<std::size_t>(k)];
+    if (!wanted[static_cast<std::size_t>(entry)]) continue;
+    sensitivity.dp.col(entry) = outwards * columns.col(k);
+  }
+}
+
+/// The entries with closed forms, and without those that only went into them.
+void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
+                    const Influence<double>& influence, const InfluenceSet& wanted,
+                    const InfluenceSet& ingredients, Sensitivity& sensitivity) {
+  if (WantsStructure(wanted)) AddStructureEntries(arm, theta, influence, wanted, sensitivity);
+  AddTiltEntries(arm, influence, wanted, sensitivity);
+  for (int entry = 0; entry < I::kSize; ++entry) {
+    const auto at = static_cast<std::size_t>(entry);
+    if (ingredients[at] && !wanted[at]) sensitivity.dp.col(entry).setZero();
+  }
+}
+
 }  // namespace
 
 bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
@@ -80,7 +176,8 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
 
   // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
   std::array<int, I::kSize> entries{};
-  const int variables = n + DualEntries(arm, wanted, entries);
+  const InfluenceSet ingredients = WithIngredients(arm, wanted);
+  const int variables = n + DualEntries(arm, ingredients, entries);
   Eigen::Matrix<double, 3, kMaxJoints> p_theta;
   Square s_theta(n, n);
   Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
@@ -128,6 +225,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   // p_theta (I - s_theta)^-1 once, then every entry.
   const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
   sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);
+  AddClosedForms(arm, theta, influence, wanted, ingredients, sensitivity);
   return true;
 }
 

@@ -27,6 +27,11 @@ namespace plumbline {
   EFFECT(PayloadCog) \
   EFFECT(GravityDirection) \
   EFFECT(PedestalCompliance) \
+  EFFECT(BearingTilt) \
+  EFFECT(LinkBending) \
+  EFFECT(AxisBending) \
+  EFFECT(GuidePlay) \
+  EFFECT(GravitySag) \
   EFFECT(Backlash) \
   EFFECT(ApproachLag) \
   EFFECT(FollowingError) \
@@ -38,6 +43,10 @@ namespace plumbline {
   EFFECT(DynamicInertia) \
   EFFECT(MeasurementScale) \
   EFFECT(StepEvent) \
+  EFFECT(TiltEvent) \
+  EFFECT(BaseTilt) \
+  EFFECT(RangeZero) \
+  EFFECT(RangeAnchor) \
   EFFECT(CameraTagSize) \
   EFFECT(CameraZoom) \
   EFFECT(CameraLens)

@@ -12,6 +12,34 @@ bool IsOfTwoJoints(const ParameterSpec& spec) {
   return spec.name.rfind("q#") != spec.name.find("q#");
 }
 
+bool IsOfJointAndLink(const ParameterSpec& spec) {
+  return spec.name.find("link#") != std::string_view::npos;
+}
+
+std::uint32_t PrismaticJoints(const Robot& robot) {
+  std::uint32_t bits = 0;
+  for (std::size_t k = 0; k < robot.joints.size(); ++k) {
+    if (robot.joints[k].type == JointType::kPrismatic) bits |= std::uint32_t{1} << k;
+  }
+  return bits;
+}
+
+namespace {
+
+bool HasOtherUnit(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
+  return !spec.prismatic_unit.empty() && joint >= 0 && ((prismatic >> joint) & 1U) != 0;
+}
+
+}  // namespace
+
+std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
+  return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_unit : spec.unit;
+}
+
+const Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
+  return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_plausible : spec.plausible;
+}
+
 bool IsCycles(const ParameterSpec& spec) {
   return spec.role == ParameterRole::kShape && spec.unit == "1/turn";
 }

@@ -28,8 +28,12 @@ enum class Signal {
   kOrder,         ///< the order of execution: last moves
   kPayload,       ///< payload_kg and the cell's [payload]
   kTorques,       ///< link masses, or measured torques
+  kWeight,        ///< link masses: what the structure bears, no torque sensor measures
+  kNoTorques,     ///< neither, so that what yields to torque cannot be told apart by it
   kBeam,          ///< a tool that bends
   kCamera,        ///< a measuring camera whose pose in W is declared
+  kRange,         ///< distances from an anchor are measured
+  kTilt,          ///< tilt_x_deg and tilt_y_deg of an inclinometer on the base, not constant
 };
 
 /// How a parameter enters.
@@ -40,7 +44,8 @@ enum class ParameterRole {
 };
 
 /// A parameter of the file formats. In `name`, `#` stands for a number, the first that of a joint;
-/// the second one of another joint inwards of it where it follows a `q`, else a count from 2.
+/// the second one of another joint inwards of it where it follows a `q`, of a link from its own
+/// outwards where it follows `link`, else a count from 2.
 struct ParameterSpec {
   std::string_view name{};
   std::string_view unit{};  ///< as in the files
@@ -56,12 +61,19 @@ struct ParameterSpec {
   double (*value_of_linear)(double linear) = nullptr;
   /// True where the parameter makes sense between parallel axes only; elsewhere others imitate it.
   bool parallel_axes_only = false;
+  std::optional<JointType> only{};  ///< joints of this type only
+  bool not_of_first = false;  ///< of the first joint another effect of the catalogue does the same
+  /// Of a prismatic joint, where it has another unit than a revolute one; to_SI is the same.
+  std::string_view prismatic_unit{};
+  Interval prismatic_plausible{};
 };
 
 /// True of the moment (`time` or `row`) from which an effect acts: a threshold, without derivative.
 bool IsMoment(const ParameterSpec& spec);
 /// True of a parameter between two joints: its name has a second `q#`.
 bool IsOfTwoJoints(const ParameterSpec& spec);
+/// True of a parameter of a joint and a link outboard of it: its name has `link#`.
+bool IsOfJointAndLink(const ParameterSpec& spec);
 /// True of the cycles a turn of an effect that repeats with a joint's angle.
 bool IsCycles(const ParameterSpec& spec);
 
@@ -71,11 +83,17 @@ struct TermParameter {
   int spec = 0;
   int joint = -1;
   int harmonic = 1;
-  int of = -1;  ///< second joint, of a parameter between two ("q3_of_q2"); -1: none
+  int of = -1;  ///< second joint or link ("q3_of_q2", "q2_link3_x"), 0-based; -1: none
   bool operator==(const TermParameter&) const = default;
 };
 
 class Effect;
+
+/// The prismatic joints of a robot as bits; see EffectTerm.
+std::uint32_t PrismaticJoints(const Robot& robot);
+/// Unit and plausible range of a parameter of that joint.
+std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
+const Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
 
 /// An effect with the parameters that are in use; values stand beside it, in SI, in this order.
 /// Words are no numbers: `word` holds the choice, and it has no entry here.
@@ -83,6 +101,7 @@ struct EffectTerm {
   const Effect* effect = nullptr;
   std::vector<TermParameter> parameters;
   std::string_view word{};             ///< one of the spec's words; empty stands for its first
+  std::uint32_t prismatic = 0;         ///< bit k: joint k is prismatic, which may change units
   std::vector<std::string> drivers{};  ///< of an empirical term: the column that it follows
   Eigen::MatrixXd nodes{};             ///< of an empirical term, in file units; see empirical.h
 };

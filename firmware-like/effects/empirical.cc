@@ -1,28 +1,75 @@
 #include "firmware-like/effects/empirical.h"
 
+#include <array>
 #include <cmath>
+#include <optional>
 
 namespace plumbline {
 namespace {
 
-/// Where a value lies between the rows of the nodes: in row `below` with weight 1 - part, in the
-/// next with weight part.
+/// Where a value lies among ascending ones: at `below` with weight 1 - part, at the next with
+/// weight part.
 struct Place {
   Eigen::Index below = 0;
   double part = 0;
 };
 
-Place PlaceOf(double driver, const Eigen::MatrixXd& nodes) {
+/// @param stride  rows from one value to the next
+Place PlaceOf(double driver, const Eigen::MatrixXd& nodes, Eigen::Index column, Eigen::Index count,
+              Eigen::Index stride) {
+  const auto at = [&](Eigen::Index k) { return nodes(k * stride, column); };
   Place place;
-  for (Eigen::Index above = nodes.rows(); above - place.below > 1;) {  // halved until one is left
+  for (Eigen::Index above = count; above - place.below > 1;) {  // halved until one is left
     const Eigen::Index middle = (place.below + above) / 2;
-    (nodes(middle, 0) <= driver ? place.below : above) = middle;
+    (at(middle) <= driver ? place.below : above) = middle;
   }
-  const bool last = place.below + 1 == nodes.rows();
-  if (last || driver <= nodes(place.below, 0)) return place;
-  const double low = nodes(place.below, 0), high = nodes(place.below + 1, 0);
+  const bool last = place.below + 1 == count;
+  if (last || driver <= at(place.below)) return place;
+  const double low = at(place.below), high = at(place.below + 1);
   place.part = (driver - low) / (high - low);
   return place;
+}
+
+/// Rows of the nodes with the first one's value of the first driver: of one driver 1, of two the
+/// values of the second.
+Eigen::Index GroupSize(const Eigen::MatrixXd& nodes) {
+  Eigen::Index size = 1;
+  while (size < nodes.rows() && nodes(size, 0) == nodes(0, 0)) ++size;
+  return size;
+}
+
+/// The nodes about a moment, with weights that sum to 1.
+struct Around {
+  std::array<Eigen::Index, 4> node{};
+  std::array<double, 4> weight{};
+  std::size_t count = 0;
+
+  void Add(Eigen::Index at, double share) {
+    if (share <= 0) return;
+    node[count] = at;
+    weight[count++] = share;
+  }
+};
+
+/// Nothing where a driver is not known.
+std::optional<Around> NodesAround(const EffectTerm& term, const Conditions& conditions) {
+  std::array<double, 2> value{};
+  for (std::size_t k = 0; k < term.drivers.size(); ++k) {
+    const std::optional<double> driver = conditions.Signal(term.drivers[k]);
+    if (!driver || std::isnan(*driver)) return std::nullopt;
+    value[k] = *driver;
+  }
+  const Eigen::Index group = term.drivers.size() == 2 ? GroupSize(term.nodes) : 1;
+  const Place first = PlaceOf(value[0], term.nodes, 0, term.nodes.rows() / group, group);
+  Place second;
+  if (term.drivers.size() == 2) second = PlaceOf(value[1], term.nodes, 1, group, 1);
+  Around around;
+  const Eigen::Index at = first.below * group + second.below;
+  around.Add(at, (1 - first.part) * (1 - second.part));
+  around.Add(at + 1, (1 - first.part) * second.part);
+  around.Add(at + group, first.part * (1 - second.part));
+  around.Add(at + group + 1, first.part * second.part);
+  return around;
 }
 
 struct EmpiricalFormula {
@@ -58,14 +105,15 @@ struct EmpiricalFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    if (term.drivers.empty() || term.nodes.rows() == 0) return;
-    const std::optional<double> driver = conditions.Signal(term.drivers.front());
-    if (!driver || std::isnan(*driver)) return;
-    const Place place = PlaceOf(*driver, term.nodes);
+    if (term.drivers.empty() || term.drivers.size() > 2 || term.nodes.rows() == 0) return;
+    const std::optional<Around> around = NodesAround(term, conditions);
+    if (!around) return;
     for (std::size_t k = 0; k < values.size(); ++k) {
-      const auto column = static_cast<Eigen::Index>(k) + 1;
-      double node = term.nodes(place.below, column);
-      if (place.part > 0) node += place.part * (term.nodes(place.below + 1, column) - node);
+      const auto column = static_cast<Eigen::Index>(k + term.drivers.size());
+      double node = 0;
+      for (std::size_t i = 0; i < around->count; ++i) {
+        node += around->weight[i] * term.nodes(around->node[i], column);
+      }
       const double to_SI = EmpiricalNodeToSI(term.parameters[k]);
       Carrier(term.parameters[k], influence) += values[k] * (to_SI * node);
     }
@@ -85,16 +133,31 @@ double EmpiricalNodeToSI(const TermParameter& parameter) {
 
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,
                            std::size_t parameters) {
-  if (drivers.size() != 1) return "needs exactly one driver, the name of a recorded column";
+  if (drivers.empty() || drivers.size() > 2)
+    return "needs one or two drivers, the names of recorded columns";
   if (nodes.rows() == 0)
-    return "needs nodes: rows of the driver's value and one number a parameter";
-  if (nodes.cols() != static_cast<Eigen::Index>(parameters) + 1) {
-    return "needs in each row of nodes the driver's value and one number a parameter, " +
-           std::to_string(parameters + 1) + " in all";
+    return "needs nodes: rows of the drivers' values and one number a parameter";
+  if (nodes.cols() != static_cast<Eigen::Index>(parameters + drivers.size())) {
+    return "needs in each row of nodes the drivers' values and one number a parameter, " +
+           std::to_string(parameters + drivers.size()) + " in all";
+  }
+  const Eigen::Index group = drivers.size() == 2 ? GroupSize(nodes) : 1;
+  if (nodes.rows() % group != 0) {
+    return "needs nodes on a full grid: every value of the first driver with the same " +
+           std::to_string(group) + " values of the second";
   }
   for (Eigen::Index row = 1; row < nodes.rows(); ++row) {
-    if (!(nodes(row, 0) > nodes(row - 1, 0))) {
-      return "needs nodes whose first column rises; row " + std::to_string(row + 1) + " does not";
+    const std::string place = "; row " + std::to_string(row + 1) + " does not";
+    const bool new_group = row % group == 0;
+    if (new_group ? !(nodes(row, 0) > nodes(row - 1, 0)) : nodes(row, 0) != nodes(row - 1, 0)) {
+      return group == 1 ? "needs nodes whose first column rises" + place
+                        : "needs nodes whose first column rises from group to group" + place;
+    }
+    if (group == 1 || row < group) {
+      if (!new_group && !(nodes(row, 1) > nodes(row - 1, 1)))
+        return "needs nodes whose second driver rises within a group" + place;
+    } else if (nodes(row, 1) != nodes(row - group, 1)) {
+      return "needs the same values of the second driver in every group" + place;
     }
   }
   return {};

@@ -1,4 +1,4 @@
-// A correction without a physical name: what the residual does along one recorded signal.
+// A correction without a physical name: what the residual does along one or two recorded signals.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
@@ -12,9 +12,12 @@ namespace plumbline {
 ///   q1, q2, ..                turn of the joint        nodes in rad
 ///   tool_bending              the tool bends times 1 + value, nodes in 1
 /// The value is a factor on the whole curve, usually 1 (or the shrinkage), and carries the
-/// deviation. Term.nodes has one row a node, ascending in column 0: the driver's value, in the unit
-/// of its column; then one column a parameter, in their order. Term.drivers names that one column;
-/// in a moment where it is not known nothing is added. Valid inside its nodes only.
+/// deviation. Term.nodes has one row a node: the driver's value, ascending, in the unit of its
+/// column; then one column a parameter, in their order. With two drivers the nodes are a full grid,
+/// bilinear between: the first driver's value, the second's, then the parameters; of rows with the
+/// same first value the second rises, and every such group has the same second values. Term.drivers
+/// names the columns; in a moment where one is not known nothing is added. Valid inside its nodes
+/// only.
 const Effect& Empirical();
 
 /// SI units in one unit of a node of that carrier: 1e-3 of a shift, in mm; 1 of a turn or a ratio.

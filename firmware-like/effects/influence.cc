@@ -65,13 +65,7 @@ double ShareOfMove(const Conditions& conditions, int joint) {
 
 Conditions DeclaredConditions(const CellModel& cell) {
   Conditions conditions;
-  const int size = cell.robot.size();
-  conditions.a_m.resize(size);
-  conditions.d_m.resize(size);
-  for (int i = 0; i < size; ++i) {
-    conditions.a_m[i] = cell.robot.joints[static_cast<std::size_t>(i)].a_m;
-    conditions.d_m[i] = cell.robot.joints[static_cast<std::size_t>(i)].d_m;
-  }
+  conditions.robot = std::make_shared<const Robot>(cell.robot);
   conditions.reference_temperature_C = cell.measurement.reference_temperature_C;
   conditions.camera = cell.measurement.X_WC.has_value();
   return conditions;

@@ -1,6 +1,7 @@
 // What the active effects do to the arm in one moment: the accumulator that every effect adds to.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,26 +34,36 @@ class Influence {
     kOffsetD,     ///< added to d [m]
     kTwistAlpha,  ///< added to alpha [rad]
     kTwistBeta,   ///< turn about y after that about x, of axes that are parallel [rad]
+    /// What carries the joint yields to the weight outboard of it: of a turning joint its bearing
+    /// tilts [rad/(N m)], of a sliding one its beam bends where it is extended [1/(N m^2)].
+    kBearing,
+    kLinkBending,  ///< the link bends: L / (E I) [rad/(N m)]
+    kLinkTorsion,  ///< and twists: L / (G J) [rad/(N m)]
+    kGuideTiltX,   ///< of a prismatic joint: half the play about the x axis of its frame [rad]
+    kGuideTiltY,   ///< and about the travel x x; see guide_play.h
     kJointEntries
   };
   enum Entry {
     kFirst = kJointEntries * kMaxJoints,
     kGravityTurnX = kFirst,  ///< gravity turns about the measurement axes x, y [rad]
     kGravityTurnY,
-    kPayloadMass,                   ///< added to the payload [kg]
-    kPayloadCog,                    ///< 3: added to its centre of gravity in F [m]
-    kBendRatio = kPayloadCog + 3,   ///< bending of the tool times (1 + value)
-    kShear,                         ///< 1/kappa: the tip moves by value F L / (G A)
-    kRootCompliance,                ///< of the flange coupling [rad/(N m)]
-    kPedestalCompliance,            ///< of the base [rad/(N m)]
-    kBase,                          ///< 3: the base moves in W [m]
-    kBaseRollPitchYaw = kBase + 3,  ///< 3: added to the base's roll, pitch, yaw [rad]
-    kTip = kBaseRollPitchYaw + 3,   ///< 3: the tip moves in F [m]
-    kScale = kTip + 3,              ///< measured positions times (1 + value)
-    kCameraScale,                   ///< the same from the measuring camera's place
-    kCameraDepth,                   ///< along its optical axis only
-    kCameraRadial,                  ///< k1 of the lens that its calibration lacks
-    kSize
+    kPayloadMass,                       ///< added to the payload [kg]
+    kPayloadCog,                        ///< 3: added to its centre of gravity in F [m]
+    kBendRatio = kPayloadCog + 3,       ///< bending of the tool times (1 + value)
+    kShear,                             ///< 1/kappa: the tip moves by value F L / (G A)
+    kRootCompliance,                    ///< of the flange coupling [rad/(N m)]
+    kPedestalCompliance,                ///< of the base [rad/(N m)]
+    kBase,                              ///< 3: the base moves in W [m]
+    kBaseRollPitchYaw = kBase + 3,      ///< 3: added to the base's roll, pitch, yaw [rad]
+    kBaseTilt = kBaseRollPitchYaw + 3,  ///< 2: turns of the base about W's x and y [rad]
+    kTip = kBaseTilt + 2,               ///< 3: the tip moves in F [m]
+    kScale = kTip + 3,                  ///< measured positions times (1 + value)
+    kCameraScale,                       ///< the same from the measuring camera's place
+    kCameraDepth,                       ///< along its optical axis only
+    kCameraRadial,                      ///< k1 of the lens that its calibration lacks
+    kRangeZero,                         ///< added to a measured range [m]
+    kRangeAnchor,                       ///< 3: the anchor of the ranges moves in W [m]
+    kSize = kRangeAnchor + 3
   };
 
   T& Joint(JointEntry entry, int joint) { return values_[entry * kMaxJoints + joint]; }
@@ -89,7 +100,7 @@ struct Conditions {
   std::vector<RecordedValue> further;  ///< recorded columns without a meaning of their own
 
   // Declared, the same in every moment; see DeclaredConditions.
-  JointVector a_m, d_m;  ///< of the DH table
+  std::shared_ptr<const Robot> robot;  ///< as declared; its base may be that of a session
   std::optional<double> reference_temperature_C;
   bool camera = false;  ///< a camera measures, and its pose in W is declared
 

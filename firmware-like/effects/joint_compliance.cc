@@ -8,10 +8,15 @@ struct JointComplianceFormula {
     return {.id = "joint_compliance",
             .meaning = "the joint winds up under its gravity torque",
             .remedy = "a gearbox property: let the correction carry it; a sudden rise is wear",
-            .parameters = {{"q#", "rad/(N m)", 1, {-2e-5, 2e-4}}},
+            .parameters = {{.name = "q#",
+                            .unit = "rad/(N m)",
+                            .plausible = {-2e-5, 2e-4},
+                            .prismatic_unit = "m/N",
+                            .prismatic_plausible = {-1e-6, 1e-5}}},
             .needs = {Signal::kTorques},
             .confused_with = {"joint_hardening", "payload_mass", "payload_cog",
-                              "pedestal_compliance", "link_geometry", "counterbalance", "backlash"},
+                              "pedestal_compliance", "link_geometry", "counterbalance", "backlash",
+                              "link_bending", "bearing_tilt"},
             .per_joint = true,
             .adds_compliance = true};
   }

@@ -34,6 +34,9 @@ std::optional<TermParameter> Fit(std::string_view pattern, std::string_view name
     } else if (before == 'q') {
       if (number > parameter.joint) return std::nullopt;  // a joint inwards of the first
       parameter.of = number - 1;
+    } else if (before == 'k') {
+      if (number <= parameter.joint || number > joint_count) return std::nullopt;
+      parameter.of = number - 1;  // a link from the joint's own outwards
     } else {
       if (number < 2) return std::nullopt;
       parameter.harmonic = number;

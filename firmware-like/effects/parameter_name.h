@@ -12,7 +12,8 @@ namespace plumbline {
 
 /// The parameter of that name; nothing where the effect has no such parameter, or the joint is not
 /// one of 1..joint_count. A second number counts terms of one joint, from 2, or is a joint inwards
-/// of the first ("q3_of_q2"). Words are found, too.
+/// of the first ("q3_of_q2"), or a link from the joint's own outwards ("q2_link3_x"). Words are
+/// found, too.
 std::optional<TermParameter> ParameterFromName(const EffectTraits& traits, std::string_view name,
                                                int joint_count);
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/step_event.h"
 
+#include "firmware-like/effects/event_moment.h"
+
 namespace plumbline {
 namespace {
 
@@ -17,20 +19,15 @@ struct StepEventFormula {
                            {"z", "mm", 1e-3, {-10, 10}},
                            {.name = "frame", .role = ParameterRole::kWord, .words = "base,tool"}},
             .needs = {},
-            .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth"},
+            .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth",
+                              "tilt_event"},
             .name = "a step at one moment"};
   }
 
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    bool happened = false;
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const int spec = term.parameters[k].spec;
-      if (spec == kTime) happened = happened || (conditions.t_s && *conditions.t_s >= values[k]);
-      if (spec == kRow) happened = happened || (conditions.row && *conditions.row >= values[k]);
-    }
-    if (!happened) return;
+    if (!HasHappened(term, values, conditions)) return;
     const int first = term.word == "tool" ? Influence<T>::kTip : Influence<T>::kBase;
     for (std::size_t k = 0; k < values.size(); ++k) {
       const int spec = term.parameters[k].spec;

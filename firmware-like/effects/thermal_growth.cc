@@ -16,14 +16,14 @@ struct ThermalGrowthFormula {
   template <typename T>
   static void Add(const EffectTerm&, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    if (!conditions.temp_C || !conditions.reference_temperature_C) return;
+    if (!conditions.temp_C || !conditions.reference_temperature_C || !conditions.robot) return;
     const double warmer_K = *conditions.temp_C - *conditions.reference_temperature_C;
     for (const T& alpha : values) {
-      for (int joint = 0; joint < conditions.a_m.size(); ++joint) {
-        influence.Joint(Influence<T>::kLengthA, joint) +=
-            alpha * (warmer_K * conditions.a_m[joint]);
-        influence.Joint(Influence<T>::kOffsetD, joint) +=
-            alpha * (warmer_K * conditions.d_m[joint]);
+      int joint = 0;
+      for (const Joint& link : conditions.robot->joints) {
+        influence.Joint(Influence<T>::kLengthA, joint) += alpha * (warmer_K * link.a_m);
+        influence.Joint(Influence<T>::kOffsetD, joint) += alpha * (warmer_K * link.d_m);
+        ++joint;
       }
     }
   }

@@ -71,6 +71,7 @@ ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& ce
   active.term.effect = effect;
   active.term.drivers = written.drivers;
   active.term.nodes = written.nodes;
+  active.term.prismatic = PrismaticJoints(cell.robot);
   active.seen_t_s = written.seen_t_s;
   const ParameterSpec* word_spec = WordSpecOf(traits);
   if (word_spec != nullptr) active.term.word = CataloguedWord(*word_spec, {});
@@ -120,7 +121,7 @@ WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixX
     EffectParameter& file = written.parameters.emplace_back();
     file.name = NameFromParameter(traits, parameter);
     file.value = FileFromSI(spec, active.values[k]);
-    file.unit = spec.unit;
+    file.unit = UnitOf(spec, term.prismatic, parameter.joint);
     const auto row = static_cast<Eigen::Index>(k);
     if (written.covariance.size() > 0) file.sd = std::sqrt(written.covariance(row, row));
     if (parameter.joint >= 0) joints.push_back(parameter.joint);

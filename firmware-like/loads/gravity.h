@@ -1,6 +1,7 @@
 // Gravity torques about the joints from links, tool and payload.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -16,6 +17,18 @@ struct PayloadOf {
 };
 
 using Payload = PayloadOf<double>;
+
+/// Mass and its first moment about B's origin, in B.
+template <typename T>
+struct MassOf {
+  T kg = T(0);
+  Vec3Of<T> kg_m = Vec3Of<T>::Zero();
+};
+
+/// Of everything outboard of joint k, its own link among it, at k; of tool and payload behind the
+/// last joint's.
+template <typename T>
+using OutboardMassesOf = std::array<MassOf<T>, kMaxJoints + 1>;
 
 /// No robot carries more [kg]: files, registers and commands that tell more are not believed.
 inline constexpr double kLargestPayload_kg = 5000;
@@ -40,10 +53,11 @@ class GravityLoads {
   const Vec3& tool_body_kg_m() const { return tool_body_kg_m_; }
 
   /// Torques in one posture, shape (n). g_B in B [m/s^2]. Allocates nothing.
+  /// @param outboard  filled with the masses outboard of each joint where it is not null
   /// @return  the moment of all this weight about B's origin, in B [N m]
   template <typename T>
   Vec3Of<T> Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B, const PayloadOf<T>& payload,
-                    JointVectorOf<T>& tau) const;
+                    JointVectorOf<T>& tau, OutboardMassesOf<T>* outboard = nullptr) const;
 
  private:
   struct LinkMass {
@@ -61,7 +75,8 @@ class GravityLoads {
 
 template <typename T>
 Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B,
-                                const PayloadOf<T>& payload, JointVectorOf<T>& tau) const {
+                                const PayloadOf<T>& payload, JointVectorOf<T>& tau,
+                                OutboardMassesOf<T>* outboard) const {
   tau.resize(posture.size);
   // sum m r and sum m of everything outward of the joint; gravity is uniform.
   const PoseOf<T>& X_BF = posture.X_BF();
@@ -69,11 +84,15 @@ Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_
   T mass_kg = tool_mass_kg_ + payload.mass_kg;
   Vec3Of<T> moment_kg_m =
       tool_mass_kg_ * (X_BF * tool_com_F) + payload.mass_kg * (X_BF * payload.cog_F);
+  if (outboard != nullptr) {
+    (*outboard)[static_cast<std::size_t>(posture.size)] = {mass_kg, moment_kg_m};
+  }
   for (int i = posture.size - 1; i >= 0; --i) {
     const auto k = static_cast<std::size_t>(i);
     const Vec3Of<T> com_L = links_[k].com_L.template cast<T>();
     mass_kg += links_[k].mass_kg;
     moment_kg_m += links_[k].mass_kg * (posture.X_BL[k] * com_L);
+    if (outboard != nullptr) (*outboard)[k] = {mass_kg, moment_kg_m};
     if (types_[k] == JointType::kRevolute) {
       const Vec3Of<T> arm_kg_m = moment_kg_m - mass_kg * posture.point_B[k];
       tau[i] = posture.axis_B[k].dot(arm_kg_m.cross(g_B));

@@ -97,8 +97,9 @@ class Case:
     def fit_by_one_who_knows(self):
         if not self.truth["effects"] and not self.truth["nuisances"]:
             return
+        true_cell = self.place("true_cell.toml")
         subprocess.run([self.simulate, "--fit", "--with", self.place("truth.json"), "--cell",
-                        self.place("cell.toml"), "--measured", self.executed, "--poses",
+                        true_cell if os.path.exists(true_cell) else self.place("cell.toml"), "--measured", self.executed, "--poses",
                         self.place("test_poses.csv"), "--out", self.place("fit.csv")],
                        check=True, capture_output=True)
         self.row["fit_mm"] = rms(separability.points(self.place("fit.csv")), self.true_tips())

@@ -13,7 +13,7 @@ OUTSIDE = ["creep", "slow_sine", "payload_squared", "temperature_squared", "two_
 PLURAL = ["two_drivers", "temperature_payload", "temperature_payload_joint"]
 # An instrument fine enough that the asked signal needs no unbelievable size of the effect.
 SIGMA_MM = {"tool_shear": 0.003, "gravity_direction": 0.01, "thermal_growth": 0.02,
-            "payload_cog": 0.02, "arrival_friction": 0.01}
+            "payload_cog": 0.02, "arrival_friction": 0.01, "guide_play": 0.02}
 CONFOUNDED = ["tool_stiffness", "tool_root_compliance", "payload_mass", "payload_cog",
               "joint_offset", "joint_compliance", "base_frame", "tool_frame", "thermal_growth",
               "backlash_load"]
@@ -25,6 +25,11 @@ NOISE = ["none", "pair", "joint_compliance", "backlash_move", "thermal_growth", 
          "link_geometry", "step_event"]
 OF_MOVES = ["backlash_move", "approach_lag", "joint_compliance", "gear_periodic", "thermal_growth"]
 COMBINED = ["joint_compliance@q2,q3+thermal_growth+backlash_move@q4"]
+UNWEIGHED = ["gravity_sag", "joint_compliance", "none"]
+SLIDES = ["slide_compliance", "axis_bending", "guide_play", "bearing_tilt",
+          "link_bending", "none"]
+RANGES = ["range_zero", "range_anchor"]
+TILTS = ["base_tilt", "tilt_event", "none"]
 ROBOTS = ["kr210", "kr210", "ur10", "arm6"]
 
 
@@ -52,10 +57,14 @@ def rows(count):
 
 def table(families):
     several = ["none", "pair", "three", "four"]
-    catalogue = [f for f in families if f not in OUTSIDE + PLURAL + CAMERA + several]
+    catalogue = [f for f in families if f not in OUTSIDE + PLURAL + CAMERA + RANGES + several]
     yield Group("catalogue", catalogue)
     yield Group("catalogue, 5 % outliers", catalogue[::3], 1 / 3, ("--outliers", "0.05"))
     yield Group("catalogue, camera", CAMERA)
+    yield Group("link masses unknown", UNWEIGHED, 1, ("--masses-unknown",))
+    yield Group("prismatic axes", SLIDES, 1, robots=("lift",))
+    yield Group("ranges", RANGES + ["joint_compliance", "none"], 1, (*rows(300), "--range"))
+    yield Group("inclinometer", TILTS, 1, ("--inclinometer",))
     yield Group("weak (signal 1 to 4)", catalogue[1::3], 1 / 3, signal=(1, 4))
     yield Group("two effects", ["pair"], 5)
     for number in ("three", "four"):

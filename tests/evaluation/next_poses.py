@@ -2,14 +2,18 @@
 """Scores the poses that an ambiguous diagnosis proposes: how many of them separate the rivals, beside
 poses drawn at random.
 
-Each case is drawn with few freedoms (one payload and rigid joints; a vertical tool; twelve poses).
+Each case is drawn with few freedoms (one payload and rigid joints; a vertical tool; twelve poses,
+at rest or in motion).
 Where the diagnosis is ambiguous, its proposed poses are measured by the simulator and appended one
 after the other until the answer is the hidden effect alone and stays so with the next two poses;
 every six poses the diagnosis proposes anew. Random poses are appended likewise, drawn from the same
-pool: joints within the measured range, widened as the product widens it, no tip lower than any
-before, at the payloads that were measured or proposed. Both are tried to 24 poses; a case that
-neither tells by then is counted apart. Of a case that one random pose tells nothing can need half:
-the ratio without these is printed, too.
+range: joints within the measured range, widened as the product widens it, no tip lower than any
+before, at the payloads that were measured or proposed, each a minute after the one before and
+reached directly from it. A proposed wait passes, and a proposed via pose (measure = 0) is driven to
+without being measured. Where motion is recorded, random poses, and proposed ones that leave it open,
+have that of a row drawn from the case. Both are tried to 24 poses; a case that neither separates by then is counted
+apart. Of a case that one random pose separates nothing can need half: they are listed, and the ratio
+without them is printed, too.
 
     next_poses.py --results FILE --comparable 60 --cases 10     once and again, until it says enough
 """
@@ -38,18 +42,48 @@ import separability  # noqa: E402
 
 DESIGNS = {"one payload, rigid joints": ["--one-payload", "--rigid-joints"],
            "vertical tool, one payload": ["--vertical"],
-           "twelve poses": ["--rows", "12", "--repeats", "4"]}
+           "twelve poses": ["--rows", "12", "--repeats", "4"],
+           "twelve poses, moves and time": ["--rows", "12", "--repeats", "4"],
+           "twelve poses in motion": ["--rows", "12", "--repeats", "4", "--dyn"]}
 FAMILIES = {"one payload, rigid joints": ["tool_stiffness", "payload_mass", "tool_root_compliance"],
             "vertical tool, one payload": ["tool_stiffness", "tool_root_compliance", "counterbalance",
                                            "joint_compliance"],
             "twelve poses": ["joint_offset", "gear_ratio", "joint_compliance", "tool_stiffness",
-                             "tool_root_compliance", "payload_mass", "backlash_load"]}
+                             "tool_root_compliance", "payload_mass", "backlash_load"],
+            "twelve poses, moves and time": ["backlash_move", "approach_lag", "following_error",
+                                             "thermal_drift", "step_event"],
+            "twelve poses in motion": ["latency", "dynamic_inertia"]}
 ROBOTS = ["kr210", "ur10", "arm6"]
 SIGNAL = 1.2, 5.0  # RMS displacement over sqrt(3) sigma, even in its logarithm
 BATCH, MOST, STAYS = 6, 24, 2
 TRIED = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24]
 WIDENED, LEAST_DEG = 0.25, 5.157  # of a joint's measured range, as in pose_candidates.cc
 STEP_S, JITTER_C = 60.0, 0.35
+MEASURED = ("x_mm", "y_mm", "z_mm")
+
+
+def measurements(proposed):
+    """The rows of next_poses.csv that are measured; each holds the via pose before it, if any."""
+    rows, before = [], None
+    for row in proposed:
+        if row.get("measure", "1") == "0":
+            before = row
+            continue
+        if before:
+            row = row | {"before": before, "wait_min": before.get("wait_min")}
+        rows.append(row)
+        before = None
+    return rows
+
+
+def with_via_rows(rows):
+    """The rows as the robot goes: via poses stand before what they lead to, without a measurement."""
+    way = []
+    for row in rows:
+        if "before" in row:
+            way.append(row | row["before"] | {"via": True} | {c: "" for c in MEASURED})
+        way.append(row)
+    return way
 
 
 class Case:
@@ -64,6 +98,7 @@ class Case:
             self.rows = list(csv.DictReader(file))
         self.columns = list(self.rows[0])
         self.joints = [c for c in self.columns if c.startswith("q") and c.endswith("_deg")]
+        self.motion = [c for c in self.columns if c.startswith("qd")]
         self.limits = np.array(self.read_limits())
         # Whether a joint's share is large enough to be named is not what is asked here.
         self.joints_of_truth = [sorted(scorer.key(e)[1]) for e in self.truth["effects"]]
@@ -96,35 +131,40 @@ class Case:
             writer.writerows(rows)
 
     def measure(self, before, poses, draw):
-        """`before` and the poses after it: a minute apart, at the hall's last temperature."""
+        """`before` and the poses after it: a minute and what is to be waited apart, at the hall's last
+        temperature."""
         rows = [dict(row) for row in before]
         warm = float(np.mean([float(r["temp_C"]) for r in self.rows[-5:]]))
         t_s = float(rows[-1]["t_s"])
-        for k, pose in enumerate(poses):
+        for pose in poses:
             row = dict(pose)
-            row["t_s"] = f"{t_s + STEP_S * (k + 1):.5f}"
+            t_s += STEP_S + 60.0 * float(row.get("wait_min") or 0)
+            moving = self.rows[draw.integers(len(self.rows))] if self.motion else {}
+            row = {c: moving[c] for c in self.motion} | row
+            row["t_s"] = f"{t_s:.5f}"
             row["temp_C"] = f"{warm + JITTER_C * draw.normal():.5f}"
             rows.append(row)
-        asked = [c for c in self.columns if c not in ("x_mm", "y_mm", "z_mm")]
-        self.write("asked.csv", rows, asked)
+        asked = [c for c in self.columns if c not in MEASURED]
+        self.write("asked.csv", with_via_rows(rows), asked)
         self.run(self.simulate, "--predict", "--with", self.place("truth.json"), "--cell",
                  self.place("cell.toml"), "--poses", self.place("asked.csv"), "--out",
                  self.place("tips.csv"))
-        tips = separability.points(self.place("tips.csv"))[len(before):]
+        tips = [tip for row, tip in zip(with_via_rows(rows), separability.points(self.place("tips.csv")))
+                if not row.get("via")][len(before):]
         for row, tip in zip(rows[len(before):], tips):
             noisy = tip + self.truth["sigma"] * 1e3 * draw.normal(size=3)
-            row.update({c: f"{v:.5f}" for c, v in zip(("x_mm", "y_mm", "z_mm"), noisy)})
+            row.update({c: f"{v:.5f}" for c, v in zip(MEASURED, noisy)})
         return rows
 
     def diagnose(self, rows):
         """(answer, proposed poses)"""
-        told = tuple((r["t_s"], r["x_mm"], r["y_mm"], r["z_mm"]) for r in rows)
-        if told not in self.answers:
-            self.answers[told] = self.ask(rows)
-        return self.answers[told]
+        key = tuple((r["t_s"], r["x_mm"], r["y_mm"], r["z_mm"]) for r in rows)
+        if key not in self.answers:
+            self.answers[key] = self.ask(rows)
+        return self.answers[key]
 
     def ask(self, rows):
-        self.write("all.csv", rows, self.columns)
+        self.write("all.csv", with_via_rows(rows), self.columns)
         poses = self.place("next.csv")
         if os.path.exists(poses):
             os.remove(poses)
@@ -132,7 +172,7 @@ class Case:
                  self.place("diagnosis.json"), "--next-poses", poses, "--threads", "1", "--quiet")
         with open(self.place("diagnosis.json")) as file:
             answer = json.load(file)
-        return answer, separability.table(poses) if os.path.exists(poses) else []
+        return answer, measurements(separability.table(poses)) if os.path.exists(poses) else []
 
     def found(self, rows):
         """The hidden effect alone, or beside nothing but its other names; no joint too many."""
@@ -182,9 +222,14 @@ def proposed_needed(case, poses, spare, draw):
     while len(asked) < MOST:
         batch = poses[:BATCH]
         measured = case.measure(rows, batch + spare, draw)
-        for n in range(len(asked) + 1, len(asked) + len(batch) + 1):
-            if n in TRIED and stays_found(case, measured, n):
-                return n, "told"
+        first, last = len(asked) + 1, len(asked) + len(batch)
+        # As with random poses: what is found neither with half of the batch nor with all of it, nor
+        # with its first pose, is not searched.
+        hopeful = any(case.found(measured[:len(case.rows) + n])
+                      for n in {last, (first + last) // 2, first})
+        for n in range(first, last + 1):
+            if hopeful and n in TRIED and stays_found(case, measured, n):
+                return n, "separated"
         asked += batch
         rows = measured[:len(case.rows) + len(asked)]
         answer, poses = case.diagnose(rows)
@@ -241,7 +286,7 @@ def plan(seeds, first_seed):
 
 
 def ratios(pairs):
-    """(of the medians, of the means with 24 for what was not told) of proposed over random."""
+    """(of the medians, of the means with 24 for what was not separated) of proposed over random."""
     a, b = (np.minimum(values, MOST) for values in zip(*pairs))
     return float(np.median(a) / np.median(b)), float(np.mean(a) / np.mean(b))
 
@@ -254,7 +299,7 @@ def bounds(pairs, times=2000):
     return [tuple(np.percentile([d[k] for d in drawn], [2.5, 97.5])) for k in (0, 1)]
 
 
-def told(value):
+def count(value):
     return f"> {MOST}" if value > MOST else f"{value:g}"
 
 
@@ -267,7 +312,7 @@ def line(name, pairs):
     (of_medians, of_means), limits = ratios(able), bounds(able)
     half = sum(p[0] <= p[1] / 2 for p in able)
     low, high = scorer.wilson(half, len(able))
-    return text + (f"{told(a)} | {told(b)} | {of_medians:.2f} ({limits[0][0]:.2f} to {limits[0][1]:.2f}) | "
+    return text + (f"{count(a)} | {count(b)} | {of_medians:.2f} ({limits[0][0]:.2f} to {limits[0][1]:.2f}) | "
                    f"{of_means:.2f} ({limits[1][0]:.2f} to {limits[1][1]:.2f}) | "
                    f"{half}/{len(able)} ({100 * low:.0f} to {100 * high:.0f} %) |\n")
 
@@ -275,11 +320,12 @@ def line(name, pairs):
 def markdown(rows):
     compared = [r for r in rows if "random" in r]
     text = f"{len(compared)} of {len(rows)} runs ambiguous and compared.\n\n"
-    text += ("| cases | count | told by neither | of the others: proposed (median) | random (median) | "
+    text += ("| cases | count | separated by neither | of the others: proposed (median) | random (median) | "
              "ratio of medians (95 %; wanted 0.5) | ratio of means | at most half |\n" + "|---" * 8 + "|\n")
     pairs_of = lambda some: [(r["proposed"], statistics.median(r["random"])) for r in some]
     text += line("all", pairs_of(compared))
-    text += line("those that one random pose does not tell", [p for p in pairs_of(compared) if p[1] > 1])
+    text += line("those that one random pose does not separate", [p for p in pairs_of(compared) if p[1] > 1])
+    text += line("those that one random pose separates", [p for p in pairs_of(compared) if p[1] <= 1])
     for design in DESIGNS:
         for family in [None] + FAMILIES[design]:
             some = [r for r in compared if r["design"] == design and family in (None, r["family"])]
@@ -289,7 +335,7 @@ def markdown(rows):
 
 
 def comparable(rows):
-    """Runs that were ambiguous and told by proposed or by random poses: those that a ratio is of."""
+    """Runs that were ambiguous and separated by proposed or by random poses: those that a ratio is of."""
     return [r for r in rows if "random" in r
             and math.isfinite(min(r["proposed"], statistics.median(r["random"])))]
 
@@ -298,7 +344,9 @@ def cases_left(options, results):
     """Cases in the order of their seeds, without those that are in the results."""
     done = {(r["design"], r["family"], r["seed"]) for r in results.rows}
     for case in plan(10000 if options.comparable else options.seeds, results.settings["first_seed"]):
-        if case[:3] not in done and (not options.family or case[1] in options.family):
+        if case[:3] in done or (options.design and case[0] not in options.design):
+            continue
+        if not options.family or case[1] in options.family:
             yield case
 
 
@@ -318,15 +366,15 @@ def evaluate(options, results):
         results.add(row)
 
 
-def told_cases(rows):
+def listed_cases(rows):
     text = ""
     for r in rows:
         case = f"- --family {r['family']} --seed {r['seed']} {' '.join(r['options'])}: "
         if "error" in r:
             text += case + r["error"] + "\n"
         elif "random" in r:
-            text += (case + f"proposed {told(r['proposed'])} ({r['end']}), random "
-                     f"{', '.join(map(told, r['random']))}; payloads {r['payloads']}; between "
+            text += (case + f"proposed {count(r['proposed'])} ({r['end']}), random "
+                     f"{', '.join(map(count, r['random']))}; payloads {r['payloads']}; between "
                      f"{', '.join(r['rivals'])}{'' if r['among'] else ', the hidden one not among them'}\n")
     return text
 
@@ -336,6 +384,7 @@ def main():
     parser.add_argument("--draws", type=int, default=5, help="sets of random poses a case")
     parser.add_argument("--results", help="a file that keeps every finished run; those in it are not "
                         "run again, its first seed is taken")
+    parser.add_argument("--design", action="append", choices=list(DESIGNS), help="only these designs")
     parser.add_argument("--comparable", type=int, help="run until so many cases can be compared, "
                         "whatever --seeds says")
     parser.add_argument("--cases", type=int, help="run at most so many cases now")
@@ -348,7 +397,7 @@ def main():
     evaluate(options, results)
     rows = sorted(results.rows, key=lambda r: r["seed"])
     print(f"Seeds from {results.settings['first_seed']}, {options.draws} random draws a case.\n\n" +
-          markdown(rows) + "\n" + told_cases(rows))
+          markdown(rows) + "\n" + listed_cases(rows))
     if options.comparable:
         print(f"{len(comparable(rows))} of the {options.comparable} comparable cases asked for.")
     if options.json:

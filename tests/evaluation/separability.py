@@ -19,12 +19,15 @@ MANY_ROWS = 1000  # where everything can be told apart, and the projections take
 CYCLES = [0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24]
 PER_JOINT = ["joint_offset", "gear_ratio", "joint_compliance", "joint_hardening", "backlash/load",
              "backlash/move", "approach_lag", "dynamic_inertia", "following_error",
-             "arrival_friction"]
-BY_PARAMETER = ["link_geometry", "axis_coupling"]  # several columns a joint
+             "arrival_friction", "bearing_tilt", "axis_bending"]
+BY_PARAMETER = ["link_geometry", "axis_coupling", "link_bending", "guide_play"]  # several columns a joint
+# Several columns a joint, too many to be a rival in all of their choices.
+TRUTH_ONLY = ["gravity_sag"]
 WHOLE = ["base_frame", "tool_frame", "tool_stiffness", "tool_shear", "tool_root_compliance",
          "payload_mass", "payload_cog", "gravity_direction", "pedestal_compliance",
          "thermal_growth", "latency", "measurement_scale", "counterbalance",
-         "camera_tag_size", "camera_zoom", "camera_lens"]
+         "camera_tag_size", "camera_zoom", "camera_lens", "base_tilt", "range_zero", "range_anchor"]
+BY_NAME = WHOLE + BY_PARAMETER + TRUTH_ONLY + ["gear_periodic", "tilt_event"]
 
 
 def points(path):
@@ -47,17 +50,17 @@ class Blocks:
     """Column blocks of the effects at one data set, in mm per unit, (3 rows, parameters)."""
 
     def __init__(self, heads, values, rows, seen=slice(None)):
-        """seen: which of the 3 rows' coordinates were measured"""
+        """seen: which of the rows' coordinates, three a row or one range, were measured"""
+        axes = len(values[0]) // len(rows)
         self.columns = {}
         for head, value in zip(heads, values):
             name = head["id"]
             if name == "backlash":
                 name += "/" + head["name"].split("_")[1]
-            label = head["name"] if name in WHOLE + BY_PARAMETER + ["gear_periodic"] \
-                else head["scope"][0]
+            label = head["name"] if name in BY_NAME else head["scope"][0]
             self.columns[name, label] = value[seen]
-        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], 3)[seen]
-        self.session = np.repeat([r.get("session", "") for r in rows], 3)[seen]
+        self.t = np.repeat([float(r.get("t_s") or 0.0) for r in rows], axes)[seen]
+        self.session = np.repeat([r.get("session", "") for r in rows], axes)[seen]
 
     def of(self, name):
         return {k[1]: v for k, v in self.columns.items() if k[0] == name}
@@ -79,6 +82,9 @@ class Blocks:
     def zoom(self, time):
         return self.stack("camera_zoom") * (self.t >= time)[:, None]
 
+    def tilt(self, time):
+        return self.stack("tilt_event") * (self.t >= time)[:, None]
+
     def nuisances(self):
         both = np.hstack([self.stack("base_frame"), self.stack("tool_frame")])
         return np.hstack([both * (self.session == s)[:, None] for s in sorted(set(self.session))])
@@ -87,7 +93,7 @@ class Blocks:
         """The block of a hidden effect itself; for its sub-scopes, by joint."""
         values = {p["name"]: p["value"] for p in effect["parameters"]}
         name = key[0]
-        if name in BY_PARAMETER:
+        if name in BY_PARAMETER + TRUTH_ONLY:
             return {p: self.columns[name, p][:, None] for p in values}
         if name in PER_JOINT:
             return {q: self.columns[name, q][:, None] for q in sorted(key[1])}
@@ -101,6 +107,8 @@ class Blocks:
             return {"": self.drift(values["time_constant"])}
         if name == "step_event":
             return {"": self.step(values["time"], effect["frame"])}
+        if name == "tilt_event":
+            return {"": self.tilt(values["time"])}
         if name == "camera_zoom":
             return {"": self.zoom(values.get("time", 0.0))}
         return {"": self.stack(name)}
@@ -130,6 +138,7 @@ def rivals(blocks, joints, how_many):
     for time in times[2:-1]:
         for frame in ("base", "tool"):
             yield "step_event", (frame,), 4, blocks.step(time, frame)
+        yield "tilt_event", (), 3, blocks.tilt(time)
         if blocks.of("camera_zoom"):
             yield "camera_zoom", (), 2, blocks.zoom(time)
 
@@ -187,10 +196,10 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
                     small.append(label)
         labels = [q for q in scope if all(
             l in small for l in parts if l == q or joint_of(name, l) == q)]
-        optional.append(labels if name in BY_PARAMETER else small)
+        optional.append(labels if name in BY_PARAMETER + TRUTH_ONLY else small)
         needed = set(parts) - set(small)
         parameters = sum(b.shape[1] for l, b in parts.items() if l in needed or not l)
-        if name in ("thermal_drift", "step_event"):
+        if name in ("thermal_drift", "step_event", "tilt_event"):
             parameters += 1
         if name == "gear_periodic":
             parameters += len(needed)
@@ -199,7 +208,7 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
         twins.append([])
         for rival, chosen, count, block in rivals(blocks, joints, max(1, len(needed))):
             same = rival == name and (not chosen or needed <= set(chosen) or
-                                      name in ("step_event", "thermal_drift"))
+                                      name in ("step_event", "thermal_drift", "tilt_event"))
             if same or (rival == "counterbalance" and name == "gear_periodic" and scope == {"q2"}) or (
                     name == "counterbalance" and rival == "gear_periodic" and chosen == ("q2",)):
                 continue
@@ -241,12 +250,15 @@ def judge(folder, simulate, keys_of, measured=None):
     place = lambda name: os.path.join(folder, name)
     measured = measured or place("measured.csv")
     rows = table(measured)
-    seen = np.array([bool(row[c]) for row in rows for c in ("x_mm", "y_mm", "z_mm")])
+    # The cell with the masses of its links, where the product's file lacks them.
+    cell = place("true_cell.toml") if os.path.exists(place("true_cell.toml")) else place("cell.toml")
+    read = [c for c in ("x_mm", "y_mm", "z_mm", "range_mm") if c in rows[0]]
+    seen = np.array([bool(row[c]) for row in rows for c in read])
 
     def tips(effects):
         with open(place("with.json"), "w") as file:
             json.dump({"effects": effects, "nuisances": truth["nuisances"]}, file)
-        subprocess.run([simulate, "--predict", "--with", place("with.json"), "--cell", place("cell.toml"),
+        subprocess.run([simulate, "--predict", "--with", place("with.json"), "--cell", cell,
                         "--poses", measured, "--out", place("tips.csv")], check=True)
         return points(place("tips.csv")).ravel()[seen]
 
@@ -256,7 +268,7 @@ def judge(folder, simulate, keys_of, measured=None):
         cycles |= {p["value"] for p in effect["parameters"] if p["name"].endswith("_cycles")}
     fields = [tips([effect]) - still for effect in truth["effects"]]
     tips([])  # leaves with.json with the nuisances alone
-    subprocess.run([simulate, "--columns", "--cell", place("cell.toml"), "--measured",
+    subprocess.run([simulate, "--columns", "--cell", cell, "--measured",
                     measured, "--with", place("with.json"), "--out", place("columns"),
                     "--cycles", ",".join(f"{c:g}" for c in sorted(cycles))], check=True)
     blocks = Blocks(*read_columns(place("columns")), rows, seen)

@@ -29,6 +29,18 @@ struct Walker {
     x = c * x - s * z;
     z = turned;
   }
+  /// About its own origin, a rotation vector in its own axes.
+  void Turn(const Vector3d& own_rad) {
+    const Vector3d turn = own_rad.x() * x + own_rad.y() * y + own_rad.z() * z;
+    const double angle = turn.norm();
+    if (angle == 0.0) return;
+    const Vector3d axis = turn / angle;
+    for (Vector3d* v : {&x, &y, &z}) {
+      *v = *v * std::cos(angle) + axis.cross(*v) * std::sin(angle) +
+           axis * axis.dot(*v) * (1.0 - std::cos(angle));
+    }
+  }
+  void Move(const Vector3d& own_m) { at = Point(own_m); }
   Vector3d Point(const Vector3d& p) const { return at + p.x() * x + p.y() * y + p.z() * z; }
   Vector3d Into(const Vector3d& v) const { return {x.dot(v), y.dot(v), z.dot(v)}; }
 };
@@ -58,13 +70,27 @@ Vector3d RollPitchYaw(const Vector3d& rpy, const Vector3d& v) {
 
 }  // namespace
 
+/// What a joint's bearing and link do in their own frames: where its axis begins, at the carriage
+/// of a sliding joint, and at the link's end.
+struct Arm::Yields {
+  Vector3d bearing_rad = Vector3d::Zero();
+  Vector3d carriage_rad = Vector3d::Zero(), carriage_m = Vector3d::Zero();
+  Vector3d end_rad = Vector3d::Zero(), end_m = Vector3d::Zero(), twist_rad = Vector3d::Zero();
+};
+
 struct Arm::Posture {
+  /// Where the axis of each joint begins (the flange behind the last), and after each joint.
+  std::vector<Walker> before, after;
+  std::vector<double> mass_kg;         ///< outboard of each joint
+  std::vector<Vector3d> first_moment;  ///< of that, kg m
   Vector3d base;
   Walker flange;
   Vector3d gravity;
   Vector3d base_moment_Nm;
   Eigen::VectorXd torque_Nm;
   double work_J;
+  Eigen::VectorXd s_rad;
+  Vector3d lean_rad;
 };
 
 Vector3d Bending(const Tool& tool, const Vector3d& g_F, double payload_kg, const Vector3d& cog_m) {
@@ -90,8 +116,20 @@ double Arm::Payload(const Row& row) const {
   return row.payload_kg * (1.0 + changes_.mass_scale) + changes_.mass_constant_kg;
 }
 
+namespace {
+
+/// The walker at a link's end, bent and twisted.
+template <typename Yields>
+void EndLink(const Yields& yields, Walker& walker) {
+  walker.Move(yields.end_m);
+  walker.Turn(yields.end_rad);
+  walker.Turn(yields.twist_rad);
+}
+
+}  // namespace
+
 void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& tilt_rad,
-                Posture& posture) const {
+                Posture& posture, const std::vector<Yields>* yields) const {
   Vector3d base = cell_.base_m, rpy = cell_.base_rpy_rad;
   for (const Changes::Frame& frame : changes_.frames) {
     if (!frame.session.empty() && frame.session != row.session) continue;
@@ -112,34 +150,56 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
   base += changes_.weather_m[0] * pressure + changes_.weather_m[1] * warmth +
           changes_.weather_m[2] * pressure * warmth;
 
-  Walker walker{base, Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitX())),
-                Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitY())),
-                Turned(tilt_rad, RollPitchYaw(rpy, Vector3d::UnitZ()))};
+  Vector3d stand(changes_.tilt_gain * row.tilt_rad.x(), changes_.tilt_gain * row.tilt_rad.y(), 0.0);
+  for (const Changes::Tilt& event : changes_.tilts) {
+    if (row.t_s >= event.time_s) stand.head<2>() += event.turn_rad;
+  }
+  const auto placed = [&](const Vector3d& v) {
+    return Turned(tilt_rad, Turned(stand, RollPitchYaw(rpy, v)));
+  };
+  Walker walker{base, placed(Vector3d::UnitX()), placed(Vector3d::UnitY()),
+                placed(Vector3d::UnitZ())};
   const int n = int(cell_.joints.size());
   const double growth = 1.0 + changes_.thermal_per_K * (row.temp_C - cell_.reference_temperature_C);
   std::vector<Vector3d> axis(n), point(n), centre(n);
+  posture.before.resize(n + 1);
+  posture.after.resize(n);
+  posture.mass_kg.assign(n + 1, 0.0);
+  posture.first_moment.assign(n + 1, Vector3d::Zero());
   for (int i = 0; i < n; ++i) {
     const Joint& joint = cell_.joints[i];
-    const double theta = joint.sign * (row.q_rad[i] + s_rad[i]) + joint.offset_rad;
+    const double count = joint.sign * (row.q_rad[i] + s_rad[i]);
+    const double theta = (joint.prismatic ? 0.0 : count) + joint.offset_rad;
     const double a = (joint.a_m + changes_.a_m[i]) * growth;
-    const double d = (joint.d_m + changes_.d_m[i]) * growth;
+    const double d = (joint.d_m + changes_.d_m[i]) * growth + (joint.prismatic ? count : 0.0);
     const double alpha = joint.alpha_rad + changes_.alpha_rad[i];
     if (cell_.proximal) {
       walker.TurnAboutX(alpha);
       walker.at += a * walker.x;
       walker.TurnAboutY(changes_.beta_rad[i]);
+      walker.at += d * walker.z;  // a link begins at its own frame's origin
     }
+    if (yields != nullptr && i > 0) EndLink((*yields)[i - 1], walker);
+    if (yields != nullptr) walker.Turn((*yields)[i].bearing_rad);
+    posture.before[i] = walker;
     axis[i] = joint.sign * walker.z;
     point[i] = walker.at;
     walker.TurnAboutZ(theta);
-    walker.at += d * walker.z;
     if (!cell_.proximal) {
+      walker.at += d * walker.z;
       walker.at += a * walker.x;
       walker.TurnAboutX(alpha);
       walker.TurnAboutY(changes_.beta_rad[i]);
     }
+    if (yields != nullptr) {
+      walker.Move((*yields)[i].carriage_m);
+      walker.Turn((*yields)[i].carriage_rad);
+    }
+    posture.after[i] = walker;
     centre[i] = walker.Point(joint.com_m);
   }
+  if (yields != nullptr) EndLink((*yields)[n - 1], walker);
+  posture.before[n] = walker;
 
   posture.base = base;
   posture.flange = walker;
@@ -156,9 +216,16 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
         walker.Point({0.0, 0.0, cell_.tool.length_m / 2.0}));
   }
   if (cell_.payload_cog_m) add(Payload(row), walker.Point(*cell_.payload_cog_m + changes_.cog_m));
+  posture.mass_kg[n] = mass;
+  posture.first_moment[n] = first_moment;
   for (int i = n - 1; i >= 0; --i) {
     add(cell_.joints[i].mass_kg, centre[i]);
-    posture.torque_Nm[i] = axis[i].dot((first_moment - mass * point[i]).cross(posture.gravity));
+    posture.mass_kg[i] = mass;
+    posture.first_moment[i] = first_moment;
+    posture.torque_Nm[i] =
+        cell_.joints[i].prismatic
+            ? mass * axis[i].dot(posture.gravity)
+            : axis[i].dot((first_moment - mass * point[i]).cross(posture.gravity));
   }
   if (row.tau_Nm.size() == n) posture.torque_Nm = row.tau_Nm;
   posture.base_moment_Nm = (first_moment - mass * base).cross(posture.gravity);
@@ -169,9 +236,90 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
   }
 }
 
+/// A rod clamped at one end, under a force and a moment at its other end: how far that turns and
+/// moves. All in one frame; the rod lies along `rod`, 1 / (E I) is `soft`.
+void BendRod(const Vector3d& rod, double soft, const Vector3d& force, const Vector3d& moment,
+             Vector3d& turn, Vector3d& move) {
+  const double length = rod.norm();
+  if (length < 1e-6) return;
+  const Vector3d e = rod / length;
+  const Vector3d across = force - e * e.dot(force);
+  const Vector3d bending = moment - e * e.dot(moment);
+  turn += soft * (e.cross(across) * (length * length / 2.0) + bending * length);
+  move += soft *
+          (across * (length * length * length / 3.0) + bending.cross(e) * (length * length / 2.0));
+}
+
+/// How a carriage with play comes to lie, a rotation in the axes of `carriage`: about each of two
+/// axes across the travel by a share of half its play, the sine of the angle whose tangent is the
+/// moment over the weight on half the carriage's length.
+Vector3d TippedCarriage(const Walker& carriage, const Vector3d& travel, double play_x,
+                        double play_y, double weight_N, const Vector3d& moment_Nm) {
+  constexpr double kHalfLength_m = 0.025;
+  const Vector3d sideways = travel.cross(carriage.x);
+  const double bearing_Nm = weight_N * kHalfLength_m;
+  const auto lies = [&](const Vector3d& about) {
+    return std::sin(std::atan2(about.dot(moment_Nm), bearing_Nm));
+  };
+  return carriage.Into(play_x * lies(carriage.x) * carriage.x + play_y * lies(sideways) * sideways);
+}
+
+std::vector<Arm::Yields> Arm::YieldsOf(const Row& row, const Posture& posture) const {
+  const int n = int(cell_.joints.size());
+  std::vector<Yields> yields(n);
+  const Vector3d& g = posture.gravity;
+  const auto moment = [&](int beyond, const Vector3d& about) {
+    return Vector3d((posture.first_moment[beyond] - posture.mass_kg[beyond] * about).cross(g));
+  };
+  for (int i = 0; i < n; ++i) {
+    Yields& own = yields[i];
+    const Walker& root = posture.before[i];
+    const Walker& end = posture.before[i + 1];
+    Vector3d borne = root.Into(moment(i, root.at));
+    borne.z() = 0.0;
+    own.bearing_rad = changes_.bearing[i] * borne;
+    if (cell_.joints[i].prismatic) {
+      const Walker& carriage = posture.after[i];
+      const Vector3d rod = carriage.Into(cell_.joints[i].sign * row.q_rad[i] * root.z);
+      BendRod(rod, changes_.axis_bending[i], carriage.Into(posture.mass_kg[i] * g),
+              carriage.Into(moment(i, carriage.at)), own.carriage_rad, own.carriage_m);
+      own.carriage_rad += TippedCarriage(carriage, root.z, changes_.guide_x[i], changes_.guide_y[i],
+                                         posture.mass_kg[i] * g.norm(), moment(i, carriage.at));
+    }
+    const Vector3d rod = end.Into(end.at - root.at);
+    const double length = rod.norm();
+    if (length < 1e-6) continue;
+    // A moment that falls evenly from the joint's to the one beyond the link is that of one force.
+    const Vector3d tip = end.Into(moment(i + 1, end.at));
+    const Vector3d rise = end.Into(moment(i, root.at)) - tip;
+    const Vector3d force = rise.cross(rod) / (length * length);
+    BendRod(rod, changes_.link_bending[i] / length, force, tip, own.end_rad, own.end_m);
+    own.twist_rad = changes_.link_torsion[i] * rod * rod.dot(tip) / (length * length);
+  }
+  return yields;
+}
+
+/// The pull of unknown weight: that of the arm as commanded.
+Eigen::VectorXd Arm::UnweighedSag(const Row& row) const {
+  const int n = int(cell_.joints.size());
+  Eigen::VectorXd sag = Eigen::VectorXd::Zero(n);
+  if (changes_.sags.empty()) return sag;
+  Posture still;
+  Place(row, Eigen::VectorXd::Zero(n), Vector3d::Zero(), still);
+  const Vector3d down = cell_.gravity_m_s2.normalized();
+  for (const Changes::Sag& of : changes_.sags) {
+    Walker link = still.before[of.link];
+    const Joint& joint = cell_.joints[of.link];
+    link.TurnAboutZ(joint.offset_rad + (joint.prismatic ? 0.0 : joint.sign * row.q_rad[of.link]));
+    const Vector3d axis = cell_.joints[of.joint].sign * still.before[of.joint].z;
+    sag[of.joint] += of.size_rad * axis.dot((of.across == 0 ? link.x : link.y).cross(down));
+  }
+  return sag;
+}
+
 Eigen::VectorXd Arm::Deflection(const Row& row, const Eigen::VectorXd& torque_Nm) const {
   const int n = int(cell_.joints.size());
-  Eigen::VectorXd s = changes_.coupling * row.q_rad;
+  Eigen::VectorXd s = changes_.coupling * row.q_rad + UnweighedSag(row);
   const double longest = row.last_move_rad.cwiseAbs().maxCoeff();
   for (int i = 0; i < n; ++i) {
     const double tau = torque_Nm[i];
@@ -216,7 +364,23 @@ Arm::Posture Arm::Solve(const Row& row) const {
     if (pass > 0 && moved < 1e-14) break;
   }
   Place(row, s, tilt, posture);
+  posture.s_rad = s;
+  posture.lean_rad = tilt;
   return posture;
+}
+
+/// The flange of the arm whose bearings, links and axes have yielded to its weight.
+Walker Arm::Yielded(const Row& row, const Posture& solved) const {
+  const auto yields = [](const Eigen::VectorXd& sizes) { return !sizes.isZero(0.0); };
+  if (!yields(changes_.bearing) && !yields(changes_.link_bending) &&
+      !yields(changes_.link_torsion) && !yields(changes_.axis_bending) &&
+      !yields(changes_.guide_x) && !yields(changes_.guide_y)) {
+    return solved.flange;
+  }
+  const std::vector<Yields> all = YieldsOf(row, solved);
+  Posture moved;
+  Place(row, solved.s_rad, solved.lean_rad, moved, &all);
+  return moved.flange;
 }
 
 /// Bearing and distance, each as the wrong camera takes it.
@@ -273,7 +437,11 @@ Vector3d Arm::Tip(const Row& row) const {
   for (const Changes::Step& step : changes_.steps) {
     if (step.of_tool && row.t_s >= step.time_s) tip += step.xyz_m;
   }
-  return (1.0 + changes_.scale) * Seen(row, flange.Point(tip));
+  return (1.0 + changes_.scale) * Seen(row, Yielded(row, posture).Point(tip));
+}
+
+double Arm::Range(const Vector3d& tip_m) const {
+  return (tip_m - *cell_.anchor_m - changes_.anchor_m).norm() + changes_.range_zero_m;
 }
 
 Eigen::VectorXd Arm::Torques(const Row& row) const {
@@ -292,6 +460,22 @@ double Arm::WorkOfGravity(const Row& row, const Eigen::VectorXd& s_rad) const {
   Posture posture;
   Place(row, s_rad, Vector3d::Zero(), posture);
   return posture.work_J;
+}
+
+Eigen::VectorXd Readings(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
+  const Changes changes(effects, int(cell.joints.size()));
+  const Arm arm(cell, changes);
+  const Eigen::Index axes = cell.anchor_m ? 1 : 3;
+  Eigen::VectorXd readings(axes * Eigen::Index(rows.size()));
+  for (Eigen::Index k = 0; k < Eigen::Index(rows.size()); ++k) {
+    const Vector3d tip = arm.Tip(rows[std::size_t(k)]);
+    if (cell.anchor_m) {
+      readings[k] = arm.Range(tip) * 1e3;
+    } else {
+      readings.segment<3>(3 * k) = tip * 1e3;
+    }
+  }
+  return readings;
 }
 
 std::vector<Vector3d> Tips(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {

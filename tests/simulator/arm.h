@@ -19,7 +19,9 @@ struct Row {
   double payload_kg = 0.0;
   double temp_C = 0.0;
   double pressure_bar = 1.0;
+  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< of the base, as its inclinometer reads
   Eigen::Vector3d xyz_m = Eigen::Vector3d::Zero();
+  double range_m = 0.0;  ///< from the cell's anchor, in place of xyz_m
 };
 
 /// A square-tube cantilever with a payload: tip displacement in the flange frame [m].
@@ -27,6 +29,8 @@ struct Row {
 ///   F = m g,  M = (cog - (0,0,L)) x F,  w = density area g
 Eigen::Vector3d Bending(const Tool& tool, const Eigen::Vector3d& g_F, double payload_kg,
                         const Eigen::Vector3d& cog_m);
+
+struct Walker;
 
 /// The sagged arm at one row. Torques come from the outboard composite mass and its centre,
 /// gathered from the tip inwards; the posture is iterated until no joint moves by 1e-14 rad.
@@ -36,6 +40,9 @@ class Arm {
 
   /// Tip as the instrument reads it, without noise [m], in the measurement frame.
   Eigen::Vector3d Tip(const Row& row) const;
+
+  /// Distance of a tip from the cell's anchor, as it is read [m].
+  double Range(const Eigen::Vector3d& tip_m) const;
 
   /// Gravity torques about the joints, in their positive direction [N m], in the sagged posture.
   Eigen::VectorXd Torques(const Row& row) const;
@@ -53,9 +60,13 @@ class Arm {
 
  private:
   struct Posture;
+  struct Yields;
   Posture Solve(const Row& row) const;
   void Place(const Row& row, const Eigen::VectorXd& s_rad, const Eigen::Vector3d& tilt_rad,
-             Posture& posture) const;
+             Posture& posture, const std::vector<Yields>* yields = nullptr) const;
+  Walker Yielded(const Row& row, const Posture& solved) const;
+  std::vector<Yields> YieldsOf(const Row& row, const Posture& posture) const;
+  Eigen::VectorXd UnweighedSag(const Row& row) const;
   Eigen::VectorXd Deflection(const Row& row, const Eigen::VectorXd& torque_Nm) const;
   Eigen::Vector3d Gravity() const;
   double Payload(const Row& row) const;
@@ -64,6 +75,10 @@ class Arm {
   const Cell& cell_;
   const Changes& changes_;
 };
+
+/// What a noiseless instrument reads at all rows [mm]: x, y, z of each, or its range where the cell
+/// has an anchor.
+Eigen::VectorXd Readings(const Cell& cell, const Effects& effects, const std::vector<Row>& rows);
 
 /// Tips of all rows.
 std::vector<Eigen::Vector3d> Tips(const Cell& cell, const Effects& effects,

@@ -13,6 +13,7 @@ inline constexpr double kDeg = std::numbers::pi / 180.0;
 
 /// One row of the Denavit-Hartenberg table with the link that it carries.
 struct Joint {
+  bool prismatic = false;  ///< its positions and limits are in metres
   double a_m = 0.0;
   double alpha_rad = 0.0;
   double d_m = 0.0;
@@ -58,7 +59,8 @@ struct Cell {
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
   };
-  std::optional<Camera> camera;  ///< that measures; it looks along its own z
+  std::optional<Camera> camera;             ///< that measures; it looks along its own z
+  std::optional<Eigen::Vector3d> anchor_m;  ///< ranges are measured from here
   bool unaligned = false;
   bool tool_unknown = false;
   std::vector<double> payloads_kg = {0.0};  ///< what the design hangs on the tool; not in the file
@@ -70,12 +72,16 @@ Cell ReadCell(const std::string& path);
 /// Writes the cell as cell.toml, in millimetres, degrees and kilograms.
 void WriteCell(const Cell& cell, const std::string& path);
 
-/// A cell by the name of its robot: kr210, ur10 or arm6 (a made-up arm in the proximal convention).
+/// A cell by the name of its robot: kr210, ur10, arm6 (a made-up arm in the proximal convention) or
+/// lift (a lift, an extending axis and a wrist of three joints).
 /// @throws std::runtime_error for any other name
 Cell ReadyCell(const std::string& robot);
 
 /// A camera as far off as twice the arm is long, beside it and looking a little down on it.
 Cell::Camera CameraBeside(const Cell& cell);
+
+/// Where a drum of wire or a distance meter stands: beside the arm, at its reach.
+Eigen::Vector3d AnchorBeside(const Cell& cell);
 
 std::vector<std::string> ReadyRobots();
 

@@ -28,17 +28,17 @@ std::optional<Eigen::Vector3d> Vector(const toml::table& table, const std::strin
 }
 
 Joint ReadJoint(const toml::table& table) {
-  if (table.contains("type") && table["type"].value_or(std::string()) != "revolute") {
-    throw std::runtime_error("the simulator knows revolute joints only");
-  }
   Joint joint;
+  joint.prismatic = table["type"].value_or(std::string("revolute")) == "prismatic";
   joint.a_m = Number(table, "a_mm") * 1e-3;
   joint.alpha_rad = Number(table, "alpha_deg") * kDeg;
   joint.d_m = Number(table, "d_mm") * 1e-3;
   joint.offset_rad = Number(table, "theta_offset_deg") * kDeg;
   joint.sign = Number(table, "sign");
-  joint.min_rad = NumberOr(table, "min_deg", -180.0) * kDeg;
-  joint.max_rad = NumberOr(table, "max_deg", 180.0) * kDeg;
+  joint.min_rad =
+      joint.prismatic ? Number(table, "min_mm") * 1e-3 : NumberOr(table, "min_deg", -180.0) * kDeg;
+  joint.max_rad =
+      joint.prismatic ? Number(table, "max_mm") * 1e-3 : NumberOr(table, "max_deg", 180.0) * kDeg;
   joint.mass_known = table.contains("link_mass_kg");
   joint.mass_kg = NumberOr(table, "link_mass_kg", 0.0);
   joint.com_m = Vector(table, "link_com_mm").value_or(Eigen::Vector3d::Zero()) * 1e-3;
@@ -116,6 +116,9 @@ Cell ReadCell(const std::string& path) {
     cell.camera = Cell::Camera{
         *at * 1e-3, Vector(measurement, "camera_rpy_deg").value_or(Eigen::Vector3d::Zero()) * kDeg};
   }
+  if (measurement["kind"].value_or(std::string()) == "range") {
+    cell.anchor_m = Vector(measurement, "anchor_mm").value_or(Eigen::Vector3d::Zero()) * 1e-3;
+  }
   cell.unaligned = measurement["frame"].value_or(std::string()) == "unaligned";
   cell.tool_unknown = measurement["tool"].value_or(std::string()) == "unknown";
   return cell;
@@ -128,13 +131,18 @@ void WriteCell(const Cell& cell, const std::string& path) {
       cell.name, cell.proximal ? "mdh" : "dh", Triple(cell.gravity_m_s2), Triple(cell.base_m * 1e3),
       Triple(cell.base_rpy_rad / kDeg));
   for (const Joint& joint : cell.joints) {
+    const double unit = joint.prismatic ? 1e-3 : kDeg;
+    const char* const name = joint.prismatic ? "mm" : "deg";
     text += fmt::format(
         "\n[[robot.joint]]\na_mm = {:.6g}\nalpha_deg = {:.6g}\nd_mm = {:.6g}\n"
-        "theta_offset_deg = {:.6g}\nsign = {}\nmin_deg = {:.6g}\nmax_deg = {:.6g}\n"
-        "link_mass_kg = {:.6g}\nlink_com_mm = {}\n",
+        "theta_offset_deg = {:.6g}\nsign = {}\nmin_{} = {:.6g}\nmax_{} = {:.6g}\n",
         joint.a_m * 1e3, joint.alpha_rad / kDeg, joint.d_m * 1e3, joint.offset_rad / kDeg,
-        int(joint.sign), joint.min_rad / kDeg, joint.max_rad / kDeg, joint.mass_kg,
-        Triple(joint.com_m * 1e3));
+        int(joint.sign), name, joint.min_rad / unit, name, joint.max_rad / unit);
+    if (joint.prismatic) text += "type = \"prismatic\"\n";
+    if (joint.mass_known) {
+      text += fmt::format("link_mass_kg = {:.6g}\nlink_com_mm = {}\n", joint.mass_kg,
+                          Triple(joint.com_m * 1e3));
+    }
     if (joint.compliance_rad_per_Nm) {
       text += fmt::format("compliance_rad_per_Nm = {:.6e}\n", *joint.compliance_rad_per_Nm);
     }
@@ -150,8 +158,11 @@ void WriteCell(const Cell& cell, const std::string& path) {
   if (cell.payload_cog_m) {
     text += fmt::format("\n[payload]\ncog_mm = {}\n", Triple(*cell.payload_cog_m * 1e3));
   }
-  text += fmt::format("\n[measurement]\nkind = \"position\"\n{}{}sigma_mm = {:.6g}\n",
-                      cell.unaligned ? "frame = \"unaligned\"\n" : "",
+  text += "\n[measurement]\n";
+  text += cell.anchor_m
+              ? fmt::format("kind = \"range\"\nanchor_mm = {}\n", Triple(*cell.anchor_m * 1e3))
+              : "kind = \"position\"\n";
+  text += fmt::format("{}{}sigma_mm = {:.6g}\n", cell.unaligned ? "frame = \"unaligned\"\n" : "",
                       cell.tool_unknown ? "tool = \"unknown\"\n" : "", cell.sigma_m * 1e3);
   text += fmt::format("reference_temperature_C = {:.6g}\n", cell.reference_temperature_C);
   if (cell.camera) {

@@ -71,6 +71,14 @@ struct Hall {
            0.01 * Normal(random);
   }
 
+  /// A floor that follows a press beside it and settles, 0.05 degrees.
+  Eigen::Vector2d Tilt(double t_s, Generator& random) const {
+    const double way = 2 * M_PI * t_s / pressure_period_s + pressure_phase;
+    return 0.05 * kDeg *
+           Eigen::Vector2d(std::sin(way) + 0.3 * Normal(random),
+                           t_s / kDuration_s - 0.5 + 0.3 * Normal(random));
+  }
+
   double rise, rise_s, wave, period_s, phase, pressure_period_s, pressure_phase;
 };
 
@@ -97,6 +105,7 @@ void Circumstances(const Cell& cell, const Design& design, const Hall& hall, Row
   row.t_s = Uniform(random, 0.0, kDuration_s);
   row.temp_C = hall.Temperature(row.t_s, cell.reference_temperature_C, design.steady_rise, random);
   row.pressure_bar = hall.Pressure(row.t_s, random);
+  if (design.tilt) row.tilt_rad = hall.Tilt(row.t_s, random);
   if (design.dynamic) {
     for (int i = 0; i < n; ++i) {
       const double speed = i < n / 2 ? 55.0 : 100.0;
@@ -140,6 +149,8 @@ Tables DrawDesign(const Cell& cell, const Design& design, Generator& random) {
     table->session = design.sessions > 1;
     table->qd = table->qdd = design.dynamic;
     table->pressure = design.pressure;
+    table->tilt = design.tilt;
+    for (const Joint& joint : cell.joints) table->prismatic.push_back(joint.prismatic);
   }
   tables.measured.xyz = true;
   return tables;

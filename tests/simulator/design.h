@@ -15,6 +15,7 @@ struct Design {
   bool vertical = false;  ///< tool straight down and one payload: little can be told apart
   bool one_payload = false;
   bool pressure = false;        ///< an air_pressure_bar column
+  bool tilt = false;            ///< an inclinometer on the base, tilt_x_deg and tilt_y_deg
   bool steady_rise = false;     ///< the temperature rises in proportion to the time
   double tests_warmer_K = 0.0;  ///< of the test poses, beyond what was measured
   int sessions = 1;

@@ -65,9 +65,14 @@ Effects EffectsFromJson(const nlohmann::json& list) {
 }
 
 Changes::Changes(int joints) {
-  for (Eigen::VectorXd* vector : {&offset, &gear_ratio, &compliance, &hardening, &backlash_load,
-                                  &backlash_move, &lag, &inertia, &viscous_squared, &warm_payload,
-                                  &following, &friction, &a_m, &d_m, &alpha_rad, &beta_rad}) {
+  for (Eigen::VectorXd* vector : {&offset,       &gear_ratio,    &compliance,
+                                  &hardening,    &backlash_load, &backlash_move,
+                                  &lag,          &inertia,       &viscous_squared,
+                                  &warm_payload, &following,     &friction,
+                                  &a_m,          &d_m,           &alpha_rad,
+                                  &beta_rad,     &bearing,       &link_bending,
+                                  &link_torsion, &axis_bending,  &guide_x,
+                                  &guide_y}) {
     vector->setZero(joints);
   }
   coupling.setZero(joints, joints);
@@ -75,6 +80,50 @@ Changes::Changes(int joints) {
 
 Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
   for (const Effect& effect : effects) Add(effect);
+}
+
+/// Bearings, links and axes that yield, joints under unknown weight. @return whether it is one
+bool Changes::AddStructure(const Effect& effect) {
+  const std::string& id = effect.id;
+  if (id != "bearing_tilt" && id != "link_bending" && id != "axis_bending" && id != "guide_play" &&
+      id != "gravity_sag") {
+    return false;
+  }
+  for (const Parameter& p : effect.parameters) {
+    const int joint = JointOf(p.name);
+    const std::size_t link = p.name.find("_link");
+    if (link != std::string::npos) {
+      sags.push_back({joint, JointOf(p.name.substr(link)), p.name.back() - 'x', p.value});
+    } else if (id == "gravity_sag") {
+      compliance[joint] += p.value;
+    } else if (id == "bearing_tilt") {
+      bearing[joint] += p.value;
+    } else if (id == "axis_bending") {
+      axis_bending[joint] += p.value;
+    } else if (id == "guide_play") {
+      (EndsWith(p.name, "_x") ? guide_x : guide_y)[joint] += p.value;
+    } else {
+      (EndsWith(p.name, "_torsion") ? link_torsion : link_bending)[joint] += p.value;
+    }
+  }
+  return true;
+}
+
+/// A tilting base and ranges from elsewhere. @return whether it is one
+bool Changes::AddReading(const Effect& effect) {
+  if (effect.id == "tilt_event") {
+    tilts.push_back(
+        {Value(effect, "time"), Eigen::Vector2d(Value(effect, "x"), Value(effect, "y")) * kDeg});
+  } else if (effect.id == "base_tilt") {
+    tilt_gain += Value(effect, "gain");
+  } else if (effect.id == "range_zero") {
+    range_zero_m += Value(effect, "zero") * 1e-3;
+  } else if (effect.id == "range_anchor") {
+    anchor_m += Xyz(effect) * 1e-3;
+  } else {
+    return false;
+  }
+  return true;
 }
 
 void Changes::Add(const Effect& effect) {
@@ -165,6 +214,8 @@ void Changes::Add(const Effect& effect) {
     lens_k1 += Value(effect, "k1");
   } else if (id == "step_event") {
     steps.push_back({Value(effect, "time"), Xyz(effect) * 1e-3, effect.frame == "tool"});
+  } else if (AddStructure(effect) || AddReading(effect)) {
+    return;
   } else if (id == "creep") {
     creep += Value(effect, "A");
     creep_tau_s = Value(effect, "tau");

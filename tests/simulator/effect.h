@@ -61,8 +61,25 @@ struct Changes {
   Changes(const Effects& effects, int joints);
 
   Eigen::VectorXd offset, gear_ratio, compliance, hardening, backlash_load, backlash_move, lag,
-      inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad;
-  Eigen::MatrixXd coupling;  ///< (i, j): joint i turns with the angle of joint j
+      inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad,
+      bearing, link_bending, link_torsion, axis_bending;
+  Eigen::VectorXd guide_x, guide_y;  ///< half the play of a guide about two axes across its travel
+  Eigen::MatrixXd coupling;          ///< (i, j): joint i turns with the angle of joint j
+  /// Of joints whose links nobody weighed: rad at a moment that pulls with |g| across the joint.
+  struct Sag {
+    int joint, link, across;
+    double size_rad;
+  };
+  std::vector<Sag> sags;
+  /// From its moment on the base is turned about x and y of the measurement frame.
+  struct Tilt {
+    double time_s;
+    Eigen::Vector2d turn_rad;
+  };
+  std::vector<Tilt> tilts;
+  double tilt_gain = 0.0;  ///< of the base with its inclinometer
+  double range_zero_m = 0.0;
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();  ///< by which the ranges' anchor is elsewhere
   std::vector<Frame> frames;
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;
@@ -96,6 +113,8 @@ struct Changes {
 
  private:
   void Add(const Effect& effect);
+  bool AddStructure(const Effect& effect);
+  bool AddReading(const Effect& effect);
 };
 
 }  // namespace simulator

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -141,6 +142,106 @@ Effect StepEvent(Generator& random, double duration_s) {
   return step;
 }
 
+/// The joints of a type, counted from 1.
+std::vector<int> JointsOfType(const Cell& cell, bool prismatic) {
+  std::vector<int> joints;
+  for (std::size_t i = 0; i < cell.joints.size(); ++i) {
+    if (cell.joints[i].prismatic == prismatic) joints.push_back(int(i) + 1);
+  }
+  return joints;
+}
+
+/// Bearings beyond the first, which stands for the pedestal.
+Effect BearingTilt(const Cell& cell, int count, Generator& random) {
+  std::vector<int> joints = JointsOfType(cell, false);
+  std::erase(joints, 1);
+  std::shuffle(joints.begin(), joints.end(), random);
+  joints.resize(std::min(joints.size(), std::size_t(count)));
+  std::sort(joints.begin(), joints.end());
+  return PerJoint("bearing_tilt", joints, "rad/(N m)", 1e-7, false, random);
+}
+
+/// Links with a length: of the others nothing is seen.
+Effect LinkBending(const Cell& cell, int count, Generator& random) {
+  std::vector<std::string> names;
+  const int n = int(cell.joints.size());
+  for (int i = 1; i <= n; ++i) {
+    if (cell.proximal && i == n) continue;
+    const Joint& link = cell.joints[std::size_t(cell.proximal ? i : i - 1)];
+    if (std::hypot(link.a_m, link.d_m) < 0.2) continue;
+    names.push_back(Name(i));
+    names.push_back(Name(i) + "_torsion");
+  }
+  std::shuffle(names.begin(), names.end(), random);
+  names.resize(std::min(names.size(), std::size_t(count)));
+  std::sort(names.begin(), names.end());
+  Effect effect = Plain("link_bending", {});
+  std::set<std::string> scope;
+  for (const std::string& name : names) {
+    effect.parameters.push_back({name, 1e-7 * Uniform(random, 0.6, 1.4), "rad/(N m)"});
+    scope.insert(name.substr(0, name.find('_')));
+  }
+  effect.scope.assign(scope.begin(), scope.end());
+  return effect;
+}
+
+/// A soft joint that bears tool, payload and links of unknown weight.
+Effect GravitySag(const Cell& cell, Generator& random) {
+  const int joint = Integer(random, 2, 3);
+  Effect effect = Plain("gravity_sag", {{Name(joint), 1e-6, "rad/(N m)"}});
+  for (int link = joint; link <= std::min(joint + 1, int(cell.joints.size())); ++link) {
+    effect.parameters.push_back(
+        {fmt::format("{}_link{}_{}", Name(joint), link, Integer(random, 0, 1) == 0 ? "x" : "y"),
+         1e-3 * Uniform(random, 0.6, 1.4) * Sign(random), "rad"});
+  }
+  effect.scope = {Name(joint)};
+  return effect;
+}
+
+/// A guide with play, of a slide of the ready lift: the first, upright, bears moments about both
+/// axes across it, the second, level, about its x axis alone.
+Effect GuidePlay(const std::vector<int>& slides, Generator& random) {
+  const int slide = slides[std::size_t(Integer(random, 0, int(slides.size()) - 1))];
+  std::vector<std::string> axes = {"x"};
+  if (slide == slides.front()) {
+    const int drawn = Integer(random, 0, 2);
+    if (drawn == 1) axes = {"y"};
+    if (drawn == 2) axes = {"x", "y"};
+  }
+  Effect effect = Plain("guide_play", {});
+  for (const std::string& axis : axes) {
+    effect.parameters.push_back(
+        {Name(slide) + "_" + axis, 3e-4 * Uniform(random, 0.6, 1.4), "rad"});
+  }
+  effect.scope = {Name(slide)};
+  return effect;
+}
+
+/// What yields in the structure, and what turns the base.
+std::optional<Effect> OfStructure(const std::string& id, const Cell& cell, int count,
+                                  Generator& random) {
+  if (id == "bearing_tilt") return BearingTilt(cell, std::min(count, 2), random);
+  if (id == "link_bending") return LinkBending(cell, std::min(count, 2), random);
+  if (id == "gravity_sag") return GravitySag(cell, random);
+  if (id == "base_tilt") return Plain(id, {{"gain", 1.0, "1"}});
+  if (id == "tilt_event") {
+    Effect event = Plain(id, Direction(random, true));
+    for (Parameter& p : event.parameters) p = {p.name, 0.02 * p.value, "deg"};
+    event.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * 5400.0, "s", true});
+    return event;
+  }
+  if (id == "range_zero") return Plain(id, {{"zero", Sign(random), "mm"}});
+  if (id == "range_anchor") return Plain(id, Direction(random));
+  const std::vector<int> slides = JointsOfType(cell, true);
+  if (slides.empty()) return std::nullopt;
+  if (id == "slide_compliance") {
+    return PerJoint("joint_compliance", {slides.front()}, "m/N", 1e-8, false, random);
+  }
+  if (id == "guide_play") return GuidePlay(slides, random);
+  if (id == "axis_bending") return PerJoint(id, {slides.back()}, "1/(N m^2)", 1e-7, false, random);
+  return std::nullopt;
+}
+
 /// Effects of the last move, of coupled axes and of parallel ones.
 Effect OfMoves(const std::string& id, const Cell& cell, int count, Generator& random) {
   const int n = int(cell.joints.size());
@@ -239,6 +340,7 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
       zoom.parameters.push_back({"time", Uniform(random, 0.3, 0.7) * 5400.0, "s", true});
     return zoom;
   }
+  if (const std::optional<Effect> found = OfStructure(id, cell, count, random)) return *found;
   return OfMoves(id, cell, count, random);
 }
 
@@ -250,7 +352,9 @@ const std::vector<std::string> kCatalogued = {
     "backlash_move",   "approach_lag",      "gear_periodic",        "thermal_growth",
     "thermal_drift",   "latency",           "dynamic_inertia",      "measurement_scale",
     "step_event",      "camera_tag_size",   "camera_zoom",          "camera_lens",
-    "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis"};
+    "following_error", "arrival_friction",  "axis_coupling",        "parallel_axis",
+    "bearing_tilt",    "link_bending",      "gravity_sag",          "tilt_event",
+    "base_tilt",       "range_zero",        "range_anchor"};
 
 const std::vector<std::string> kOutside = {"creep",
                                            "slow_sine",
@@ -400,6 +504,18 @@ bool NeedsCamera(const std::string& family) {
   return family.find("camera_") != std::string::npos;
 }
 
+bool NeedsTilt(const std::string& family) {
+  return family.find("base_tilt") != std::string::npos;
+}
+
+bool NeedsUnknownMasses(const std::string& family) {
+  return family.find("gravity_sag") != std::string::npos;
+}
+
+bool NeedsRange(const std::string& family) {
+  return family.starts_with("range_");
+}
+
 bool NeedsPressure(const std::string& family) {
   return family == "air_pressure" || family == "two_drivers";
 }
@@ -433,11 +549,8 @@ Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random
 }
 
 double Signal(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
-  const auto without = Tips(cell, {}, rows);
-  const auto with = Tips(cell, effects, rows);
-  double sum = 0.0;
-  for (std::size_t k = 0; k < rows.size(); ++k) sum += (with[k] - without[k]).squaredNorm();
-  return std::sqrt(sum / double(rows.size())) / (std::sqrt(3.0) * cell.sigma_m);
+  const Eigen::VectorXd moved = Readings(cell, effects, rows) - Readings(cell, {}, rows);
+  return moved.norm() / std::sqrt(double(moved.size())) * 1e-3 / cell.sigma_m;
 }
 
 void ScaleTo(double signal, const Cell& cell, const std::vector<Row>& rows, Effects& effects) {

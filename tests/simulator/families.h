@@ -19,13 +19,16 @@ std::vector<std::string> Families();
 
 bool NeedsVelocities(const std::string& family);
 bool NeedsCamera(const std::string& family);
+bool NeedsTilt(const std::string& family);
+bool NeedsUnknownMasses(const std::string& family);
+bool NeedsRange(const std::string& family);
 bool NeedsPressure(const std::string& family);
 
 /// A family with random joints and parameters, not yet scaled.
 /// @throws std::runtime_error for an unknown name
 Hidden DrawFamily(const std::string& family, const Cell& cell, Generator& random);
 
-/// RMS of the 3-D displacement that the effects cause over sqrt(3) sigma.
+/// RMS of what the effects change in the readings over sigma, an axis.
 double Signal(const Cell& cell, const Effects& effects, const std::vector<Row>& rows);
 
 /// Scales the sizes of each effect alone (not its cycles, phases or times) to the asked signal.

@@ -9,21 +9,14 @@
 namespace simulator {
 namespace {
 
-Eigen::VectorXd Stacked(const std::vector<Eigen::Vector3d>& points_m) {
-  Eigen::VectorXd stacked(3 * Eigen::Index(points_m.size()));
-  for (Eigen::Index k = 0; k < Eigen::Index(points_m.size()); ++k) {
-    stacked.segment<3>(3 * k) = points_m[std::size_t(k)] * 1e3;
-  }
-  return stacked;
-}
-
 /// A change of a parameter that moves the tip by some micrometres.
 double StepOf(const Parameter& parameter) {
   const std::string& unit = parameter.unit;
   if (unit == "mm") return 1e-3;
   if (unit == "deg") return 1e-5;
   if (unit == "rad") return 1e-6;
-  if (unit == "rad/(N m)") return 1e-10;
+  if (unit == "rad/(N m)" || unit == "m/N") return 1e-10;
+  if (unit == "1/(N m^2)") return 1e-11;
   if (unit == "rad/(N m)^3") return 1e-17;
   if (unit == "N m") return 0.1;
   if (unit == "kg") return 1e-3;
@@ -88,6 +81,22 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
     for (int of = 1; of < i; ++of) {
       add(One("axis_coupling", fmt::format("{}_of_q{}", q, of), 0.0, "1", {q}));
     }
+    if (cell.joints[std::size_t(i - 1)].prismatic) {
+      joint("axis_bending", "1/(N m^2)");
+      for (const char* axis : {"_x", "_y"}) add(One("guide_play", q + axis, 0.0, "rad", {q}));
+    } else if (i > 1) {
+      joint("bearing_tilt", "rad/(N m)");
+    }
+    add(One("link_bending", q, 0.0, "rad/(N m)", {q}));
+    add(One("link_bending", q + "_torsion", 0.0, "rad/(N m)", {q}));
+    const bool weighed = std::all_of(cell.joints.begin(), cell.joints.end(),
+                                     [](const Joint& j) { return j.mass_known; });
+    for (int link = i; link <= int(cell.joints.size()) && !weighed; ++link) {
+      for (const char* across : {"x", "y"}) {
+        add(One("gravity_sag", fmt::format("{}_link{}_{}", q, link, across), 0.0, "rad", {q}));
+      }
+    }
+    if (!weighed) add(One("gravity_sag", q, 0.0, "rad/(N m)", {q}));
     if (table.qdd) joint("dynamic_inertia", "s^2");
     for (const double n : cycles) {
       for (const double phase : {0.0, M_PI / 2.0}) {
@@ -120,6 +129,16 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
   if (table.temp) add(One("thermal_growth", "alpha", 0.0, "1/K"));
   if (table.qd) add(One("latency", "time", 0.0, "s"));
   add(One("measurement_scale", "scale", 0.0, "1"));
+  if (cell.anchor_m) {
+    add(One("range_zero", "zero", 0.0, "mm"));
+    vector("range_anchor");
+  }
+  if (table.tilt) add(One("base_tilt", "gain", 0.0, "1"));
+  for (const char* axis : {"x", "y"}) {
+    Effect tilted = One("tilt_event", axis, 0.0, "deg");  // from the first row on
+    tilted.parameters.push_back({"time", -1e9, "s", true});
+    add(tilted);
+  }
   if (cell.camera) {
     add(One("camera_tag_size", "scale", 0.0, "1"));
     add(One("camera_zoom", "scale", 0.0, "1"));
@@ -146,20 +165,23 @@ std::vector<Slot> Free(const Effects& form) {
 
 /// Huber weights of the rows by the norm of their 3-D error, k = 2.5 of a robust scale; zero where
 /// a coordinate was not measured.
-Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& measured) {
-  const Eigen::Index rows = residual.size() / 3;
+Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& measured,
+                        Eigen::Index axes) {
+  const Eigen::Index rows = residual.size() / axes;
   Eigen::VectorXd norm(rows);
   std::vector<double> sorted;
   for (Eigen::Index k = 0; k < rows; ++k) {
-    norm[k] = residual.segment<3>(3 * k).norm();
-    if (measured.segment<3>(3 * k).minCoeff() > 0.0) sorted.push_back(norm[k]);
+    norm[k] = residual.segment(axes * k, axes).norm();
+    if (measured.segment(axes * k, axes).minCoeff() > 0.0) sorted.push_back(norm[k]);
   }
   const std::size_t middle = sorted.size() / 2;
   std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(middle), sorted.end());
-  const double limit = 2.5 * sorted.at(middle) / 1.538 * std::sqrt(3.0);
+  // The median of the norm is 1.538 sigma of three axes, 0.6745 of one.
+  const double limit =
+      2.5 * sorted.at(middle) / (axes == 1 ? 0.6745 : 1.538) * std::sqrt(double(axes));
   Eigen::VectorXd weight(residual.size());
   for (Eigen::Index k = 0; k < rows; ++k) {
-    weight.segment<3>(3 * k).setConstant(norm[k] <= limit ? 1.0 : std::sqrt(limit / norm[k]));
+    weight.segment(axes * k, axes).setConstant(norm[k] <= limit ? 1.0 : std::sqrt(limit / norm[k]));
   }
   return weight.cwiseProduct(measured);
 }
@@ -168,40 +190,46 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& 
 
 std::vector<Column> Columns(const Cell& cell, const Effects& effects, const Table& table,
                             const std::vector<double>& cycles) {
-  const Eigen::VectorXd here = Stacked(Tips(cell, effects, table.rows));
+  const Eigen::VectorXd here = Readings(cell, effects, table.rows);
   std::vector<Column> columns;
   for (const Candidate& candidate : Candidates(cell, table, cycles)) {
     Effects moved = effects;
     moved.push_back(candidate.effect);
     columns.push_back({candidate.effect.id, candidate.name, candidate.effect.parameters[0].unit,
                        candidate.effect.scope,
-                       (Stacked(Tips(cell, moved, table.rows)) - here) / candidate.step});
+                       (Readings(cell, moved, table.rows) - here) / candidate.step});
   }
   return columns;
 }
 
 FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
-  Eigen::VectorXd points(3 * Eigen::Index(measured.rows.size()));
+  const Eigen::Index axes = cell.anchor_m ? 1 : 3;
+  Eigen::VectorXd points(axes * Eigen::Index(measured.rows.size()));
   for (Eigen::Index k = 0; k < Eigen::Index(measured.rows.size()); ++k) {
-    points.segment<3>(3 * k) = measured.rows[std::size_t(k)].xyz_m * 1e3;
+    const Row& row = measured.rows[std::size_t(k)];
+    if (cell.anchor_m) {
+      points[k] = row.range_m * 1e3;
+    } else {
+      points.segment<3>(3 * k) = row.xyz_m * 1e3;
+    }
   }
   const Eigen::VectorXd is_measured = points.array().isFinite().cast<double>();
   points = is_measured.array().select(points, 0.0).eval();
   const auto residual_of = [&](const Effects& effects) -> Eigen::VectorXd {
-    return is_measured.cwiseProduct(points - Stacked(Tips(cell, effects, measured.rows)));
+    return is_measured.cwiseProduct(points - Readings(cell, effects, measured.rows));
   };
   const std::vector<Slot> slots = Free(form);
   FitResult best{form, 0.0};
   Eigen::VectorXd residual = residual_of(best.effects);
   double damping = 1e-6;
   for (int iteration = 0; iteration < 60 && !slots.empty(); ++iteration) {
-    const Eigen::VectorXd weight = Weights(residual, is_measured);
+    const Eigen::VectorXd weight = Weights(residual, is_measured, axes);
     Eigen::MatrixXd slope(points.size(), Eigen::Index(slots.size()));
     for (std::size_t j = 0; j < slots.size(); ++j) {
       Effects moved = best.effects;
       moved[slots[j].effect].parameters[slots[j].parameter].value += slots[j].step;
       slope.col(Eigen::Index(j)) =
-          weight.cwiseProduct(Stacked(Tips(cell, moved, measured.rows)) - (points - residual)) /
+          weight.cwiseProduct(Readings(cell, moved, measured.rows) - (points - residual)) /
           slots[j].step;
     }
     Eigen::VectorXd norm = slope.colwise().norm().transpose();
@@ -237,7 +265,7 @@ FitResult Fit(const Cell& cell, const Effects& form, const Table& measured) {
     }
     if (!improved || gain < 1e-10) break;
   }
-  best.rms_m = std::sqrt(3.0 * residual.squaredNorm() / is_measured.sum()) * 1e-3;
+  best.rms_m = std::sqrt(double(axes) * residual.squaredNorm() / is_measured.sum()) * 1e-3;
   return best;
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -20,9 +21,10 @@ struct Options {
   std::string family = "none", robot = "kr210", out;
   std::uint64_t seed = 1;
   double sigma_mm = 0.05, declared_sigma = 1.0, signal = 10.0;
-  bool unaligned = false, rigid_joints = false, camera = false;
+  bool unaligned = false, rigid_joints = false, camera = false, masses_unknown = false;
   Design design;
   Noise noise;
+  bool range = false;
   std::string declared_cell, design_poses;
   std::string cell, measured, tests, with, columns;
   bool fit = false;
@@ -68,11 +70,17 @@ Effects Nuisances(const Design& design, Generator& random) {
 }
 
 /// Effects that formats.md calls the same over these rows.
-json Equivalents(const Cell& cell, const Effects& effects, const std::vector<Row>& rows) {
+json Equivalents(const Cell& cell, const Cell& declared, const Effects& effects,
+                 const std::vector<Row>& rows) {
   json list = json::array();
   const Changes changes(effects, int(cell.joints.size()));
   const Arm arm(cell, changes);
+  const bool weighed = std::all_of(declared.joints.begin(), declared.joints.end(),
+                                   [](const Joint& joint) { return joint.mass_known; });
   for (const Effect& effect : effects) {
+    if (effect.id == "joint_compliance" && !weighed) {
+      list.push_back({{"instead_of", effect.id}, {"id", "gravity_sag"}, {"scope", effect.scope}});
+    }
     if (effect.id == "counterbalance") {
       list.push_back({{"instead_of", effect.id}, {"id", "gear_periodic"}, {"scope", {"q2"}}});
     }
@@ -106,15 +114,35 @@ json InterchangeableDrivers(const Design& design, const Hidden& hidden) {
   return design.steady_rise && of_warmth ? json{"t_s", "temp_C"} : json::array();
 }
 
+/// Takes the links' masses out of a cell.
+void Unweigh(Cell& cell) {
+  for (Joint& joint : cell.joints) {
+    joint.mass_kg = 0.0;
+    joint.mass_known = false;
+  }
+}
+
+/// Measured positions as what is read of them from the anchor.
+void ToRanges(const Cell& cell, const Effects& effects, Table& measured) {
+  const Changes changes(effects, int(cell.joints.size()));
+  const Arm arm(cell, changes);
+  for (Row& row : measured.rows) row.range_m = arm.Range(row.xyz_m);
+  measured.xyz = false;
+  measured.range = true;
+}
+
 void Generate(Options options) {
   Cell cell =
       options.declared_cell.empty() ? ReadyCell(options.robot) : ReadCell(options.declared_cell);
   cell.sigma_m = options.sigma_mm * 1e-3;
   cell.unaligned = cell.tool_unknown = options.unaligned;
   if (options.camera || NeedsCamera(options.family)) cell.camera = CameraBeside(cell);
-  if (options.rigid_joints) {
+  if (options.range || NeedsRange(options.family)) cell.anchor_m = AnchorBeside(cell);
+  if (options.rigid_joints || options.masses_unknown || NeedsUnknownMasses(options.family)) {
     for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
   }
+  if (NeedsUnknownMasses(options.family)) Unweigh(cell);
+  options.design.tilt = options.design.tilt || NeedsTilt(options.family);
   options.design.dynamic = options.design.dynamic || NeedsVelocities(options.family);
   options.design.pressure = options.design.pressure || NeedsPressure(options.family);
   std::uint64_t seed = options.seed * 1000003;
@@ -134,6 +162,7 @@ void Generate(Options options) {
   all.insert(all.end(), hidden.effects.begin(), hidden.effects.end());
   const std::vector<int> outliers =
       Measure(cell, options.noise, Tips(cell, all, tables.measured.rows), tables.measured, random);
+  if (cell.anchor_m) ToRanges(cell, all, tables.measured);
   const auto truth = Tips(cell, all, tables.tests.rows);
   const auto before = Tips(cell, nuisances, tables.tests.rows);
   double square = 0.0;
@@ -143,6 +172,10 @@ void Generate(Options options) {
   cell.name = options.family;
   Cell declared = cell;
   declared.sigma_m *= options.declared_sigma;
+  if (options.masses_unknown) {
+    WriteCell(declared, options.out + "/true_cell.toml");
+    Unweigh(declared);
+  }
   WriteCell(declared, options.out + "/cell.toml");
   WriteTable(tables.measured, options.out + "/measured.csv");
   WriteTable(tables.tests, options.out + "/test_poses.csv");
@@ -165,7 +198,7 @@ void Generate(Options options) {
                      {"truth", by_id},
                      {"effects", ToJson(hidden.effects)},
                      {"nuisances", ToJson(nuisances)},
-                     {"equivalents", Equivalents(cell, all, tables.measured.rows)},
+                     {"equivalents", Equivalents(cell, declared, all, tables.measured.rows)},
                      {"in_catalogue", hidden.in_catalogue},
                      {"drivers", hidden.drivers},
                      {"interchangeable_drivers", InterchangeableDrivers(options.design, hidden)},
@@ -208,7 +241,15 @@ void FitAndPredict(const Options& options) {
     std::ofstream(options.out + ".json")
         << json{{"effects", ToJson(effects)}, {"rms_mm", fit.rms_m * 1e3}}.dump(1) << "\n";
   }
-  WritePoints(Tips(cell, effects, ReadTable(options.tests, cell).rows), options.out);
+  const Table poses = ReadTable(options.tests, cell);
+  if (poses.range) {
+    const Eigen::VectorXd ranges = Readings(cell, effects, poses.rows);
+    std::ofstream file(options.out);
+    file << "range_mm\n";
+    for (const double range : ranges) file << fmt::format("{:.5f}\n", range);
+    return;
+  }
+  WritePoints(Tips(cell, effects, poses.rows), options.out);
 }
 
 }  // namespace
@@ -221,7 +262,7 @@ int main(int argc, char** argv) {
   app.add_option("--family", o.family, "What the data hides; A+B@q2,q3+C for several");
   app.add_option("--seed", o.seed);
   app.add_option("--out", o.out, "Folder to write; the predicted points with --fit or --predict");
-  app.add_option("--robot", o.robot, "kr210, ur10 or arm6");
+  app.add_option("--robot", o.robot, "kr210, ur10, arm6 or lift");
   app.add_option("--rows", o.design.rows, "Poses");
   app.add_option("--repeats", o.design.repeats, "Second visits among them");
   app.add_option("--tests", o.design.tests, "Poses of the noise-free test");
@@ -243,6 +284,10 @@ int main(int argc, char** argv) {
   app.add_flag("--vertical", o.design.vertical, "Tool straight down, one payload");
   app.add_flag("--one-payload", o.design.one_payload, "The same payload in every row");
   app.add_flag("--rigid-joints", o.rigid_joints, "Joints that do not give, declared so");
+  app.add_flag("--masses-unknown", o.masses_unknown,
+               "The cell file lacks link masses; the joints are rigid but for what is hidden");
+  app.add_flag("--range", o.range, "Distances from an anchor are measured");
+  app.add_flag("--inclinometer", o.design.tilt, "Record the tilt of the base");
   app.add_flag("--camera", o.camera, "A camera measures that looks at the arm from beside it");
   app.add_flag("--unaligned", o.unaligned, "Instrument and tool of unknown pose");
   bool predict = false;

@@ -90,10 +90,32 @@ Cell Arm6() {
   return cell;
 }
 
+/// A made-up lift with an extending horizontal axis and a wrist of three joints.
+Cell Lift() {
+  Cell cell;
+  AddJoints(cell, {{0, -90, 400, 0, 1, 0, 0, 80, {0, 60, 40}, 0},
+                   {0, 90, 300, 0, 1, 0, 0, 35, {0, -20, -250}, 0},
+                   {150, -90, 0, 0, 1, -150, 150, 9, {-60, 0, 30}, 4e-6},
+                   {0, 90, 0, 0, 1, -100, 100, 6, {0, 20, 0}, 5e-6},
+                   {0, 0, 120, 0, 1, -170, 170, 3, {0, 0, -40}, 8e-6}});
+  for (std::size_t i = 0; i < 2; ++i) {
+    cell.joints[i].prismatic = true;
+    cell.joints[i].compliance_rad_per_Nm.reset();
+  }
+  cell.joints[0].min_rad = 0.0;
+  cell.joints[0].max_rad = 0.8;
+  cell.joints[1].min_rad = 0.2;
+  cell.joints[1].max_rad = 1.3;
+  cell.tool = Tube(0.5, 0.05, 0.003, 2.0);
+  cell.payload_cog_m = Eigen::Vector3d(0.02, -0.03, 0.55);
+  cell.payloads_kg = {0, 5, 10, 15, 20};
+  return cell;
+}
+
 }  // namespace
 
 std::vector<std::string> ReadyRobots() {
-  return {"kr210", "ur10", "arm6"};
+  return {"kr210", "ur10", "arm6", "lift"};
 }
 
 Cell ReadyCell(const std::string& robot) {
@@ -104,11 +126,19 @@ Cell ReadyCell(const std::string& robot) {
     cell = Ur10();
   } else if (robot == "arm6") {
     cell = Arm6();
+  } else if (robot == "lift") {
+    cell = Lift();
   } else {
-    throw std::runtime_error("no robot " + robot + "; there are kr210, ur10, arm6");
+    throw std::runtime_error("no robot " + robot + "; there are kr210, ur10, arm6, lift");
   }
   cell.name = robot;
   return cell;
+}
+
+Eigen::Vector3d AnchorBeside(const Cell& cell) {
+  double reach_m = cell.tool.length_m;
+  for (const Joint& joint : cell.joints) reach_m += std::hypot(joint.a_m, joint.d_m);
+  return reach_m * Eigen::Vector3d(0.5, -0.9, 0.3);
 }
 
 Cell::Camera CameraBeside(const Cell& cell) {

@@ -12,7 +12,8 @@ namespace simulator {
 struct Table {
   std::vector<Row> rows;
   bool session = false, t = false, qd = false, qdd = false, tau = false, payload = false,
-       temp = false, pressure = false, xyz = false;
+       temp = false, pressure = false, tilt = false, xyz = false, range = false;
+  std::vector<bool> prismatic;  ///< joints whose positions are in metres (mm in the file)
 };
 
 /// Reads a table and works out each joint's last move from the order of the rows: the difference

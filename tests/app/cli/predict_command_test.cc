@@ -167,6 +167,32 @@ TEST_CASE("a time that the effect of time has not seen is extrapolated") {
   CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{false});  // not recorded
 }
 
+TEST_CASE("an event at a row of the fitted file has happened before every pose of another one") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow + kGoodRow);
+  REQUIRE(folder.Run("without.csv") == 0);
+  CHECK_THAT(folder.told, !Catch::Contains("counts the rows"));
+  std::ofstream(folder.File("cell.toml"), std::ios::app)
+      << "\n[[effect]]\nid = \"step_event\"\nscope = []\nparameters = [\n"
+         "  { name = \"row\", value = 20.5, unit = \"1\" },\n"
+         "  { name = \"x\", value = 3.0, unit = \"mm\" },\n"
+         "  { name = \"frame\", value = \"base\" },\n]\n";
+  REQUIRE(folder.Run("with.csv") == 0);
+  CHECK_THAT(folder.told,
+             Catch::Contains("warning: step_event counts the rows of the file it was fitted to"));
+  const auto x_of_rows = [&](const std::string& file) {
+    std::istringstream lines(folder.Content(file));
+    std::string line;
+    std::getline(lines, line);
+    std::vector<double> x_mm;
+    while (std::getline(lines, line)) x_mm.push_back(std::stod(line));
+    return x_mm;
+  };
+  const std::vector<double> without = x_of_rows("without.csv"), with = x_of_rows("with.csv");
+  REQUIRE(with.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) CHECK(with[k] - without[k] == Approx(3).margin(1e-3));
+}
+
 TEST_CASE("a row whose payload is impossible is named and left out") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow + "0,-90,90,0,0,0,-1\n0,-90,90,0,0,0,5001\n");

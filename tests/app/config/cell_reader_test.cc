@@ -200,7 +200,7 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
       {"max_mm = 2000.0", "max_mm = -2000.0", "robot.joint[2].max_mm: -2000 is not above min_mm"},
       {"max_mm = 2000.0", "max_mm = 2000.0\ncompliance_rad_per_Nm = 1e-7",
        "@27 robot.joint[2].compliance_rad_per_Nm: 1e-07 stands at a prismatic joint, which does "
-       "not turn; remove it"},
+       "not turn; remove it, and give its compliance as an [[effect]] joint_compliance, in m/N"},
       // tool
       {"model = \"euler_bernoulli\"", "model = \"bernoulli\"",
        "tool.model: \"bernoulli\" is not one of \"euler_bernoulli\", \"timoshenko\", \"rigid\""},

@@ -113,12 +113,14 @@ TEST_CASE("An empirical effect whose drivers, nodes and parameters do not fit is
       "[[effect]]\nid = \"empirical\"\ndrivers = [\"t_s\"]\nnodes = [[0, 1], [1, 2]]\n"
       "parameters = [ { name = \"base_x\", value = 1 } ]\n";
   const std::vector<WrongLine> cases = {
+      {"drivers = [\"t_s\"]", "drivers = []",
+       "@2 effect[1].id: \"empirical\" needs one or two drivers, the names of recorded columns"},
       {"drivers = [\"t_s\"]", "drivers = [\"t_s\", \"temp_C\"]",
-       "@2 effect[1].id: \"empirical\" needs exactly one driver, the name of a recorded column"},
+       "@2 effect[1].id: \"empirical\" needs in each row of nodes the drivers' values and one "
+       "number a parameter, 3 in all"},
       {"nodes = [[0, 1], [1, 2]]", "nodes = [[0, 1, 2], [1, 2, 3]]",
-       "@2 effect[1].id: \"empirical\" needs in each row of nodes the driver's value and one "
-       "number a "
-       "parameter, 2 in all"},
+       "@2 effect[1].id: \"empirical\" needs in each row of nodes the drivers' values and one "
+       "number a parameter, 2 in all"},
       {"nodes = [[0, 1], [1, 2]]", "nodes = [[1, 1], [1, 2]]",
        "@2 effect[1].id: \"empirical\" needs nodes whose first column rises; row 2 does not"},
       {"parameters = [ { name = \"base_x\", value = 1 } ]",

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "app/diagnosis/words.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
@@ -157,4 +158,37 @@ TEST_CASE("the proposed poses read back as poses of that arm") {
   table = TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
   REQUIRE(table);
   CHECK(table->rows[0].q[0] == Approx(diagnosis.next_poses[0].q[0]).margin(1e-8));
+}
+
+TEST_CASE("how a pose is to be measured stands in columns of its own, where it matters") {
+  const CellModel cell = test::ExampleCell();
+  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
+  diagnosis.next_poses.resize(2);
+  NextPose& first = diagnosis.next_poses.front();
+  NextPose& second = diagnosis.next_poses.back();
+  first.wait_s = 1200;
+  first.via_q = first.q;
+  first.via_q[2] += 0.09;
+  first.qd = JointVector::Zero(first.q.size());
+  second.qd = JointVector::Constant(first.q.size(), 0.5);
+  const std::string text = NextPosesCsv(diagnosis, cell);
+  CHECK(text.substr(0, text.find('\n'))
+            .ends_with(",payload_kg,qd1_deg_s,qd2_deg_s,qd3_deg_s,qd4_deg_s,qd5_deg_s,qd6_deg_s,"
+                       "wait_min,measure"));
+  CHECK(text.find(",20,0\n") != std::string::npos);
+  CHECK(text.find(",0,1\n") != std::string::npos);
+  FaultList faults;
+  const auto table = TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
+  INFO(FaultsText(faults));
+  REQUIRE(table);
+  CHECK(faults.All().empty());
+  CHECK(table->further.empty());
+  REQUIRE(table->rows.size() == 3);
+  CHECK((table->rows[0].q - first.via_q).cwiseAbs().maxCoeff() < 1e-7);
+  CHECK((table->rows[1].q - first.q).cwiseAbs().maxCoeff() < 1e-7);
+  CHECK(table->rows[1].qd.isZero());
+  CHECK(table->rows[2].qd[3] == Approx(0.5).epsilon(1e-6));
+  CHECK(MeasuringText(first) == "wait 20 min, q3 falling, at rest");
+  CHECK(MeasuringText(second) == "in motion");
+  CHECK(MeasuringText(NextPose{}).empty());
 }

@@ -69,15 +69,11 @@ class Simulation {
       cell.effects.push_back(WrittenFromActive(finding.effect, finding.covariance));
     }
     const LoadedArm arm(cell);
+    const auto robot = std::make_shared<const Robot>(cell.robot);
     std::vector<Vec3> tips;
     for (Conditions moment : moments) {
       LoadedState state;
-      for (const Joint& joint : cell.robot.joints) {
-        moment.a_m.conservativeResize(moment.a_m.size() + 1);
-        moment.d_m.conservativeResize(moment.d_m.size() + 1);
-        moment.a_m[moment.a_m.size() - 1] = joint.a_m;
-        moment.d_m[moment.d_m.size() - 1] = joint.d_m;
-      }
+      moment.robot = robot;
       const Payload payload{moment.payload_kg, *cell.payload_cog_F};
       if (!arm.AtCommanded(moment.q, payload, moment, state)) std::abort();
       tips.push_back(state.X_WT.p);
@@ -196,7 +192,7 @@ void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagno
     rival.rows.push_back(static_cast<int>(k));
   }
   diagnosis.rivals.push_back(rival);
-  diagnosis.next_poses_tell_all = true;
+  diagnosis.next_poses_separate_all = true;
   for (std::size_t k = 0; k < 6; ++k) {
     diagnosis.next_poses.push_back(
         {simulation.moments[9 * k].q, 80, 1e-3 * (1.2 - 0.1 * static_cast<double>(k))});

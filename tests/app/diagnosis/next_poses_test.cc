@@ -1,13 +1,15 @@
-// Where to measure next: the candidates, the pairs' distances, and the loss behind robust weights.
+// Where to measure next: what can be chosen, the pairs' distances, the design, and the loss behind
+// robust weights.
 #include <catch2/catch.hpp>
 #include <set>
 
 #include "app/diagnosis/alignment.h"
-#include "app/diagnosis/contest.h"
 #include "app/diagnosis/identify.h"
-#include "app/diagnosis/pose_candidates.h"
+#include "app/diagnosis/pose_design.h"
+#include "app/diagnosis/prior_sizes.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/statistics.h"
+#include "firmware-like/effects/catalogue.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -15,25 +17,37 @@ using plumbline::test::HeavyArm;
 
 namespace {
 
-/// Forty poses of the heavy arm at one payload, its rows' tips those of the declared model.
-Dataset Rows(const std::vector<double>& payloads_kg) {
-  CellModel cell = HeavyArm();
-  cell.measurement.sigma_m = 5e-5;
-  cell.robot.joints[0].min = -1.0;
-  cell.robot.joints[0].max = 1.0;
+constexpr double kSigma_m = 5e-5;
+constexpr double kStep_s = 60;
+
+MeasuredTable Table(const CellModel& cell, const std::vector<double>& payloads_kg) {
   MeasuredTable table;
   table.file = "rows";
   table.recorded.position = table.recorded.payload = table.recorded.time = true;
   Random random(7);
   for (int k = 0; k < 40; ++k) {
     MeasuredRow row;
-    row.line = k + 2;
-    row.t_s = 60 * k;
+    row.line = 2 * k + 3;
+    row.t_s = kStep_s * k;
     row.q.setZero(cell.robot.size());
     for (Eigen::Index i = 0; i < row.q.size(); ++i) row.q[i] = 1.8 * (random.Uniform() - 0.5);
     row.payload_kg = payloads_kg[static_cast<std::size_t>(k) % payloads_kg.size()];
     table.rows.push_back(row);
   }
+  return table;
+}
+
+CellModel Cell() {
+  CellModel cell = HeavyArm();
+  cell.measurement.sigma_m = kSigma_m;
+  cell.robot.joints[0].min = -1.0;
+  cell.robot.joints[0].max = 1.0;
+  return cell;
+}
+
+/// Poses of the heavy arm, its rows' tips those of the declared model.
+Dataset Rows(MeasuredTable table) {
+  const CellModel cell = Cell();
   Result<Dataset> data = DatasetFrom(cell, table);
   REQUIRE(data);
   const Result<Linearisation> tips = Linearise(*data, Model::Declared(*data), false, 1);
@@ -44,17 +58,115 @@ Dataset Rows(const std::vector<double>& payloads_kg) {
   return *data;
 }
 
+Dataset Rows(const std::vector<double>& payloads_kg) {
+  return Rows(Table(Cell(), payloads_kg));
+}
+
+/// Rows that were all approached with rising joints: a via pose before each.
+Dataset RowsFromOneSide() {
+  MeasuredTable table = Table(Cell(), {20});
+  for (MeasuredRow via : table.rows) {
+    via.line -= 1;
+    via.q.array() -= 0.1;
+    table.unmeasured.push_back(via);
+  }
+  return Rows(std::move(table));
+}
+
+Block BlockOf(const Dataset& data, std::string_view id, std::string_view word = "") {
+  const Effect* effect = FindEffect(id);
+  REQUIRE(effect != nullptr);
+  return WholeBlock(data, *effect, word);
+}
+
+/// Three shifts of the base whose other parameters are these.
+Block ShiftBlock(std::string_view id, std::string_view word,
+                 const std::vector<TermParameter>& parameters, std::size_t first,
+                 const std::vector<double>& values) {
+  Block block;
+  block.term.effect = FindEffect(id);
+  block.id = id;
+  block.term.word = word;
+  block.term.parameters = parameters;
+  for (std::size_t k = 0; k < 3; ++k) {
+    BlockColumn& column = block.columns.emplace_back();
+    column.parameter = static_cast<int>(first + k);
+    column.values = values;
+    column.largest = 5e-3;
+  }
+  return block;
+}
+
+/// Two explanations of one block each, of the same score, and what a design for them needs.
+struct TwoExplanations {
+  TwoExplanations(const Dataset& rows, const Block& a, const Eigen::VectorXd& of_a, const Block& b,
+                  const Eigen::VectorXd& of_b)
+      : data(rows), model(Model::Declared(data)) {
+    const Result<Linearisation> linear = LineariseApart(data, model, 1);
+    REQUIRE(linear);
+    std::vector<int> all(static_cast<std::size_t>(data.rows()));
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+    const std::vector<double> whole(all.size(), 1.0);
+    problem = std::make_unique<LinearProblem>(data, std::make_shared<const Linearisation>(*linear),
+                                              model, all, whole, kSigma_m, 1);
+    pool = std::make_unique<Pool>(*problem);
+    std::vector<Explanation> pair;
+    int first = 0;  // column of the pool
+    for (const auto& [block, values] : {std::pair(&a, &of_a), std::pair(&b, &of_b)}) {
+      Explanation explanation;
+      explanation.blocks = {pool->Add(*block)};
+      for (const BlockColumn& column : block->columns) {
+        explanation.columns.push_back(first + static_cast<int>(&column - block->columns.data()));
+      }
+      first += static_cast<int>(block->columns.size());
+      explanation.values = *values;
+      pair.push_back(explanation);
+    }
+    task = std::make_unique<DesignTask>(DesignTask{*pool, model, data, pair});
+    space = DesignSpaceOf(data, {&pool->blocks()[0], &pool->blocks()[1]});
+  }
+
+  PoseDesign Design() const { return SequentialDesign(*task, space).Run(); }
+
+  Dataset data;
+  Model model;
+  std::unique_ptr<LinearProblem> problem;
+  std::unique_ptr<Pool> pool;
+  std::unique_ptr<DesignTask> task;
+  DesignSpace space;
+};
+
+/// One value at a joint (0-based), the others zero.
+Eigen::VectorXd AtJoint(const Dataset& data, int joint, double value) {
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(data.cell.robot.size());
+  values[joint] = value;
+  return values;
+}
+
+TwoExplanations PlayOrOffset() {
+  const Dataset data = RowsFromOneSide();
+  return {data, BlockOf(data, "joint_offset"), AtJoint(data, 1, 3e-4),
+          BlockOf(data, "backlash", "move"), AtJoint(data, 1, 3e-4)};
+}
+
 }  // namespace
 
 TEST_CASE("candidates stay where the robot has worked, within its limits, at the payloads asked") {
   const Dataset data = Rows({20, 20, 60});
-  CHECK(PayloadsSeen(data) == std::vector<double>{20, 60});
-  const Dataset candidates = PoseCandidates(data, {0, 60});
-  REQUIRE(candidates.rows() >= 400);
+  DesignSpace space = DesignSpaceOf(data, {});
+  CHECK(space.payloads_kg == std::vector<double>{20, 60});
+  CHECK(space.approached.empty());
+  CHECK(space.waits_s == std::vector<double>{0});
+  CHECK(space.motions.empty());
+  space.payloads_kg = {0, 60};
+  const std::vector<DesignPoint> points = RandomPoints(space);
+  REQUIRE(points.size() >= 400);
+  const Dataset candidates = CandidateRows(data, space, points, data.conditions.back());
   std::set<double> payloads;
   for (std::size_t k = 0; k < candidates.table.rows.size(); ++k) {
     const MeasuredRow& row = candidates.table.rows[k];
     payloads.insert(row.payload_kg);
+    CHECK(points[k].Extras() == 0);
     CHECK(candidates.payloads[k].mass_kg == row.payload_kg);
     CHECK(candidates.conditions[k].payload_kg == row.payload_kg);
     CHECK(candidates.conditions[k].q == row.q);
@@ -67,17 +179,48 @@ TEST_CASE("candidates stay where the robot has worked, within its limits, at the
 
 TEST_CASE("a candidate is reached from the pose before it; a joint that stays keeps its side") {
   const Dataset data = Rows({20});
-  Dataset candidates = PoseCandidates(data, {20});
+  const DesignSpace space = DesignSpaceOf(data, {});
+  const std::vector<DesignPoint> points = RandomPoints(space);
+  Dataset candidates = CandidateRows(data, space, points, data.conditions.back());
   Conditions previous = data.conditions.back();
   previous.approach = JointVector::Constant(previous.q.size(), -1.0);
   previous.q[2] = candidates.conditions[0].q[2];
   previous.q[3] = candidates.conditions[0].q[3] - 0.1;
   previous.q[4] = candidates.conditions[0].q[4] + 0.1;
-  ComeFrom(previous, candidates);
+  ComeFrom(previous, space, points, candidates);
   CHECK(candidates.conditions[0].approach[2] == -1.0);
   CHECK(candidates.conditions[0].approach[3] == 1.0);
   CHECK(candidates.conditions[0].approach[4] == -1.0);
   CHECK(candidates.conditions[0].last_move[3] == Approx(0.1));
+}
+
+TEST_CASE("a side, a wait and a motion change how a candidate is reached, and within the limits") {
+  const Dataset data = Rows({20});
+  DesignSpace space = DesignSpaceOf(data, {});
+  const Eigen::Index n = space.low.size();
+  space.approached = {1, 2};
+  space.waits_s = {0, 600};
+  space.motions = {{JointVector::Zero(n), {}}, {JointVector::Constant(n, 0.5), {}}};
+  DesignPoint point{0.5 * (space.low + space.high), 20, JointVector::Zero(n), 600, 1};
+  point.side[2] = -1;
+  CHECK(point.Extras() == 3);
+  const Dataset rows = CandidateRows(data, space, {point}, data.conditions.back());
+  const Conditions& moment = rows.conditions.front();
+  CHECK(moment.q == point.q);
+  CHECK(moment.approach[2] == -1);
+  CHECK(moment.last_move[2] == Approx(-space.reach[2]));
+  CHECK(moment.last_move[1] == 0);
+  CHECK(*moment.t_s == *data.conditions.back().t_s + 600);
+  CHECK(moment.qd[0] == 0.5);
+  const std::optional<JointVector> via = ViaPose(space, point);
+  REQUIRE(via);
+  CHECK((*via)[2] == Approx(point.q[2] + space.reach[2]));
+  // At the end of its range no joint can be reached from beyond.
+  point.q[2] = space.high[2];
+  CHECK_FALSE(Within(space, point));
+  for (const DesignPoint& neighbour : Neighbours(space, point, 0.1)) {
+    CHECK(Within(space, neighbour));
+  }
 }
 
 TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows leaves") {
@@ -90,37 +233,182 @@ TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows le
   for (int k = 0; k < data.rows(); ++k) (k < 20 ? seen : all).push_back(k);
   const std::vector<double> whole(static_cast<std::size_t>(data.rows()), 1.0);
   const auto shared = std::make_shared<const Linearisation>(*linear);
-  const LinearProblem problem(data, shared, model, seen, whole, 5e-5, 1);
+  const LinearProblem problem(data, shared, model, seen, whole, kSigma_m, 1);
   Pool pool(problem);
-  const Candidates offered = CandidatesFor(data);
   std::vector<Explanation> pair;
   for (const char* id : {"joint_offset", "base_frame"}) {
-    for (const Block& block : offered.blocks) {
-      if (block.id != id) continue;
-      pair.push_back(pool.Fit({pool.Add(block)}));
-      pair.back().values.setConstant(1e-4);
-    }
+    pair.push_back(pool.Fit({pool.Add(BlockOf(data, id))}));
+    pair.back().values.setConstant(1e-4);
   }
-  REQUIRE(pair.size() == 2);
   pair[0].score = pair[1].score = 0;
-  Contests contests(pool, pair);
-  CHECK_FALSE(contests.Told(1));
+  Discrimination discrimination(pool, pair);
+  CHECK_FALSE(discrimination.Separated(1));
   double sum = 0;
   for (const int row : all) {
-    const double gain = contests.Gain(data, *linear, row);
+    const double gain = discrimination.Gain(data, *linear, row);
     CHECK(gain >= 0);
-    CHECK(gain <= 2 * 36 * (1 + 1e-12));  // both ways, each no more than it needs
-    CHECK(contests.Apart(data, *linear, row) > 0);
+    // Both ways, each what it needs and a tenth of what is beyond.
+    CHECK(gain <= 2 * 36 * 1.1 * (1 + 1e-12));
+    CHECK(discrimination.LargestDistance(data, *linear, row) > 0);
     sum += gain;
-    contests.Measure(data, *linear, row);
+    discrimination.Measure(data, *linear, row);
   }
-  CHECK(sum == Approx(2 * 36));
-  CHECK(contests.Told(1));
-  CHECK(contests.AllTold());
-  CHECK(contests.Gain(data, *linear, all.front()) == 0);
-  contests.Forget();
-  CHECK_FALSE(contests.AllTold());
-  CHECK(contests.Gain(data, *linear, all.front()) > 0);
+  CHECK(sum >= 2 * 36);
+  CHECK(sum <= 2 * 36 * 1.1);
+  CHECK(discrimination.Separated(1));
+  CHECK(discrimination.AllSeparated());
+  CHECK(discrimination.Gain(data, *linear, all.front()) == 0);
+  discrimination.Restart();
+  CHECK_FALSE(discrimination.AllSeparated());
+  CHECK(discrimination.Gain(data, *linear, all.front()) > 0);
+}
+
+TEST_CASE("play is separated from an offset by the other side of approach") {
+  const TwoExplanations pair = PlayOrOffset();
+  CHECK(pair.space.approached.size() == static_cast<std::size_t>(pair.space.low.size()));
+  for (const Conditions& moment : pair.data.conditions) REQUIRE(moment.approach[1] == 1);
+  const SequentialDesign start(*pair.task, pair.space);
+  DesignPoint point{0.5 * (pair.space.low + pair.space.high), 20,
+                    JointVector::Zero(pair.space.low.size())};
+  point.side[1] = 1;
+  DesignPoint other = point;
+  other.side[1] = -1;
+  const std::vector<double> values = start.Values({point, other});
+  CHECK(values[1] > 10 * values[0]);
+
+  const PoseDesign design = pair.Design();
+  CHECK(design.unseparated.empty());
+  REQUIRE_FALSE(design.poses.empty());
+  const NextPose& first = design.poses.front();
+  const JointVector& from = first.via_q.size() > 0 ? first.via_q : pair.data.conditions.back().q;
+  CHECK(first.q[1] < from[1]);
+}
+
+TEST_CASE("a drift is separated from a step by waiting") {
+  const Dataset data = Rows({20});
+  // Both have risen; the drift goes on.
+  const Block drift = ShiftBlock("thermal_drift", "", {{0}, {1}, {2}, {3}}, 0, {0, 0, 0, 4000});
+  const Block step =
+      ShiftBlock("step_event", "base", {{0}, {2}, {3}, {4}}, 1, {12 * kStep_s, 0, 0, 0});
+  const TwoExplanations pair(data, drift, Eigen::Vector3d(0, 0, 2.5e-4), step,
+                             Eigen::Vector3d(0, 0, 1e-4));
+  CHECK(pair.space.waits_s == std::vector<double>{0, 600, 2340});
+  const SequentialDesign start(*pair.task, pair.space);
+  DesignPoint now{pair.data.conditions.back().q, 20, JointVector::Zero(pair.space.low.size())};
+  DesignPoint later = now;
+  later.wait_s = 2340;
+  const std::vector<double> values = start.Values({now, later});
+  CHECK(values[1] > 3 * values[0]);
+  const PoseDesign design = pair.Design();
+  REQUIRE_FALSE(design.poses.empty());
+  CHECK(design.poses.front().wait_s > 0);
+}
+
+TEST_CASE("a delay is separated from an offset by another speed") {
+  MeasuredTable table = Table(Cell(), {20});
+  table.recorded.qd = true;
+  for (MeasuredRow& row : table.rows) row.qd = JointVector::Constant(row.q.size(), 0.2);
+  const Dataset data = Rows(std::move(table));
+  const TwoExplanations pair(data, BlockOf(data, "latency"), Eigen::VectorXd::Constant(1, 2e-3),
+                             BlockOf(data, "joint_offset"),
+                             Eigen::VectorXd::Constant(data.cell.robot.size(), -2e-3 * 0.2));
+  REQUIRE(pair.space.motions.size() == 3);
+  CHECK(pair.space.motions.front().qd.isZero());
+  const PoseDesign design = pair.Design();
+  REQUIRE_FALSE(design.poses.empty());
+  CHECK(design.unseparated.empty());
+  REQUIRE(design.poses.front().qd.size() == data.cell.robot.size());
+  CHECK(design.poses.front().qd.isZero());
+}
+
+TEST_CASE("a payload is chosen that separates explanations of the load") {
+  const Dataset data = Rows({20});
+  // A tenth of the payload, or two kilograms: the same where 20 kg are carried.
+  const auto with = [&](int spec) {
+    Block block = BlockOf(data, "payload_mass");
+    block.term.parameters = {{spec}};
+    block.columns.resize(1);
+    block.columns.front().values = {0};
+    block.units = 1;
+    return block;
+  };
+  TwoExplanations pair(data, with(0), Eigen::VectorXd::Constant(1, 0.1), with(1),
+                       Eigen::VectorXd::Constant(1, 2));
+  CHECK(pair.Design().gain < 1);
+  pair.space.payloads_kg = {0, 20};
+  const PoseDesign design = pair.Design();
+  REQUIRE_FALSE(design.poses.empty());
+  CHECK(design.poses.front().payload_kg == 0);
+}
+
+TEST_CASE("local optimisation never lowers the value, and stays within the range") {
+  const TwoExplanations pair = PlayOrOffset();
+  const SequentialDesign start(*pair.task, pair.space);
+  const std::vector<DesignPoint> points = RandomPoints(pair.space);
+  int higher = 0;
+  for (std::size_t k = 0; k < points.size(); k += points.size() / 12) {
+    const DesignPoint improved = start.Improved(points[k]);
+    CHECK(Within(pair.space, improved));
+    const std::vector<double> values = start.Values({points[k], improved});
+    CHECK(values[1] >= values[0]);
+    if (values[1] > values[0]) ++higher;
+  }
+  CHECK(higher >= 6);
+}
+
+TEST_CASE("nothing is proposed beyond the joints' range or below the lowest tip") {
+  TwoExplanations pair = PlayOrOffset();
+  double middle_m = 0;
+  for (const MeasuredRow& row : pair.data.table.rows) middle_m += row.p_WT.z() / 40;
+  pair.task->lowest_m = middle_m;
+  const PoseDesign design = pair.Design();
+  REQUIRE(design.poses.size() == 6);
+  DesignSpace still = pair.space;
+  still.approached.clear();
+  for (const NextPose& pose : design.poses) {
+    for (const NextPose& other : design.poses) {
+      if (&other == &pose) continue;
+      const auto range = (pair.space.high - pair.space.low).array();
+      CHECK(((pose.q - other.q).array().abs() / range).mean() >= 0.15);
+    }
+    for (const JointVector& q : {pose.q, pose.via_q}) {
+      if (q.size() == 0) continue;
+      CHECK((q.array() >= pair.space.low.array()).all());
+      CHECK((q.array() <= pair.space.high.array()).all());
+      CHECK(std::abs(q[0]) <= 1.0);
+    }
+    const DesignPoint point{pose.q, 20, JointVector::Zero(pose.q.size())};
+    const Dataset row = CandidateRows(pair.data, still, {point}, pair.data.conditions.back());
+    const Result<Linearisation> at = Linearise(row, pair.model, false, 1);
+    REQUIRE(at);
+    CHECK(at->rows.front().p_W.z() >= middle_m);
+  }
+  // The same again: nothing is drawn by chance.
+  const PoseDesign again = pair.Design();
+  REQUIRE(again.poses.size() == design.poses.size());
+  for (std::size_t k = 0; k < design.poses.size(); ++k) {
+    CHECK(again.poses[k].q == design.poses[k].q);
+  }
+}
+
+TEST_CASE("the prior of a joint's compliance is a wind-up, whatever the arm weighs") {
+  const Dataset data = Rows({20});
+  const TwoExplanations pair = PlayOrOffset();
+  const Block block = BlockOf(data, "joint_compliance");
+  const std::vector<double> sizes = PriorSizes(*pair.problem, block);
+  REQUIRE(sizes.size() == block.columns.size());
+  double most_Nm = 0;
+  const LoadedArm arm(pair.data.cell);
+  for (std::size_t k = 0; k < pair.data.table.rows.size(); ++k) {
+    LoadedState state;
+    REQUIRE(arm.AtCommanded(pair.data.table.rows[k].q, pair.data.payloads[k], nullptr,
+                            pair.data.conditions[k].tau, state));
+    most_Nm = std::max(most_Nm, std::abs(state.tau[1]));
+  }
+  CHECK(sizes[1] == Approx(7e-3 / most_Nm).epsilon(0.02));
+  CHECK(sizes[1] < block.columns[1].largest);
+  const Block offsets = BlockOf(data, "joint_offset");
+  CHECK(PriorSizes(*pair.problem, offsets)[1] == offsets.columns[1].largest);
 }
 
 TEST_CASE("the loss is what the weights are the slope of, and bounded") {

@@ -103,7 +103,7 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   const double sigma_m = data.sigma_m;
   HeldOut held_out = HeldOutOf(data, std::sqrt(3) * sigma_m);
   const ExplanationEvidence evidence{data, held_out, weights, sigma_m, 2, 0};
-  const std::vector<EffectKey> taken = {{"gear_ratio", ""}}, nothing;
+  const std::vector<SelectedEffect> taken = {{{"gear_ratio", ""}, {}}}, nothing;
 
   held_out.selected = {taken, taken, taken, taken, nothing};
   Diagnosis diagnosis = Explained("gear_ratio");
@@ -169,7 +169,7 @@ TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, expla
   const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
   const double sigma_m = data.sigma_m;
   HeldOut held_out = HeldOutOf(data, 2 * std::sqrt(3) * sigma_m);
-  held_out.selected.assign(5, {{"gear_ratio", ""}});
+  held_out.selected.assign(5, {{{"gear_ratio", ""}, {}}});
   Diagnosis diagnosis = Explained("gear_ratio");
   CheckExplanation({data, held_out, weights, sigma_m, 2, 0}, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kUnknown);
@@ -189,8 +189,8 @@ TEST_CASE("a fold that selected other effects does not judge the explanation") {
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
   const FoldPlan plan = BlocksOfTime(data);
   held_out.fold_of = plan.fold_of;
-  held_out.selected.assign(5, {{"gear_ratio", ""}});
-  held_out.selected[2] = {{"joint_offset", ""}};
+  held_out.selected.assign(5, {{{"gear_ratio", ""}, {}}});
+  held_out.selected[2] = {{{"joint_offset", ""}, {}}};
   for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
     if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
   }
@@ -198,10 +198,30 @@ TEST_CASE("a fold that selected other effects does not judge the explanation") {
   CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
   CHECK(CheckNamed(diagnosis, "held_out_error").passed);
   CHECK(diagnosis.verdict == Verdict::kExplained);  // four searches of five
-  held_out.selected[2] = {{"gear_ratio", ""}};
+  held_out.selected[2] = {{{"gear_ratio", ""}, {}}};
   diagnosis = Explained("gear_ratio");
   CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
   CHECK_FALSE(CheckNamed(diagnosis, "held_out_error").passed);
+}
+
+TEST_CASE("a fold that selected the effect in other joints does not judge the explanation") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  HeldOut held_out = HeldOutOf(data, data.sigma_m);
+  const FoldPlan plan = BlocksOfTime(data);
+  held_out.fold_of = plan.fold_of;
+  held_out.selected.assign(5, {{{"gear_ratio", ""}, {1, 2}}});
+  for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
+    if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
+  }
+  for (const bool agrees : {true, false}) {
+    if (!agrees) held_out.selected[2] = {{{"gear_ratio", ""}, {1}}, {{"joint_offset", ""}, {2}}};
+    Diagnosis diagnosis = Explained("gear_ratio");
+    diagnosis.findings.front().effect.term.parameters = {{0, 1}, {0, 2}};
+    CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+    CHECK(CheckNamed(diagnosis, "held_out_error").passed == !agrees);
+    CHECK(CheckNamed(diagnosis, "selection_frequency").figure == Approx(agrees ? 1 : 0.8));
+  }
 }
 
 TEST_CASE("the validated deviation is that of regions that were held out, widened where few were") {

@@ -85,7 +85,7 @@ TEST_CASE("an ambiguous answer says whether further poses would tell") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
   const std::string cannot = "tool stiffness or payload mass: these points cannot tell";
   CHECK(Headline(diagnosis) == cannot + "; 6 further poses would");
-  diagnosis.next_poses_tell_all = false;
+  diagnosis.next_poses_separate_all = false;
   CHECK(Headline(diagnosis) == cannot + "; 6 further poses may");
   diagnosis.next_poses.resize(1);
   CHECK(Headline(diagnosis) == cannot + "; one further pose may");

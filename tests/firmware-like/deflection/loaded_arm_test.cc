@@ -145,6 +145,7 @@ TEST_CASE("an effect of the joint torques needs the masses outward of its joint,
     WrittenEffect effect;
     std::size_t unknown;
     bool counts;
+    bool by_weight = false;  // no torque sensor measures what bears it
   };
   const auto effect = [](const char* id, const char* parameter, const char* unit) {
     WrittenEffect written;
@@ -158,7 +159,9 @@ TEST_CASE("an effect of the joint torques needs the masses outward of its joint,
   const Case cases[] = {
       {"a link beyond", effect("joint_compliance", "q2", "rad/(N m)"), 3, true},
       {"a link before", effect("joint_compliance", "q5", "rad/(N m)"), 3, false},
-      {"the whole arm", effect("pedestal_compliance", "compliance", "rad/(N m)"), 0, true},
+      {"the whole arm", effect("pedestal_compliance", "compliance", "rad/(N m)"), 0, true, true},
+      {"a bearing", effect("bearing_tilt", "q2", "rad/(N m)"), 3, true, true},
+      {"a link's bending", effect("link_bending", "q5", "rad/(N m)"), 3, false, true},
       {"no torques", effect("joint_offset", "q2", "rad"), 3, false},
   };
   for (const Case& c : cases) {
@@ -169,7 +172,7 @@ TEST_CASE("an effect of the joint torques needs the masses outward of its joint,
     CHECK_FALSE(LoadedArm(cell).torques_missing());
     cell.robot.joints[c.unknown].link_mass_kg.reset();
     CHECK(LoadedArm(cell).torques_missing() == c.counts);
-    CHECK_FALSE(LoadedArm(cell).torques_missing(true));
+    CHECK(LoadedArm(cell).torques_missing(true) == (c.counts && c.by_weight));
   }
 }
 
@@ -211,4 +214,102 @@ TEST_CASE("outside the domain, or without one outside the joint limits, is extra
   cell.domain->payload_levels_kg.clear();
   q[2] = 1.01;
   CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+}
+
+namespace {
+
+/// One joint and a link of 1 m along W's x, 10 kg at its end, 98.0665 N.
+CellModel Boom() {
+  CellModel cell;
+  cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 0, {0, 0, 0}, 0)};
+  cell.payload_cog_F = Vec3::Zero();
+  return cell;
+}
+
+/// How far the tip moves in W by one effect.
+Vec3 MovedBy(CellModel cell, const std::string& id, const std::string& parameter, double value,
+             double q = 0) {
+  const Payload payload{10, *cell.payload_cog_F};
+  LoadedState without, with;
+  const JointVector at = JointVector::Constant(1, q);
+  REQUIRE(LoadedArm(cell).AtCommanded(at, payload, {}, without));
+  WrittenEffect effect;
+  effect.id = id;
+  effect.parameters.resize(1);
+  effect.parameters[0].name = parameter;
+  effect.parameters[0].value = value;
+  cell.effects = {effect};
+  REQUIRE(LoadedArm(cell).AtCommanded(at, payload, {}, with));
+  return with.X_WT.p - without.X_WT.p;
+}
+
+}  // namespace
+
+TEST_CASE("bearings, links and slides yield to the weight outboard of them as beams do") {
+  CellModel boom = Boom();
+  // 98.0665 N m tilt the bearing at the root, a metre from the tip.
+  CHECK(MovedBy(boom, "bearing_tilt", "q1", 1e-6).z() == Approx(-98.0665e-6));
+  // F L^3 / (3 E I), L / (E I) = 1e-6.
+  CHECK(MovedBy(boom, "link_bending", "q1", 1e-6).z() == Approx(-98.0665e-6 / 3));
+  // A tip 0.3 m further out follows the slope F L^2 / (2 E I), too.
+  boom.tool.tcp_F = Vec3(0.3, 0, 0);
+  CHECK(MovedBy(boom, "link_bending", "q1", 1e-6).z() == Approx(-98.0665e-6 * (1 / 3.0 + 0.15)));
+  // The weight hangs 0.5 m beside the link, the tip 0.2 m.
+  boom.payload_cog_F = Vec3(0, 0.5, 0);
+  boom.tool.tcp_F = Vec3(0, 0.2, 0);
+  CHECK(MovedBy(boom, "link_bending", "q1_torsion", 1e-6).z() == Approx(-0.5 * 0.2 * 98.0665e-6));
+
+  CellModel slide = Boom();
+  slide.robot.joints[0].type = JointType::kPrismatic;
+  slide.robot.joints[0].a_m = 0;
+  slide.robot.X_WB.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // along W's x
+  CHECK(MovedBy(slide, "axis_bending", "q1", 1e-6, 2.0).z() == Approx(-98.0665e-6 * 8 / 3));
+  CHECK(MovedBy(slide, "axis_bending", "q1", 1e-6, 0.0).norm() == 0);
+  // Upright, the slide is compressed, in m/N.
+  slide.robot.X_WB.R.setIdentity();
+  CHECK(MovedBy(slide, "joint_compliance", "q1", 1e-8, 0.5).z() == Approx(-98.0665e-8));
+}
+
+TEST_CASE("a carriage with play tips to the side of its load, by less where its ends bear it") {
+  CellModel upright = Boom();
+  Joint& slide = upright.robot.joints[0];
+  slide.type = JointType::kPrismatic;
+  slide.a_m = 0;
+  slide.alpha_rad = 0.7;  // after the frame of the guide: the tip, not the axes of the play
+  upright.tool.tcp_F = Vec3(0, std::sin(0.7), std::cos(0.7));  // a metre above the carriage
+  const auto at_lever = [&](double x, double y) {
+    upright.payload_cog_F = Vec3(x, y * std::cos(0.7), -y * std::sin(0.7));
+  };
+  // Moment to width as 3 to 4 makes 0.6 of the play: a lever of 0.75 of 25 mm, whatever it weighs.
+  at_lever(0.01875, 0);
+  CHECK((MovedBy(upright, "guide_play", "q1_y", 1e-4, 0.5) - Vec3(0.6e-4, 0, 0)).norm() < 1e-8);
+  CHECK(MovedBy(upright, "guide_play", "q1_x", 1e-4, 0.5).norm() < 1e-12);
+  at_lever(-0.01875, 0);
+  CHECK((MovedBy(upright, "guide_play", "q1_y", 1e-4, 0.2) - Vec3(-0.6e-4, 0, 0)).norm() < 1e-8);
+  at_lever(0, 0.01875);
+  CHECK((MovedBy(upright, "guide_play", "q1_x", 1e-4, 0.5) - Vec3(0, 0.6e-4, 0)).norm() < 1e-8);
+  // 5 to 12 makes 12/13.
+  at_lever(0.06, 0);
+  CHECK(MovedBy(upright, "guide_play", "q1_y", 1e-4).x() == Approx(1e-4 * 12 / 13).epsilon(1e-6));
+  // Which way the joint counts does not matter.
+  slide.sign = -1;
+  CHECK(MovedBy(upright, "guide_play", "q1_y", 1e-4).x() == Approx(1e-4 * 12 / 13).epsilon(1e-6));
+}
+
+TEST_CASE("a base that tilts turns about its origin under gravity that stays") {
+  CellModel boom = Boom();
+  boom.robot.X_WB.p = Vec3(3, 0, 0);
+  boom.robot.joints[0].compliance_rad_per_Nm = 1e-5;
+  CHECK(MovedBy(boom, "tilt_event", "y", 0.01).norm() == 0);  // without a moment
+  Influence<double> influence;
+  influence[Influence<double>::kBaseTilt + 1] = 1e-3;
+  LoadedStateOf<double> state;
+  const LoadedArm arm(boom);
+  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {}, &influence, {}, state));
+  CHECK((state.X_WT.p - Vec3(4, 0, -1e-3)).norm() < 1e-6);
+  // About W's x, the link along it: its weight now turns the joint downhill.
+  influence[Influence<double>::kBaseTilt + 1] = 0;
+  influence[Influence<double>::kBaseTilt] = 1e-3;
+  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {10, Vec3::Zero()}, &influence, {}, state));
+  CHECK(state.sag[0] == Approx(-1e-5 * 98.0665 * 1e-3).epsilon(1e-4));
 }

@@ -16,7 +16,8 @@ namespace {
 double StepOf(int entry) {
   const int kind = entry / kMaxJoints;
   if (entry < I::kFirst) {
-    constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-8, 1e-1, 1e-5, 1e-5, 1e-5, 1e-5};
+    constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-8, 1e-1, 1e-5, 1e-5,
+                                 1e-5, 1e-5, 1e-8,  1e-8, 1e-8, 1e-5, 1e-5};
     return kSteps[kind];
   }
   switch (entry) {
@@ -50,6 +51,12 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
   if (camera) {
     cell.measurement.X_WC = Pose{RotationFromRollPitchYaw(Vec3(-1.5, 0.1, 0.2)), Vec3(0.3, -6, 1)};
   }
+  if (GENERATE(false, true)) {  // an arm with a slide
+    Joint& slide = cell.robot.joints[2];
+    slide.type = JointType::kPrismatic;
+    slide.min = 0.2;
+    slide.max = 0.8;
+  }
   const LoadedArm arm(cell);
   std::mt19937 random(7);
   for (int trial = 0; trial < 5; ++trial) {
@@ -69,6 +76,12 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
       at[I::kCameraScale] = 2e-3;
       at[I::kCameraDepth] = -1e-3;
       at[I::kCameraRadial] = 0.02;
+      at.Joint(I::kBearing, 1) = 1e-8;
+      at.Joint(I::kGuideTiltX, 2) = 2e-5;
+      at.Joint(I::kGuideTiltY, 2) = 3e-5;
+      at.Joint(I::kLinkBending, 2) = 2e-8;
+      at.Joint(I::kLinkTorsion, 2) = 3e-8;
+      at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
     }
     Sensitivity sensitivity;
     REQUIRE(SensitivityAt(arm, q, payload, at, {}, sensitivity));

@@ -30,6 +30,9 @@ inline std::vector<EffectTerm> AnyTerms(const Effect& effect) {
     } else if (IsOfTwoJoints(of)) {
       term.parameters.push_back({spec, 1, 1, 0});
       term.parameters.push_back({spec, 3, 1, 1});
+    } else if (IsOfJointAndLink(of)) {
+      term.parameters.push_back({spec, 1, 1, 1});
+      term.parameters.push_back({spec, 1, 1, 4});
     } else if (of.name.find('#', first + 1) == std::string_view::npos) {
       term.parameters.push_back({spec, 1, 1});
       term.parameters.push_back({spec, 3, 1});

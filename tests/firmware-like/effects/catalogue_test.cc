@@ -27,6 +27,11 @@ const std::vector<std::string> kTable = {
     "payload_cog: x mm, y mm, z mm",
     "gravity_direction: x rad, y rad",
     "pedestal_compliance: compliance rad/(N m)",
+    "bearing_tilt: q# rad/(N m)",
+    "link_bending: q# rad/(N m), q#_torsion rad/(N m)",
+    "axis_bending: q# 1/(N m^2)",
+    "guide_play: q#_x rad, q#_y rad",
+    "gravity_sag: q# rad/(N m), q#_link#_x rad, q#_link#_y rad",
     "backlash: q# rad, by (load,move)",
     "approach_lag: q# 1",
     "following_error: q# rad",
@@ -39,6 +44,10 @@ const std::vector<std::string> kTable = {
     "dynamic_inertia: q# s^2",
     "measurement_scale: scale 1",
     "step_event: time s, row 1, x mm, y mm, z mm, frame (base,tool)",
+    "tilt_event: time s, row 1, x deg, y deg",
+    "base_tilt: gain 1",
+    "range_zero: zero mm",
+    "range_anchor: x mm, y mm, z mm",
     "camera_tag_size: scale 1",
     "camera_zoom: time s, row 1, scale 1",
     "camera_lens: k1 1",
@@ -112,6 +121,19 @@ TEST_CASE("What backlash needs depends on its word") {
   CHECK(FindEffect("latency")->traits().Needs(Signal::kVelocity));
 }
 
+TEST_CASE("The unit of a compliance is that of its joint's type") {
+  const ParameterSpec& spec = FindEffect("joint_compliance")->traits().parameters[0];
+  const std::uint32_t first_slides = 1;
+  CHECK(UnitOf(spec, first_slides, 0) == "m/N");
+  CHECK(UnitOf(spec, first_slides, 1) == "rad/(N m)");
+  // A spindle of 100 N/um is plausible, 100 N/mm as a joint's rad/(N m) would be, too.
+  CHECK(PlausibleOf(spec, first_slides, 0).Contains(1e-8));
+  CHECK_FALSE(PlausibleOf(spec, first_slides, 0).Contains(1e-4));
+  CHECK(PlausibleOf(spec, first_slides, 1).Contains(1e-4));
+  const ParameterSpec& offset = FindEffect("joint_offset")->traits().parameters[0];
+  CHECK(UnitOf(offset, first_slides, 0) == "rad");
+}
+
 TEST_CASE("Names of parameters match as written, and come back the same") {
   struct Case {
     std::string id, name;
@@ -123,9 +145,11 @@ TEST_CASE("Names of parameters match as written, and come back the same") {
         Case{"gear_periodic", "q3_2_phase", {5, 2, 2}},
         Case{"gear_periodic", "q1_10_cycles", {4, 0, 10}}, Case{"backlash", "by", {1, -1, 1}},
         Case{"base_frame", "yaw", {5, -1, 1}}, Case{"axis_coupling", "q5_of_q4", {0, 4, 1, 3}},
-        Case{"axis_coupling", "q12_of_q1", {0, 11, 1, 0}},
-        Case{"link_geometry", "beta2", {3, 1, 1}}, Case{"empirical", "q2", {6, 1, 1}},
-        Case{"empirical", "tip_z", {5, -1, 1}}}) {
+        Case{"axis_coupling", "q12_of_q1", {0, 11, 1, 0}}, Case{"gravity_sag", "q2", {0, 1, 1}},
+        Case{"gravity_sag", "q2_link2_x", {1, 1, 1, 1}},
+        Case{"gravity_sag", "q2_link12_y", {2, 1, 1, 11}},
+        Case{"link_bending", "q3_torsion", {1, 2, 1}}, Case{"link_geometry", "beta2", {3, 1, 1}},
+        Case{"empirical", "q2", {6, 1, 1}}, Case{"empirical", "tip_z", {5, -1, 1}}}) {
     CAPTURE(good.id, good.name);
     const EffectTraits& traits = FindEffect(good.id)->traits();
     const auto parameter = ParameterFromName(traits, good.name, 12);
@@ -140,8 +164,9 @@ TEST_CASE("Names of parameters match as written, and come back the same") {
         Case{"gear_periodic", "q3_1_phase", {}}, Case{"gear_periodic", "q3__phase", {}},
         Case{"axis_coupling", "q4_of_q4", {}}, Case{"axis_coupling", "q3_of_q5", {}},
         Case{"axis_coupling", "q3_of_q0", {}}, Case{"axis_coupling", "q13_of_q2", {}},
-        Case{"axis_coupling", "q3_of_", {}}, Case{"gear_periodic", "q3_phases", {}},
-        Case{"joint_offset", "", {}}}) {
+        Case{"gravity_sag", "q3_link2_x", {}}, Case{"gravity_sag", "q3_link13_x", {}},
+        Case{"gravity_sag", "q3_link3_z", {}}, Case{"axis_coupling", "q3_of_", {}},
+        Case{"gear_periodic", "q3_phases", {}}, Case{"joint_offset", "", {}}}) {
     CAPTURE(bad.id, bad.name);
     CHECK_FALSE(ParameterFromName(FindEffect(bad.id)->traits(), bad.name, 12));
   }

@@ -19,7 +19,10 @@ JointVector AnyJoints(double size, std::mt19937& random) {
 
 Conditions AnyMoment(std::mt19937& random) {
   std::uniform_real_distribution<double> draw(0, 1);
-  Conditions moment = DeclaredConditions(SmallCell());
+  CellModel cell = SmallCell();
+  for (Joint& joint : cell.robot.joints) joint.alpha_rad = 0.4;  // gravity across every axis
+  Conditions moment = DeclaredConditions(cell);
+  moment.further = {{"tilt_x_deg", draw(random)}, {"tilt_y_deg", draw(random)}};
   moment.q = AnyJoints(3, random);
   moment.qd = AnyJoints(2, random);
   moment.qdd = AnyJoints(5, random);

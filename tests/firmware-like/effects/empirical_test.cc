@@ -59,6 +59,51 @@ TEST_CASE("Each carrier has its unit, and the value is a factor") {
   CHECK(influence[I::kBendRatio] == Approx(0.25));
 }
 
+/// Base height over temperature and payload: 0, 1, 2 mm at 20 C, 3, 5, 8 mm at 30 C.
+WrittenEffect Surface() {
+  Eigen::MatrixXd nodes(6, 3);
+  nodes << 20, 0, 0, 20, 40, 1, 20, 80, 2, 30, 0, 3, 30, 40, 5, 30, 80, 8;
+  WrittenEffect written = Curve("temp_C", {"base_z"}, nodes);
+  written.drivers = {"temp_C", "payload_kg"};
+  return written;
+}
+
+TEST_CASE("Between the nodes of two drivers the surface is bilinear, beyond them it stays") {
+  struct Case {
+    double temp_C, payload_kg, mm;
+  };
+  for (const Case& of : {Case{20, 0, 0}, Case{20, 60, 1.5}, Case{25, 0, 1.5}, Case{30, 80, 8},
+                         Case{25, 60, 4}, Case{10, 40, 1}, Case{40, 200, 8}, Case{25, -5, 1.5}}) {
+    CAPTURE(of.temp_C, of.payload_kg);
+    Conditions moment;
+    moment.temp_C = of.temp_C;
+    moment.payload_kg = of.payload_kg;
+    CHECK(Sum(Surface(), moment)[I::kBase + 2] == Approx(1e-3 * of.mm).margin(1e-15));
+  }
+  Conditions without_temperature;
+  without_temperature.payload_kg = 40;
+  CHECK(Sum(Surface(), without_temperature)[I::kBase + 2] == 0);
+}
+
+TEST_CASE("Nodes of two drivers that do not form a full grid are refused with the reason") {
+  const auto fault = [](const Eigen::MatrixXd& nodes) {
+    return EmpiricalFault({"temp_C", "payload_kg"}, nodes, 1);
+  };
+  const Eigen::MatrixXd good = Surface().nodes;
+  CHECK(fault(good).empty());
+  CHECK(fault(good.topRows(5)).find("full grid") != std::string::npos);
+  Eigen::MatrixXd nodes = good;
+  nodes(4, 1) = 41;
+  CHECK(fault(nodes).find("same values of the second driver in every group; row 5 does not") !=
+        std::string::npos);
+  nodes = good;
+  nodes(1, 1) = 0;
+  CHECK(fault(nodes).find("rises within a group; row 2 does not") != std::string::npos);
+  nodes = good;
+  nodes.col(0).tail(3).setConstant(10);
+  CHECK(fault(nodes).find("rises from group to group; row 4 does not") != std::string::npos);
+}
+
 TEST_CASE("Where the driver is not known, or there is none, nothing is added") {
   Eigen::MatrixXd nodes(1, 2);
   nodes << 0, 2;
@@ -77,8 +122,10 @@ TEST_CASE("Drivers and nodes that make no curve are told why") {
   rising << 0, 1, 1, 1;
   falling << 1, 1, 1, 1;
   CHECK(EmpiricalFault({"t_s"}, rising, 1).empty());
-  CHECK(EmpiricalFault({}, rising, 1).find("one driver") != std::string::npos);
-  CHECK(EmpiricalFault({"t_s", "temp_C"}, rising, 1).find("one driver") != std::string::npos);
+  CHECK(EmpiricalFault({}, rising, 1).find("one or two drivers") != std::string::npos);
+  CHECK(EmpiricalFault({"t_s", "temp_C", "row"}, rising, 1).find("one or two drivers") !=
+        std::string::npos);
+  CHECK(EmpiricalFault({"t_s", "temp_C"}, rising, 1).find("3 in all") != std::string::npos);
   CHECK(EmpiricalFault({"t_s"}, {}, 1).find("needs nodes") != std::string::npos);
   CHECK(EmpiricalFault({"t_s"}, rising, 2).find("3 in all") != std::string::npos);
   CHECK(EmpiricalFault({"t_s"}, falling, 1).find("row 2 does not") != std::string::npos);

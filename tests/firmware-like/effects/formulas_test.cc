@@ -108,6 +108,39 @@ const std::vector<Case>& Cases() {
        {},
        {{I::kGravityTurnX, 0.01}, {I::kGravityTurnY, -0.02}}},
       {"pedestal_compliance", {{"compliance", 3e-8}}, {}, {{I::kPedestalCompliance, 3e-8}}},
+      {"bearing_tilt",
+       {{"q2", 1e-8}, {"q4", 2e-8}},
+       {},
+       {{At(I::kBearing, 2), 1e-8}, {At(I::kBearing, 4), 2e-8}}},
+      {"link_bending",
+       {{"q2", 1e-8}, {"q2_torsion", 3e-8}},
+       {},
+       {{At(I::kLinkBending, 2), 1e-8}, {At(I::kLinkTorsion, 2), 3e-8}}},
+      {"axis_bending", {{"q1", 1e-7}}, {}, {{At(I::kBearing, 1), 1e-7}}},
+      {"guide_play",
+       {{"q1_x", 2e-4}, {"q1_y", 3e-4}},
+       {},
+       {{At(I::kGuideTiltX, 1), 2e-4}, {At(I::kGuideTiltY, 1), 3e-4}}},
+      // All axes of the small cell are vertical, as is gravity: no sag by links, whatever they
+      // weigh.
+      {"gravity_sag",
+       {{"q2", 2e-6}, {"q2_link2_x", 1e-3}, {"q2_link3_y", -2e-3}},
+       {},
+       {{At(I::kCompliance, 2), 2e-6}}},
+      {"tilt_event",
+       {{"time", 600}, {"x", 0.02}, {"y", -0.03}},
+       {},
+       {{I::kBaseTilt, 0.02 * kRad}, {I::kBaseTilt + 1, -0.03 * kRad}}},
+      {"tilt_event", {{"row", 8}, {"x", 0.02}}, {}, {}},
+      {"base_tilt",
+       {{"gain", 0.5}},
+       {},
+       {{I::kBaseTilt, 0.5 * 0.02 * kRad}, {I::kBaseTilt + 1, 0.5 * -0.01 * kRad}}},
+      {"range_zero", {{"zero", 2}}, {}, {{I::kRangeZero, 2e-3}}},
+      {"range_anchor",
+       {{"x", 1}, {"z", -3}},
+       {},
+       {{I::kRangeAnchor, 1e-3}, {I::kRangeAnchor + 2, -3e-3}}},
       {"backlash", {{"q2", 1e-4}}, {"by", "load"}, {{At(I::kLoadGap, 2), 1e-4}}},
       {"backlash", {{"q2", 1e-4}}, {}, {{At(I::kLoadGap, 2), 1e-4}}},
       {"backlash",
@@ -223,6 +256,9 @@ TEST_CASE("Where a signal that it needs is absent, an effect adds nothing") {
       {"camera_tag_size", "", [](Conditions& moment) { moment.camera = false; }},
       {"camera_zoom", "", [](Conditions& moment) { moment.camera = false; }},
       {"camera_lens", "", [](Conditions& moment) { moment.camera = false; }},
+      {"tilt_event", "", [](Conditions& moment) { moment.t_s.reset(); }},
+      {"base_tilt", "", [](Conditions& moment) { moment.further.clear(); }},
+      {"gravity_sag", "", [](Conditions& moment) { moment.robot.reset(); }},
   };
   for (const Absent& absent : absences) {
     CAPTURE(absent.id);
@@ -236,6 +272,30 @@ TEST_CASE("Where a signal that it needs is absent, an effect adds nothing") {
       for (int entry = 0; entry < I::kSize; ++entry) CHECK(influence[entry] == 0.0);
     }
     CHECK(tried > 0);
+  }
+}
+
+TEST_CASE("Unknown weight pulls a joint by its links' directions across gravity") {
+  // Two joints in a vertical plane: about x of W, out of the plane's y and z.
+  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
+    CellModel cell;
+    cell.robot.convention = convention;
+    cell.robot.joints.resize(2);
+    cell.robot.X_WB.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // B's z is W's x, B's x is W's y
+    Conditions moment = DeclaredConditions(cell);
+    moment.q = JointVector(Eigen::Vector2d(0.3, 0.4));
+    const auto turns = [&](const std::string& name, int joint) {
+      const WrittenEffect written = Written({"gravity_sag", {{name, 1e-3}}, {}, {}});
+      I influence;
+      AddEffects(std::vector<ActiveEffect>{ActiveFromWritten(written, cell)}, moment, influence);
+      return influence.Joint(I::kTurn, joint - 1);
+    };
+    // A weight out along x of link 1, 0.3 above the horizontal, pulls the joint back by cos.
+    CHECK(turns("q1_link1_x", 1) == Approx(-1e-3 * std::cos(0.3)));
+    CHECK(turns("q1_link1_y", 1) == Approx(1e-3 * std::sin(0.3)));
+    CHECK(turns("q1_link2_x", 1) == Approx(-1e-3 * std::cos(0.7)));
+    CHECK(turns("q2_link2_y", 2) == Approx(1e-3 * std::sin(0.7)));
+    CHECK(turns("q2_link2_y", 1) == 0);
   }
 }
 

@@ -1,54 +1,64 @@
-#include "app/diagnosis/contest.h"
+#include "app/diagnosis/discrimination.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/prior_sizes.h"
+
 namespace plumbline {
 namespace {
 
-constexpr double kLargestUnit = 1e3;  // SI; more is no plausible size but none given
-constexpr double kForNoise = 2;       // sigma beyond what rules a rival out, for luck
+constexpr double kForNoise = 2;     // sigma beyond what rules a rival out, for luck
+constexpr double kForMargin = 0.1;  // what d^2 beyond the need counts: linear models are optimistic
 
 }  // namespace
 
-Contests::Contests(const Pool& pool, const std::vector<Explanation>& explanations) : pool_(pool) {
+Discrimination::Side Discrimination::SideOf(const Explanation& explanation) const {
+  Side side;
+  side.blocks = explanation.blocks;
+  const Coefficients found = pool_.CoefficientsOf(explanation);
+  std::vector<double> unit, values;
+  for (const int block : side.blocks) {
+    const std::vector<double> prior =
+        PriorSizes(pool_.problem(), pool_.blocks()[static_cast<std::size_t>(block)]);
+    for (std::size_t k = 0; k < prior.size(); ++k) {
+      const auto at = found.find({block, static_cast<int>(k)});
+      const double value = at == found.end() ? 0 : at->second;
+      unit.push_back(std::max(prior[k], std::abs(value)));
+      values.push_back(value / unit.back());
+    }
+  }
+  side.unit = Eigen::Map<Eigen::VectorXd>(unit.data(), static_cast<int>(unit.size()));
+  side.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<int>(values.size()));
+  return side;
+}
+
+Discrimination::Discrimination(const Pool& pool, const std::vector<Explanation>& explanations)
+    : pool_(pool) {
   const auto n = static_cast<int>(explanations.size());
-  needed_ = told_ = Eigen::MatrixXd::Zero(n, n);
+  needed_ = reached_ = Eigen::MatrixXd::Zero(n, n);
   double best = explanations.front().score;
   for (const Explanation& explanation : explanations) best = std::min(best, explanation.score);
-  for (const Explanation& explanation : explanations) {
-    Side& side = sides_.emplace_back();
-    side.blocks = explanation.blocks;
-    side.weight = std::exp((best - explanation.score) / 2);
-    const Coefficients found = pool.CoefficientsOf(explanation);
-    std::vector<double> unit, values;
-    for (const int block : side.blocks) {
-      const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-      for (std::size_t k = 0; k < of.columns.size(); ++k) {
-        const auto at = found.find({block, static_cast<int>(k)});
-        const double value = at == found.end() ? 0 : at->second;
-        unit.push_back(std::max(std::min(kLargestUnit, of.columns[k].largest), std::abs(value)));
-        values.push_back(value / unit.back());
-      }
-    }
-    side.unit = Eigen::Map<Eigen::VectorXd>(unit.data(), static_cast<int>(unit.size()));
-    side.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<int>(values.size()));
+  for (int i = 0; i < n; ++i) {
+    const Explanation& explanation = explanations[static_cast<std::size_t>(i)];
+    sides_.push_back(SideOf(explanation));
+    sides_.back().weight = std::exp((best - explanation.score) / 2);
     for (int j = 0; j < n; ++j) {
       const double ahead = explanations[static_cast<std::size_t>(j)].score - explanation.score;
-      const auto i = static_cast<int>(sides_.size()) - 1;
       if (i != j && ahead < kRivalGap) {
         needed_(i, j) = std::pow(std::sqrt(kRivalGap - ahead) + kForNoise, 2);
       }
     }
   }
   for (const int row : pool.problem().rows()) {
-    Take(At(pool.problem().data(), pool.problem().linear(), row));
+    Add(At(pool.problem().data(), pool.problem().linear(), row));
   }
-  Settle();
+  Solve();
 }
 
-Contests::AtRow Contests::At(const Dataset& data, const Linearisation& linear, int row) const {
+Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisation& linear,
+                                         int row) const {
   const auto k = static_cast<std::size_t>(row);
   const int first_tip = data.frames_free() ? 6 : 0;
   const int per_session = first_tip + (data.tip_free() ? 3 : 0);
@@ -80,7 +90,7 @@ Contests::AtRow Contests::At(const Dataset& data, const Linearisation& linear, i
   return result;
 }
 
-void Contests::Take(const AtRow& at) {
+void Discrimination::Add(const AtRow& at) {
   for (std::size_t j = 0; j < sides_.size(); ++j) {
     Side& side = sides_[j];
     const Eigen::MatrixXd& X = at.X[j];
@@ -93,14 +103,14 @@ void Contests::Take(const AtRow& at) {
   }
 }
 
-void Contests::Settle() {
+void Discrimination::Solve() {
   for (Side& side : sides_) {
     side.solver.compute(side.H);
     side.theta = side.solver.solve(side.g);
   }
 }
 
-Eigen::MatrixXd Contests::Distances(const AtRow& at) const {
+Eigen::MatrixXd Discrimination::Distances(const AtRow& at) const {
   Eigen::MatrixXd distances(needed_.rows(), needed_.cols());
   for (std::size_t j = 0; j < sides_.size(); ++j) {
     const Eigen::MatrixXd& X = at.X[j];
@@ -113,17 +123,23 @@ Eigen::MatrixXd Contests::Distances(const AtRow& at) const {
   return distances;
 }
 
-double Contests::Gain(const Dataset& candidates, const Linearisation& linear, int row) const {
-  const Eigen::MatrixXd useful =
-      Distances(At(candidates, linear, row)).cwiseMin((needed_ - told_).cwiseMax(0));
+double Discrimination::Gain(const Dataset& candidates, const Linearisation& linear, int row) const {
+  const Eigen::MatrixXd distances = Distances(At(candidates, linear, row));
   double gain = 0;
-  for (std::size_t i = 0; i < sides_.size(); ++i) {
-    gain += sides_[i].weight * useful.row(static_cast<int>(i)).sum();
+  for (Eigen::Index i = 0; i < distances.rows(); ++i) {
+    for (Eigen::Index j = 0; j < distances.cols(); ++j) {
+      const double missing = needed_(i, j) - reached_(i, j);
+      if (missing <= 0) continue;
+      const double beyond = std::clamp(distances(i, j) - missing, 0.0, needed_(i, j));
+      gain += sides_[static_cast<std::size_t>(i)].weight *
+              (std::min(distances(i, j), missing) + kForMargin * beyond);
+    }
   }
   return gain;
 }
 
-double Contests::Apart(const Dataset& candidates, const Linearisation& linear, int row) const {
+double Discrimination::LargestDistance(const Dataset& candidates, const Linearisation& linear,
+                                       int row) const {
   const AtRow at = At(candidates, linear, row);
   double farthest = 0;
   for (std::size_t j = 1; j < sides_.size(); ++j) {
@@ -132,21 +148,21 @@ double Contests::Apart(const Dataset& candidates, const Linearisation& linear, i
   return farthest * pool_.problem().sigma_m();
 }
 
-void Contests::Measure(const Dataset& candidates, const Linearisation& linear, int row) {
+void Discrimination::Measure(const Dataset& candidates, const Linearisation& linear, int row) {
   const AtRow at = At(candidates, linear, row);
-  told_ += Distances(at);
-  Take(at);
-  Settle();
+  reached_ += Distances(at);
+  Add(at);
+  Solve();
 }
 
-bool Contests::Told(std::size_t rival) const {
+bool Discrimination::Separated(std::size_t rival) const {
   const auto j = static_cast<int>(rival);
-  return told_(0, j) >= needed_(0, j) && told_(j, 0) >= needed_(j, 0);
+  return reached_(0, j) >= needed_(0, j) && reached_(j, 0) >= needed_(j, 0);
 }
 
-bool Contests::AllTold() const {
+bool Discrimination::AllSeparated() const {
   for (std::size_t j = 1; j < sides_.size(); ++j) {
-    if (!Told(j)) return false;
+    if (!Separated(j)) return false;
   }
   return true;
 }

@@ -1,0 +1,78 @@
+#include "app/diagnosis/driver_rivals.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "app/diagnosis/unknown.h"
+
+namespace plumbline {
+namespace {
+
+std::vector<int> CarriersOf(const Block& block) {
+  std::vector<int> carriers;
+  for (const BlockColumn& column : block.columns) {
+    if (std::find(carriers.begin(), carriers.end(), column.entry) == carriers.end())
+      carriers.push_back(column.entry);
+  }
+  return carriers;
+}
+
+/// The drivers of a block with another signal in the place of one of them: every such choice.
+std::vector<std::vector<int>> OtherDrivers(const Dataset& data, const Block& block) {
+  std::vector<int> own = {block.columns.front().signal};
+  if (block.columns.front().second_signal >= 0) own.push_back(block.columns.front().second_signal);
+  std::vector<std::vector<int>> others;
+  for (std::size_t place = 0; place < own.size(); ++place) {
+    for (int signal = 0; signal < static_cast<int>(data.signals.size()); ++signal) {
+      if (std::find(own.begin(), own.end(), signal) != own.end()) continue;
+      if (own.size() > 1 && data.signals[static_cast<std::size_t>(signal)].of_joint) continue;
+      others.push_back(own);
+      others.back()[place] = signal;
+    }
+  }
+  return others;
+}
+
+/// The best explanation with other drivers in the place of a block's.
+std::optional<Explanation> Instead(Pool& pool, const Explanation& best, int block,
+                                   const std::vector<int>& drivers) {
+  const Block of = pool.blocks()[static_cast<std::size_t>(block)];
+  const std::optional<Block> other =
+      BestEmpirical(pool.problem(), pool.PartialResidual(best, block), drivers, CarriersOf(of));
+  if (!other) return std::nullopt;
+  const int index = pool.Add(*other);
+  if (!pool.Observable(index)) return std::nullopt;
+  std::vector<int> support = best.blocks;
+  std::replace(support.begin(), support.end(), block, index);
+  return pool.EvaluateBelow(support, best.score + kRivalGap);
+}
+
+}  // namespace
+
+void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis) {
+  const Dataset& data = pool.problem().data();
+  for (const int block : best.blocks) {
+    const Block of = pool.blocks()[static_cast<std::size_t>(block)];
+    if (!of.empirical()) continue;
+    for (const std::vector<int>& drivers : OtherDrivers(data, of)) {
+      const std::optional<Explanation> other = Instead(pool, best, block, drivers);
+      const bool as_many = other && other->blocks.size() == best.blocks.size();
+      if (!as_many || other->score > best.score + kRivalGap) continue;
+      std::vector<std::string> columns;
+      for (const int driver : drivers) {
+        columns.push_back(data.signals[static_cast<std::size_t>(driver)].column);
+      }
+      Rival& rival = diagnosis.rivals.emplace_back();
+      rival.instead_of = rival.id = of.id;
+      rival.instead_of_word = fmt::format("{}", fmt::join(of.term.drivers, " and "));
+      rival.word = fmt::format("{}", fmt::join(columns, " and "));
+      rival.signal_left = pool.SignalLeft(best, KeyOf(of), other->blocks);
+      rival.evidence_gap = other->score - best.score;
+      diagnosis.rival_drivers.push_back(columns);
+    }
+  }
+}
+
+}  // namespace plumbline

@@ -1,0 +1,39 @@
+#include "firmware-like/effects/axis_bending.h"
+
+namespace plumbline {
+namespace {
+
+struct AxisBendingFormula {
+  static EffectTraits Traits() {
+    return {.id = "axis_bending",
+            .meaning = "an extending axis bends under its load, the more the further it is out",
+            .remedy =
+                "a property of the axis: let the correction carry it; a sudden rise is a "
+                "loose guide",
+            .parameters = {{.name = "q#",
+                            .unit = "1/(N m^2)",
+                            .plausible = {0, 1e-3},
+                            .only = JointType::kPrismatic}},
+            .needs = {Signal::kWeight},
+            .confused_with = {"joint_compliance", "link_bending", "gear_ratio", "link_geometry",
+                              "bearing_tilt"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      influence.Joint(Influence<T>::kBearing, term.parameters[k].joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& AxisBending() {
+  static const EffectOf<AxisBendingFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

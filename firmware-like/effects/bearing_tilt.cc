@@ -1,0 +1,40 @@
+#include "firmware-like/effects/bearing_tilt.h"
+
+namespace plumbline {
+namespace {
+
+struct BearingTiltFormula {
+  static EffectTraits Traits() {
+    return {.id = "bearing_tilt",
+            .meaning = "a joint's bearing tilts under the weight that it carries",
+            .remedy =
+                "a bearing's property: let the correction carry it; a sudden rise is a worn or "
+                "loose bearing",
+            .parameters = {{.name = "q#",
+                            .unit = "rad/(N m)",
+                            .plausible = {0, 2e-5},
+                            .only = JointType::kRevolute,
+                            .not_of_first = true}},
+            .needs = {Signal::kWeight},
+            .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
+                              "link_geometry", "payload_cog"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      influence.Joint(Influence<T>::kBearing, term.parameters[k].joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& BearingTilt() {
+  static const EffectOf<BearingTiltFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

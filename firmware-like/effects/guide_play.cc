@@ -1,0 +1,46 @@
+#include "firmware-like/effects/guide_play.h"
+
+namespace plumbline {
+namespace {
+
+struct GuidePlayFormula {
+  static EffectTraits Traits() {
+    return {.id = "guide_play",
+            .meaning = "a sliding axis has play in its guide, and its load tips the carriage",
+            .remedy =
+                "adjust the preload of the carriage (gib, eccentric rollers), or exchange it for "
+                "one of a higher preload class",
+            .parameters = {{.name = "q#_x",
+                            .unit = "rad",
+                            .plausible = {0, 2e-3},
+                            .only = JointType::kPrismatic},
+                           {.name = "q#_y",
+                            .unit = "rad",
+                            .plausible = {0, 2e-3},
+                            .only = JointType::kPrismatic}},
+            .needs = {Signal::kWeight},
+            .confused_with = {"axis_bending", "bearing_tilt", "backlash", "link_geometry",
+                              "joint_offset", "base_frame", "link_bending", "pedestal_compliance"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const TermParameter& parameter = term.parameters[k];
+      const auto entry =
+          parameter.spec == 0 ? Influence<T>::kGuideTiltX : Influence<T>::kGuideTiltY;
+      influence.Joint(entry, parameter.joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& GuidePlay() {
+  static const EffectOf<GuidePlayFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline

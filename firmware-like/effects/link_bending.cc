@@ -1,0 +1,38 @@
+#include "firmware-like/effects/link_bending.h"
+
+namespace plumbline {
+namespace {
+
+struct LinkBendingFormula {
+  static EffectTraits Traits() {
+    return {.id = "link_bending",
+            .meaning = "a link bends or twists under the weight that it carries",
+            .remedy = "a property of the arm's structure: let the correction carry it",
+            .parameters = {{"q#", "rad/(N m)", 1, {0, 2e-5}},
+                           {"q#_torsion", "rad/(N m)", 1, {0, 2e-5}}},
+            .needs = {Signal::kWeight},
+            .confused_with = {"joint_compliance", "bearing_tilt", "pedestal_compliance",
+                              "link_geometry", "tool_stiffness"},
+            .per_joint = true};
+  }
+
+  template <typename T>
+  static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
+                  Influence<T>& influence) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const TermParameter& parameter = term.parameters[k];
+      const auto entry =
+          parameter.spec == 0 ? Influence<T>::kLinkBending : Influence<T>::kLinkTorsion;
+      influence.Joint(entry, parameter.joint) += values[k];
+    }
+  }
+};
+
+}  // namespace
+
+const Effect& LinkBending() {
+  static const EffectOf<LinkBendingFormula> effect;
+  return effect;
+}
+
+}  // namespace plumbline
