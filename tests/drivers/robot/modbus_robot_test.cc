@@ -22,7 +22,7 @@ using Then = FakeController::Then;
 RobotConnection ConnectionTo(int port) {
   RobotConnection connection;
   connection.tcp = {"127.0.0.1", port};
-  connection.timeout_s = 0.05;
+  connection.timeout_s = kLinkTimeout_s;
   connection.profile = SmallProfile();
   connection.push = {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1};
   connection.clock = TestTime;
@@ -172,7 +172,7 @@ Then HalfClose(Exchange& exchange) {
 Then Drip(Exchange& exchange) {
   for (const std::uint8_t byte : exchange.answer) {
     if (!FakeController::Send(exchange.fd, {byte})) return Then::kClose;
-    std::this_thread::sleep_for(std::chrono::milliseconds(8));
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
   }
   return Then::kGoOn;
 }
@@ -206,7 +206,7 @@ struct Fault {
 const Fault kFaults[] = {
     {"stalls", [](Exchange&) { return Then::kGoOn; }, LinkResult::kTimeout},
     {"stalls within a frame", SendHalf, LinkResult::kTimeout},
-    {"drips a byte every 8 ms", Drip, LinkResult::kTimeout},
+    {"drips a byte every 40 ms", Drip, LinkResult::kTimeout},
     {"resets", Reset, LinkResult::kLost},
     {"closes", [](Exchange&) { return Then::kClose; }, LinkResult::kLost},
     {"half-closes", HalfClose, LinkResult::kLost},

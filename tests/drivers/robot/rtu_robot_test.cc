@@ -109,7 +109,7 @@ std::unique_ptr<RobotDevice> RobotOn(const std::string& device) {
   RobotConnection connection;
   connection.serial = {device, 115200, 'E', 1};
   connection.unit_id = 17;
-  connection.timeout_s = 0.05;
+  connection.timeout_s = kLinkTimeout_s;
   connection.profile = SmallProfile();
   connection.clock = TestTime;
   auto robot = MakeRobot("rtu", connection);

@@ -1,9 +1,12 @@
-// A clock that the test moves.
+// A clock that the test moves, and the patience of a link in real time.
 #pragma once
 
 #include <atomic>
 
 namespace plumbline {
+
+/// An answer takes less, also beside other tests and a build.
+inline constexpr double kLinkTimeout_s = 0.3;
 
 inline std::atomic<double> g_test_time_s{1000};
 
