@@ -731,6 +731,7 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
     return (station.plc.Read(2000 + 20 * point, 20).Word(1) & 1) != 0;
   };
   REQUIRE(Eventually([&] { return valid(0) && valid(1); }));
+  REQUIRE(Eventually([&] { return station.daemon.Says("robot link up"); }));
   const int links = station.daemon.Count("robot link up");
 
   const std::string address = station.daemon.Plc();  // asserts: not for another thread
