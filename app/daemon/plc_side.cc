@@ -78,7 +78,8 @@ std::string BoundAddress(int fd) {
 }
 
 /// What the configuration asks for does not hold where the service manager has the socket.
-void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
+/// @param listener  of the service manager; -1: none
+void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int listener, int port) {
   const auto tell = [](const std::string& key, const std::string& wanted, const std::string& is) {
     Log({Event::kPlcPortDiffers,
          fmt::format("plc.{} is {}, but the service manager's socket listens on {}, which is "
@@ -88,8 +89,8 @@ void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
   if (asked.port != 0 && port != asked.port) {
     tell("port", fmt::format("{}", asked.port), fmt::format("{}", port));
   }
-  if (asked.listen_fd < 0) return;
-  const std::string address = BoundAddress(asked.listen_fd);
+  if (listener < 0) return;
+  const std::string address = BoundAddress(listener);
   if (address == asked.address || (IsEveryAddress(address) && IsEveryAddress(asked.address)))
     return;
   tell("listen", asked.address, IsEveryAddress(address) ? "every address" : address);
@@ -115,15 +116,16 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
   tcp.max_clients = ClientsThatFit(tcp.max_clients);
-  tcp.listen_fd = manager.TakeSocket(kListener);
-  tcp.connections = manager.TakeSockets(kConnection);
   tcp.offers_connections = manager.listens();
   tcp.on_event = TellClient;
   handler.ReportTwoMasters(TellTwoMasters);
-  auto server = modbus::TcpServer::Start(tcp, handler);
+  modbus::InheritedSockets inherited{manager.TakeSocket(kListener),
+                                     manager.TakeSockets(kConnection)};
+  const int listener = inherited.listener.get();
+  auto server = modbus::TcpServer::Start(tcp, handler, std::move(inherited));
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();
-  TellWhereItDiffers(tcp, side->server_->port());
+  TellWhereItDiffers(tcp, listener, side->server_->port());
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);
     if (!slave) return Error{slave.error()};

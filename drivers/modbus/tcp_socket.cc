@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -79,7 +78,7 @@ std::string TextOf(const Client& client) {
   return (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(client.port);
 }
 
-Result<int> ListenOn(const std::string& address, int port) {
+Result<Descriptor> ListenOn(const std::string& address, int port) {
   const std::string place = address + " port " + std::to_string(port);
   if (port < 0 || port > 65535) {
     return Error{"cannot listen on " + place + ": the port is outside 0..65535"};
@@ -93,16 +92,15 @@ Result<int> ListenOn(const std::string& address, int port) {
   v4.sin_family = AF_INET;
   v6.sin6_family = AF_INET6;
   v4.sin_port = v6.sin6_port = htons(static_cast<std::uint16_t>(port));
-  const int fd = ::socket(is_v4 ? AF_INET : AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return CannotListen(place, errno);
+  Descriptor made(::socket(is_v4 ? AF_INET : AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const int fd = made.get();
+  if (!made) return CannotListen(place, errno);
   SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   if (!is_v4) SetOption(fd, IPPROTO_IPV6, IPV6_V6ONLY, 0);
   const int bound = is_v4 ? ::bind(fd, reinterpret_cast<const sockaddr*>(&v4), sizeof v4)
                           : ::bind(fd, reinterpret_cast<const sockaddr*>(&v6), sizeof v6);
-  if (bound == 0 && ::listen(fd, SOMAXCONN) == 0) return fd;
-  const int reason = errno;
-  ::close(fd);
-  return CannotListen(place, reason);
+  if (bound == 0 && ::listen(fd, SOMAXCONN) == 0) return made;
+  return CannotListen(place, errno);
 }
 
 int BoundPort(int fd) {

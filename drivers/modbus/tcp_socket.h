@@ -8,6 +8,7 @@
 #include <string>
 
 #include "drivers/modbus/client.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -20,10 +21,10 @@ IpAddress IpAddressFromSocket(const sockaddr_storage& peer);
 /// As text, IPv4 in dots; no heap.
 std::array<char, 46> IpAddressText(const IpAddress& address);
 
-/// An open listening socket. @return its descriptor, or why not with a remedy
+/// An open listening socket. @return or why not, with a remedy
 /// @param address  IPv4 or IPv6; "::" takes both
 /// @param port     0: the kernel chooses
-Result<int> ListenOn(const std::string& address, int port);
+Result<Descriptor> ListenOn(const std::string& address, int port);
 
 /// The port a socket is bound to.
 int BoundPort(int fd);
