@@ -12,7 +12,7 @@
 #include "app/page/http_library.h"
 #include "app/page/http_stream.h"
 #include "drivers/os/descriptor.h"
-#include "firmware-like/result.h"
+#include "drivers/os/tcp_listener.h"
 
 namespace plumbline {
 
@@ -29,24 +29,13 @@ class HttpFormat : public httplib::Server {
   void End() { svr_sock_ = INVALID_SOCKET; }
 };
 
-/// A socket that listens. @return  or why not, with a remedy
-Result<Descriptor> ListenForHttp(const std::string& address, int port);
-
-/// "192.168.0.3:8080" of a listening socket, its address alone, and its port.
-struct ListeningAt {
-  std::string address;
-  int port = 0;
-  std::string Text() const;
-};
-ListeningAt WhereListens(int fd);
-
 /// One request a connection, a thread for each, kMostConnections at a time and kMostOfOnePeer of
 /// one address; whoever comes beyond is told 503.
 class HttpServer {
  public:
   static constexpr std::size_t kMostConnections = 32, kMostOfOnePeer = 16;
 
-  HttpServer(Descriptor listener, StreamLimits limits, HttpFormat::Answer answer);
+  HttpServer(TcpListener listener, StreamLimits limits, HttpFormat::Answer answer);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
@@ -69,7 +58,8 @@ class HttpServer {
 
   HttpFormat format_;
   const StreamLimits limits_;
-  const Descriptor listener_, wake_;
+  const TcpListener listener_;
+  const Descriptor wake_;
   std::array<Place, kMostConnections> places_;
   std::atomic<int> connections_{0};
   std::atomic<std::uint64_t> turned_away_{0};

@@ -49,7 +49,7 @@ class Page {
   static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, LogSink sink,
                                              Descriptor listener = {});
 
-  const ListeningAt& at() const { return at_; }
+  const TcpEndpoint& at() const { return at_; }
 
   /// Gathers the messages of the newest state; where states arrive, also while nobody looks.
   void Remember();
@@ -89,7 +89,7 @@ class Page {
   std::shared_ptr<const ShownNow> remembered_;  ///< of the thread that calls Remember()
   KeptText trend_, reports_;
   std::vector<std::string> own_names_;
-  ListeningAt at_;
+  TcpEndpoint at_;
   std::string cookie_name_;
   const std::string start_;  ///< another one with every start
   std::atomic<std::uint64_t> requests_{0}, refused_{0};

@@ -47,8 +47,8 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
     if (std::find(allow.begin(), allow.end(), *address) == allow.end()) allow.push_back(*address);
   }
   if (options.max_clients < 1) return Error{"max_clients is below 1"};
-  Result<Descriptor> listener = inherited.listener ? Result(std::move(inherited.listener))
-                                                   : ListenOn(options.address, options.port);
+  auto listener = inherited.listener ? Result(TcpListener(std::move(inherited.listener)))
+                                     : TcpListener::Open(options.address, options.port);
   if (!listener) return Error{listener.error()};
   std::unique_ptr<TcpServer> server(
       new TcpServer(options, std::move(allow), std::move(listener).value(), handler));
@@ -62,7 +62,7 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
 }
 
 TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow,
-                     Descriptor listener, RequestHandler& handler)
+                     TcpListener listener, RequestHandler& handler)
     : handler_(handler),
       unit_id_(options.unit_id),
       allow_(std::move(allow)),
@@ -75,10 +75,8 @@ TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> all
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       spare_(::open("/dev/null", O_RDONLY | O_CLOEXEC)) {
   for (std::atomic<int>& slot : offered_) slot = -1;
-  ::fcntl(listener_.get(), F_SETFL, ::fcntl(listener_.get(), F_GETFL) | O_NONBLOCK);
-  port_ = BoundPort(listener_.get());
   epoll_event event{.events = EPOLLIN, .data = {.u32 = kListenerTag}};
-  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), &event);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.fd(), &event);
   event.data.u32 = kWakeTag;
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, wake_.get(), &event);
 }
@@ -161,9 +159,7 @@ void TcpServer::Run() {
 
 Descriptor TcpServer::Accept(IpAddress& peer) const {
   sockaddr_storage from{};
-  socklen_t size = sizeof from;
-  Descriptor socket(::accept4(listener_.get(), reinterpret_cast<sockaddr*>(&from), &size,
-                              SOCK_NONBLOCK | SOCK_CLOEXEC));
+  Descriptor socket = listener_.Accept(from);
   peer = IpAddressFromSocket(from);
   return socket;
 }
@@ -348,7 +344,7 @@ void TcpServer::WatchListener(bool on) {
     earliest_ns_ = listen_again_ns_;
   }
   epoll_event event{.events = on ? EPOLLIN : 0U, .data = {.u32 = kListenerTag}};
-  ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, listener_.get(), &event);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, listener_.fd(), &event);
 }
 
 void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const {

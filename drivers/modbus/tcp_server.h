@@ -19,6 +19,7 @@
 #include "drivers/modbus/tcp_connection.h"
 #include "drivers/modbus/tcp_socket.h"
 #include "drivers/os/descriptor.h"
+#include "drivers/os/tcp_listener.h"
 #include "drivers/pulse.h"
 #include "firmware-like/result.h"
 
@@ -74,7 +75,8 @@ class TcpServer {
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
 
-  int port() const { return port_; }
+  const TcpEndpoint& endpoint() const { return listener_.endpoint(); }
+  int port() const { return endpoint().port; }
   /// Any thread.
   TcpServerCounters counters() const;
   const Pulse& pulse() const { return pulse_; }
@@ -85,7 +87,7 @@ class TcpServer {
   std::vector<Descriptor> TakeOffered();
 
  private:
-  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, Descriptor listener,
+  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, TcpListener listener,
             RequestHandler& handler);
 
   void Run();
@@ -120,8 +122,9 @@ class TcpServer {
   const bool offers_connections_;
   std::vector<TcpConnection> clients_;
   std::vector<std::atomic<int>> offered_;  ///< for each slot: not taken yet; -1: none
-  Descriptor listener_, epoll_, wake_, spare_;
-  int port_ = 0;
+  const TcpListener listener_;
+  const Descriptor epoll_, wake_;
+  Descriptor spare_;
   std::int64_t now_ns_ = 0;       ///< of this round
   std::int64_t earliest_ns_ = 0;  ///< no deadline lies before it; 0: there is none
   std::int64_t listen_again_ns_ = 0;

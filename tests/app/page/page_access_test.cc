@@ -108,34 +108,34 @@ TEST_CASE("without a token the page listens for this computer alone") {
   REQUIRE_FALSE(refused);
   CHECK_THAT(refused.error(), Contains("is reached from other computers: it needs token"));
   // A service manager's socket, too, whatever the configuration says.
-  Result<Descriptor> held = ListenForHttp("0.0.0.0", 0);
+  auto held = TcpListener::Open("0.0.0.0", 0);
   REQUIRE(held);
   options = scene.Options();
-  CHECK_FALSE(Page::Start(options, scene.shown, nullptr, std::move(held).value()));
+  CHECK_FALSE(Page::Start(options, scene.shown, nullptr, Descriptor(dup(held.value().fd()))));
   options = scene.Options();
-  Result<Descriptor> local = ListenForHttp("127.0.0.1", 0);
+  auto local = TcpListener::Open("127.0.0.1", 0);
   REQUIRE(local);
-  const int port = WhereListens(local->get()).port;
-  scene.Start(options, std::move(local).value());
+  const int port = local.value().endpoint().port;
+  scene.Start(options, Descriptor(dup(local.value().fd())));
   CHECK(scene.port() == port);
   CHECK(scene.Get("/").status == 200);
   options = scene.Options();
   options.config.port = port;
   const auto taken = Page::Start(options, scene.shown, nullptr);
   REQUIRE_FALSE(taken);
-  CHECK_THAT(taken.error(), Contains("another program has it"));
+  CHECK_THAT(taken.error(), Contains("another program holds the port"));
 }
 
 TEST_CASE("a socket that somebody else holds listens on when the page has ended") {
   PageScene scene;
-  Result<Descriptor> held = ListenForHttp("127.0.0.1", 0);
+  auto held = TcpListener::Open("127.0.0.1", 0);
   REQUIRE(held);
   for (int run = 0; run < 2; ++run) {
     PageOptions options = scene.Options();
-    Descriptor listener(dup(held->get()));
+    Descriptor listener(dup(held.value().fd()));
     if (run == 1) {
       // Who comes while nobody serves waits.
-      PageConnection early(WhereListens(held->get()).port);
+      PageConnection early(held.value().endpoint().port);
       early.Send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
       scene.Start(options, std::move(listener));
       CHECK(PageAnswer(early.Read()).status == 503);

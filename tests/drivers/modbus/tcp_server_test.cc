@@ -432,14 +432,14 @@ TEST_CASE("TCP server: without a free descriptor the newcomer is refused, later 
 
 TEST_CASE("TCP server: an open listening socket can be handed over", "[modbus][tcp]") {
   TestDevice device;
-  auto listener = ListenOn("::", 0);
+  auto listener = TcpListener::Open("::", 0);
   if (!listener) {
     WARN("skipped, no IPv6 here: " << listener.error());
     return;
   }
-  const int port = BoundPort(listener->get());
+  const int port = listener->endpoint().port;
   const auto server = TcpServer::Start({.allow = {"127.0.0.1"}}, device.handler,
-                                       {.listener = std::move(listener).value()});
+                                       {.listener = Descriptor(::dup(listener->fd()))});
   REQUIRE(server.ok());
   CHECK((*server)->port() == port);
   CHECK(Answers(port));
