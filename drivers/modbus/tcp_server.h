@@ -52,8 +52,8 @@ struct TcpServerOptions {
 
 /// What an earlier process left open.
 struct InheritedSockets {
-  Descriptor listener;                  ///< serves instead of a socket of the server's own
-  std::vector<Descriptor> connections;  ///< of clients
+  Descriptor listener{};                  ///< serves instead of a socket of the server's own
+  std::vector<Descriptor> connections{};  ///< of clients
 };
 
 struct TcpServerCounters {
