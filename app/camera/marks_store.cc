@@ -137,7 +137,7 @@ std::optional<Error> MarksStore::Keep(std::int64_t lens_id, const MarksMemory& m
   memories_[lens_id] = memory;
   std::error_code not_moved;  // then it is told as what cannot be written
   if (std::exchange(unread_, false)) fs::rename(path_, path_ + ".unread", not_moved);
-  const Result<bool> written = WriteDurably(path_, MarksJson(memories_, cell_));
+  const Result<void> written = WriteDurably(path_, MarksJson(memories_, cell_));
   if (written) return std::nullopt;
   return Error{written.error()};
 }

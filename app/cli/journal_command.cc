@@ -230,7 +230,7 @@ Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool j
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
   if (!joints) return Error{joints.error()};
-  const Result<bool> shown =
+  const Result<void> shown =
       journal.ForEach(filter, JointsAsRecorded(*joints), [&](const JournalRow& row) {
         std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
         last = row.id;
@@ -286,7 +286,7 @@ int Decide(const JournalOptions& options, bool accept) {
   Result<Journal> journal = Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const Result<bool> decided = journal.value().Decide(
+  const Result<void> decided = journal.value().Decide(
       options.ids, accept, std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
   if (!decided) return Fail(decided.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();

@@ -100,7 +100,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::filesystem::remove_all(folder, error);
   std::filesystem::create_directories(folder, error);
   if (error) return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, error.message()))};
-  const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
+  const Result<void> written = WriteDurably(folder + "/measured.csv", exported.text);
   if (!written) return Error{written.error()};
   step();
   const Result<ModelStore> store = ModelStore::Open(config.state_directory);
@@ -212,7 +212,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
     return outcome;
   }
-  const Result<bool> applied = store.value().Apply(*number);
+  const Result<void> applied = store.value().Apply(*number);
   if (!applied) return Error{applied.error()};
   outcome.applied = true;
   outcome.told = fmt::format("{}; version {} applied, as loop.apply says", what, *number);

@@ -179,7 +179,7 @@ void LoopWorker::CheckStorage() {
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
   if (storage_ != nullptr && !storage_->works()) return;
-  const Result<bool> read = ReadJournal();
+  const Result<void> read = ReadJournal();
   if (read) return Recovered();
   CloseJournal();  // a monitor that has seen some of the rows must not judge, nor be reported
   Fail(read.error());
@@ -192,7 +192,7 @@ void LoopWorker::CloseJournal() {
 }
 
 /// Opens the journal and shows its rows to a new monitor. After an error both may be half set up.
-Result<bool> LoopWorker::ReadJournal() {
+Result<void> LoopWorker::ReadJournal() {
   const std::string path = config_.state_directory + "/journal.sqlite";
   std::error_code absent;
   if (std::filesystem::file_size(path, absent) == 0 && !absent) {
@@ -220,13 +220,13 @@ Result<bool> LoopWorker::ReadJournal() {
   if (!waiting) return Error{waiting.error()};
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
-    const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
+    const Result<void> noted = journal.NoteRestart(models_.applied, "model");
     if (!noted) return Error{noted.error()};
   }
   JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
   filter.model_version = models_.applied;
-  const Result<bool> replayed =
+  const Result<void> replayed =
       journal.ForEach(filter, config_.machine.cell.robot.joints, [this](const JournalRow& row) {
         pulse_.Beat();
         Judge(row, true);
@@ -246,7 +246,7 @@ Result<bool> LoopWorker::ReadJournal() {
   waiting_ = *waiting;
   if (monitor_->reference_refused()) TellReference();
   if (monitor_->alarm() && alarm_new_) {
-    const Result<bool> marked = journal_->Mark(alarm_row_, false, true);
+    const Result<void> marked = journal_->Mark(alarm_row_, false, true);
     if (!marked) return Error{marked.error()};
     alarm_new_ = false;
     alarm_handled_ = models_.proposed != 0;
@@ -265,7 +265,7 @@ Result<bool> LoopWorker::ReadJournal() {
                        waiting_)});
     decided_ = false;
   }
-  return true;
+  return {};
 }
 
 /// A journal that was moved away takes no more probes; a new one is begun in its place.
@@ -285,7 +285,7 @@ bool LoopWorker::Take(const LoopEvent& event) {
 }
 
 bool LoopWorker::RestartMonitor(const char* reason) {
-  const Result<bool> noted = journal_->NoteRestart(models_.applied, reason);
+  const Result<void> noted = journal_->NoteRestart(models_.applied, reason);
   if (!noted) {
     Fail(noted.error());
     return false;
@@ -350,7 +350,7 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   }
   if (replayed) return;
   if (verdict.wild || verdict.raised) {
-    const Result<bool> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
+    const Result<void> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
     if (!marked) Fail(marked.error());
   }
   if (was_learning && !monitor_->learning()) TellReference();

@@ -100,10 +100,10 @@ std::optional<Error> WhyNoJournal(Database& database) {
   return std::nullopt;
 }
 
-Result<bool> BringToThisSchema(Database& database) {
+Result<void> BringToThisSchema(Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
-  if (*version == kJournalSchema) return true;
+  if (*version == kJournalSchema) return {};
   const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
   const auto problem = [&] {
     return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
@@ -122,7 +122,7 @@ Result<bool> BringToThisSchema(Database& database) {
   if (*version >= 1 && *version <= 3 && !database.Run(kFromSchema3)) return problem();
   if (*version >= 1 && *version <= 4 && !database.Run(kFromSchema4)) return problem();
   if (!transaction.Commit()) return problem();
-  return true;
+  return {};
 }
 
 }  // namespace plumbline

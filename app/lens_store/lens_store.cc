@@ -185,13 +185,13 @@ Result<std::int64_t> LensStore::Append(const LensEntry& given) {
     id = sqlite3_last_insert_rowid(database_->get());
     if (!transaction.Commit()) return Failed("lens not kept");
   }
-  const Result<bool> kept = KeepBackup();
+  const Result<void> kept = KeepBackup();
   notice_ = kept ? "" : kept.error();
   return id;
 }
 
 /// A copy of the whole file, replaced as a whole.
-Result<bool> LensStore::KeepBackup() {
+Result<void> LensStore::KeepBackup() {
   const std::string backup = BackupOf(database_->path()), fresh = backup + ".new";
   unlink(fresh.c_str());
   Statement copy(database_->get(), "VACUUM INTO ?");
@@ -201,7 +201,7 @@ Result<bool> LensStore::KeepBackup() {
   if (!SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 || !SyncFolder(folder)) {
     return Error{fmt::format("{}: no backup made: {}", backup, std::strerror(errno))};
   }
-  return true;
+  return {};
 }
 
 Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>& camera_serial,

@@ -77,7 +77,7 @@ class LensStore {
   static std::vector<LensEntry> Nodes(std::vector<LensEntry> entries, const LensKey& key,
                                       const LensTolerance& tolerance);
   std::optional<Error> Prepare(bool& damaged);
-  Result<bool> KeepBackup();
+  Result<void> KeepBackup();
   Error Failed(const std::string& what) const;
 
   std::unique_ptr<Database> database_;

@@ -229,24 +229,24 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
     const Result<std::string> content = ReadTextFile(report);
     if (!content)
       return Error{fmt::format("{}: {}", report, CannotBeRead(report, content.error()))};
-    const Result<bool> kept = WriteDurably(ReportFile(number), *content, 0444);
+    const Result<void> kept = WriteDurably(ReportFile(number), *content, 0444);
     if (!kept) return Error{kept.error()};
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();
   }
-  const Result<bool> model = WriteDurably(ModelFile(number), text, 0444);
+  const Result<void> model = WriteDurably(ModelFile(number), text, 0444);
   if (!model) return Error{model.error()};
-  const Result<bool> described = WriteDurably(described_by, JsonFrom(complete), 0444);
+  const Result<void> described = WriteDurably(described_by, JsonFrom(complete), 0444);
   if (!described) return Error{described.error()};
   return number;
 }
 
-Result<bool> ModelStore::WriteState(const ModelState& state) {
+Result<void> ModelStore::WriteState(const ModelState& state) {
   return WriteDurably(StateFile(), JsonFrom(state));
 }
 
-Result<bool> ModelStore::BeginState() {
+Result<void> ModelStore::BeginState() {
   std::error_code hidden;
-  if (std::filesystem::exists(StateFile(), hidden) || hidden) return true;
+  if (std::filesystem::exists(StateFile(), hidden) || hidden) return {};
   return WriteState({});
 }
 
@@ -267,7 +267,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   ModelState state = std::move(read).value();
   if (means_the_same(state.declared)) return state.declared;
   const bool lost = expected == Expected::kVersions && state == ModelState{};
-  const Result<bool> begun = BeginState();
+  const Result<void> begun = BeginState();
   if (!begun) return Error{begun.error()};
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
@@ -278,7 +278,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
   if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was known
     state.declared = *number;
-    const Result<bool> kept = WriteState(state);
+    const Result<void> kept = WriteState(state);
     if (!kept) return Error{kept.error()};
     return *number;
   }
@@ -300,7 +300,7 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   state.declared = *number;
   state.applied = *number;
   state.proposed = 0;  // it was made for another cell
-  const Result<bool> kept = WriteState(state);
+  const Result<void> kept = WriteState(state);
   if (!kept) return Error{kept.error()};
   return *number;
 }
@@ -311,19 +311,19 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   if (!lock) return Error{lock.error()};
   Result<ModelState> state = State();
   if (!state) return Error{state.error()};
-  const Result<bool> begun = BeginState();
+  const Result<void> begun = BeginState();
   if (!begun) return Error{begun.error()};
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
   state.value().proposed = *number;
-  const Result<bool> kept = WriteState(*state);
+  const Result<void> kept = WriteState(*state);
   if (!kept) return Error{kept.error()};
   return *number;
 }
 
-Result<bool> ModelStore::Apply(int number) {
+Result<void> ModelStore::Apply(int number) {
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
   if (!lock) return Error{lock.error()};
   bool damaged = false;
@@ -362,7 +362,7 @@ Result<int> ModelStore::RollBack() {
   state.value().set_aside.reset();
   const Result<std::string> text = Text(history.back());
   if (!text) return Error{text.error()};
-  const Result<bool> kept = WriteState(*state);
+  const Result<void> kept = WriteState(*state);
   if (!kept) return Error{kept.error()};
   return state->applied;
 }
