@@ -93,6 +93,8 @@ class [[nodiscard]] Result<void> {
   bool ok() const { return !error_; }
   explicit operator bool() const { return ok(); }
 
+  void value() const { assert(ok()); }
+
   const std::string& error() const { return failure().message; }
   const Error& failure() const {
     assert(!ok());
