@@ -133,10 +133,10 @@ int Export(const JournalOptions& options) {
   const bool to_output = options.file == "-";
   if (to_output) {
     std::cout << exported.text;
-  } else if (const auto why = WriteTextFile(options.file, exported.text)) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
-        kExitUsage);
+  } else if (const auto written = WriteTextFile(options.file, exported.text); !written) {
+    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.file,
+                            written.error()),
+                kExitUsage);
   }
   std::cerr << fmt::format(
       "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "

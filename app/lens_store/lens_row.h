@@ -19,7 +19,7 @@ inline constexpr int kLensSchemaVersion = 2;
 /// no uncertainty.
 /// @param damaged  becomes true where a row fails its checksum
 /// @return         why not: that, or the disk
-std::optional<Error> BringToLensSchema(Database& database, std::int64_t version, bool& damaged);
+Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& damaged);
 
 /// Under the entry's id, or the next one where that is 0. @param statement  of kInsertLens
 bool InsertLens(Statement& statement, const LensEntry& entry);

@@ -92,7 +92,7 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return store.Failed("cannot be read");
   if (empty || *version < kSchemaVersion) {
-    if (const auto why = store.Prepare(damaged)) return *why;
+    if (const auto prepared = store.Prepare(damaged); !prepared) return prepared.failure();
   }
   const auto entries = store.Read(std::nullopt, "");
   if (!entries) {
@@ -103,7 +103,7 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
 }
 
 /// Makes the tables, or brings older ones to this version: both or neither.
-std::optional<Error> LensStore::Prepare(bool& damaged) {
+Result<void> LensStore::Prepare(bool& damaged) {
   Transaction transaction(*database_);
   // Another process may have done it since.
   const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
@@ -115,11 +115,11 @@ std::optional<Error> LensStore::Prepare(bool& damaged) {
     if (!database_->Run(kLensSchema) || !database_->Run(mark.c_str())) {
       return Failed("cannot be made");
     }
-  } else if (auto why = BringToLensSchema(*database_, *version, damaged)) {
-    return why;
+  } else if (auto brought = BringToLensSchema(*database_, *version, damaged); !brought) {
+    return brought;
   }
   if (!transaction.Commit()) return Failed("cannot be prepared");
-  return std::nullopt;
+  return {};
 }
 
 Result<LensStore> LensStore::Open(const std::string& path) {

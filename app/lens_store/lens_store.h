@@ -76,7 +76,7 @@ class LensStore {
   /// The newest of each zoom, and entries of other focus left out.
   static std::vector<LensEntry> Nodes(std::vector<LensEntry> entries, const LensKey& key,
                                       const LensTolerance& tolerance);
-  std::optional<Error> Prepare(bool& damaged);
+  Result<void> Prepare(bool& damaged);
   Result<void> KeepBackup();
   Error Failed(const std::string& what) const;
 

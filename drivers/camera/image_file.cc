@@ -19,7 +19,7 @@ namespace {
 Result<GreyImage> ReadJpeg(std::istream& file) {
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
   GreyImage image;
-  if (auto why = DecodeJpegFile(bytes, image)) return *std::move(why);
+  if (auto decoded = DecodeJpegFile(bytes, image); !decoded) return decoded.failure();
   return image;
 }
 

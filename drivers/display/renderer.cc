@@ -80,11 +80,10 @@ void Renderer::DrawView(const DisplayList& view, std::size_t place) {
   }
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT);
-  if (const auto missing = background_.Draw(view.background, view.pinhole, view.size, place)) {
-    Remark(missing->message);
-  }
-  for (const DrawnMesh& drawn : view.meshes) {
-    if (!meshes_.Knows(drawn.mesh)) Remark(fmt::format("mesh {} is not loaded", drawn.mesh));
+  const auto drawn = background_.Draw(view.background, view.pinhole, view.size, place);
+  if (!drawn) Remark(drawn.error());
+  for (const DrawnMesh& mesh : view.meshes) {
+    if (!meshes_.Knows(mesh.mesh)) Remark(fmt::format("mesh {} is not loaded", mesh.mesh));
   }
   meshes_.Draw(view);
   lines_.Draw(view);
