@@ -96,7 +96,7 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
   std::map<std::int64_t, MarksMemory> memories;
   try {
     const Result<Json> read = JsonFromText(text);
-    if (!read) return Error{read.error()};
+    if (!read) return read.failure();
     const Json& json = *read;
     if (json.at("schema") != kMarksSchema) {
       return Error{fmt::format("its schema is not {}", kMarksSchema)};

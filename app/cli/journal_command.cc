@@ -229,13 +229,13 @@ std::string Header() {
 Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
-  if (!joints) return Error{joints.error()};
+  if (!joints) return joints.failure();
   const Result<void> shown =
       journal.ForEach(filter, JointsAsRecorded(*joints), [&](const JournalRow& row) {
         std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
         last = row.id;
       });
-  if (!shown) return Error{shown.error()};
+  if (!shown) return shown.failure();
   std::cout.flush();
   return last;
 }

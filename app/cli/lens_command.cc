@@ -41,7 +41,7 @@ Result<std::vector<LensEntry>> KeptLenses(const LensListOptions& options) {
                     options.StoreFile())};
   }
   Result<LensStore> store = LensStore::OpenForReading(options.StoreFile());
-  if (!store) return Error{store.error()};
+  if (!store) return store.failure();
   return store.value().All();
 }
 

@@ -203,25 +203,25 @@ Result<void> LoopWorker::ReadJournal() {
                      path)});
   }
   Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));
   NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbe_s();
-  if (!restart) return Error{restart.error()};
-  if (!last_row) return Error{last_row.error()};
-  if (!last_probe_s) return Error{last_probe_s.error()};
+  if (!restart) return restart.failure();
+  if (!last_row) return last_row.failure();
+  if (!last_probe_s) return last_probe_s.failure();
   // Before the rows are read: a decision made meanwhile is followed at the next look.
   const auto decision = journal.LastDecision();
   const auto waiting = journal.Waiting();
-  if (!decision) return Error{decision.error()};
-  if (!waiting) return Error{waiting.error()};
+  if (!decision) return decision.failure();
+  if (!waiting) return waiting.failure();
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
     const Result<void> noted = journal.NoteRestart(models_.applied, "model");
-    if (!noted) return Error{noted.error()};
+    if (!noted) return noted.failure();
   }
   JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
@@ -231,7 +231,7 @@ Result<void> LoopWorker::ReadJournal() {
         pulse_.Beat();
         Judge(row, true);
       });
-  if (!replayed) return Error{replayed.error()};
+  if (!replayed) return replayed.failure();
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
@@ -247,7 +247,7 @@ Result<void> LoopWorker::ReadJournal() {
   if (monitor_->reference_refused()) TellReference();
   if (monitor_->alarm() && alarm_new_) {
     const Result<void> marked = journal_->Mark(alarm_row_, false, true);
-    if (!marked) return Error{marked.error()};
+    if (!marked) return marked.failure();
     alarm_new_ = false;
     alarm_handled_ = models_.proposed != 0;
     TellAlarm();

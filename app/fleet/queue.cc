@@ -74,12 +74,12 @@ Error FleetQueue::Failed(const char* what) const {
 
 Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   FleetQueue queue(std::move(opened).value(), bound_bytes);
   const Result<void> prepared = queue.Prepare();
-  if (!prepared) return Error{prepared.error()};
+  if (!prepared) return prepared.failure();
   const Result<void> loaded = queue.Load();
-  if (!loaded) return Error{loaded.error()};
+  if (!loaded) return loaded.failure();
   return queue;
 }
 
@@ -114,7 +114,7 @@ Result<void> FleetQueue::Prepare() {
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   const auto version = database_.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version == 0) {
     const std::string mark =
         fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);
@@ -138,8 +138,8 @@ Result<void> FleetQueue::Load() {
   const auto messages = database_.IntegerOf("SELECT count(*) FROM message");
   const auto bytes =
       database_.IntegerOf("SELECT coalesce(sum(length(CAST(body AS BLOB))), 0) FROM message");
-  if (!messages) return Error{messages.error()};
-  if (!bytes) return Error{bytes.error()};
+  if (!messages) return messages.failure();
+  if (!bytes) return bytes.failure();
   counts_.messages = *messages;
   counts_.bytes = *bytes + kRowBytes * *messages;
   return {};

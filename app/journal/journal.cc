@@ -12,7 +12,7 @@ namespace plumbline {
 
 Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   Database& database = journal.database_;
   if (auto problem = WhyNoJournal(database)) return *std::move(problem);
@@ -20,12 +20,12 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes)
     return journal.Failed("cannot be prepared");
   }
   const Result<void> ready = BringToThisSchema(database);
-  if (!ready) return Error{ready.error()};
+  if (!ready) return ready.failure();
   const Result<void> timed = journal.ReadEpoch();
-  if (!timed) return Error{timed.error()};
+  if (!timed) return timed.failure();
   journal.bound_bytes_ = bound_bytes;
   const Result<void> bound = journal.Bound();
-  if (!bound) return Error{bound.error()};
+  if (!bound) return bound.failure();
   return journal;
 }
 
@@ -33,11 +33,11 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes)
 Result<void> Journal::Bound() {
   if (bound_bytes_ <= 0) return {};
   const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
-  if (!page_bytes) return Error{page_bytes.error()};
+  if (!page_bytes) return page_bytes.failure();
   const std::string bound = fmt::format("PRAGMA max_page_count={}",
                                         std::max<std::int64_t>(bound_bytes_ / *page_bytes, 1));
   const Result<std::int64_t> held = database_.IntegerOf(bound.c_str());
-  if (!held) return Error{held.error()};
+  if (!held) return held.failure();
   return {};
 }
 
@@ -53,18 +53,18 @@ std::optional<Error> Journal::Moved() {
 
 Result<void> Journal::ReadEpoch() {
   const Result<std::int64_t> epoch = database_.IntegerOf("SELECT utc_s FROM epoch");
-  if (!epoch) return Error{epoch.error()};
+  if (!epoch) return epoch.failure();
   epoch_utc_s_ = static_cast<double>(*epoch);
   return {};
 }
 
 Result<Journal> Journal::OpenForReading(const std::string& path) {
   Result<Database> opened = Database::Open(path, Database::Mode::kRead);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   if (auto problem = WhyNoJournal(journal.database_)) return *std::move(problem);
   const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version == 0) return Error{fmt::format("{}: is empty, no journal yet", path)};
   if (*version < kJournalSchema) {
     return Error{
@@ -73,7 +73,7 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
                     path)};
   }
   const Result<void> timed = journal.ReadEpoch();
-  if (!timed) return Error{timed.error()};
+  if (!timed) return timed.failure();
   return journal;
 }
 
@@ -124,7 +124,7 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("nothing imported");
   const Result<std::optional<std::string>> before = ImportedAs(content_hash);
-  if (!before) return Error{before.error()};
+  if (!before) return before.failure();
   if (before->has_value() && !again) {
     return Error{
         fmt::format("{}: its rows are in the journal already (imported as {}); --again "
@@ -237,7 +237,7 @@ Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
   std::vector<JournalRow> rows;
   const Result<void> read =
       ForEach(filter, joints, [&rows](const JournalRow& row) { rows.push_back(row); });
-  if (!read) return Error{read.error()};
+  if (!read) return read.failure();
   return rows;
 }
 
@@ -290,7 +290,7 @@ Result<int> Journal::JointCount() {
   const Result<std::int64_t> count = database_.IntegerOf(
       "SELECT coalesce((SELECT json_array_length(q) FROM measurement ORDER BY id DESC LIMIT 1), "
       "0)");
-  if (!count) return Error{count.error()};
+  if (!count) return count.failure();
   return static_cast<int>(*count);
 }
 

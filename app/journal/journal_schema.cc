@@ -89,7 +89,7 @@ std::optional<Error> WhyNoJournal(Database& database) {
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
   const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
   for (const Result<std::int64_t>* read : {&version, &tables, &kind}) {
-    if (!*read) return Error{read->error()};
+    if (!*read) return read->failure();
   }
   if (*version > kJournalSchema) {
     return Error{NewerSchema(database.path(), *version, kJournalSchema)};
@@ -102,7 +102,7 @@ std::optional<Error> WhyNoJournal(Database& database) {
 
 Result<void> BringToThisSchema(Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version == kJournalSchema) return {};
   const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
   const auto problem = [&] {
@@ -111,7 +111,7 @@ Result<void> BringToThisSchema(Database& database) {
   Transaction transaction(database);
   if (!transaction.begun()) return problem();
   version = database.IntegerOf("PRAGMA user_version");  // another process may have made it since
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
                                        kApplicationId, kJournalSchema);
   if (*version == 0 && (!database.Run(kSchema) || !database.Run(mark.c_str()))) {

@@ -67,7 +67,7 @@ Error LensStore::Failed(const std::string& what) const {
 
 Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   Database& database = *store.database_;
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
@@ -97,7 +97,7 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   const auto entries = store.Read(std::nullopt, "");
   if (!entries) {
     damaged = true;
-    return Error{entries.error()};
+    return entries.failure();
   }
   return store;
 }
@@ -139,7 +139,7 @@ Result<LensStore> LensStore::Open(const std::string& path) {
     if (!sound) return Error{fmt::format("{}; and the backup: {}", problem, sound.error())};
   }
   const Result<std::string> away = MoveAway(path);
-  if (!away) return Error{away.error()};
+  if (!away) return away.failure();
   std::error_code copied;
   std::filesystem::copy_file(backup, path, copied);
   if (copied) return Error{fmt::format("{}: {}", path, copied.message())};
@@ -154,13 +154,13 @@ Result<LensStore> LensStore::Open(const std::string& path) {
 
 Result<LensStore> LensStore::OpenForReading(const std::string& path) {
   Result<Database> opened = Database::Open(path, Database::Mode::kRead);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   bool empty = false;
   if (auto why = NoLensStore(*store.database_, empty)) return *std::move(why);
   if (empty) return Error{fmt::format("{}: is empty, no lens store yet", path)};
   const Result<std::int64_t> version = store.database_->IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version < kSchemaVersion) {
     return Error{
         fmt::format("{}: written by an older plumbline; it becomes readable once this "
@@ -263,7 +263,7 @@ std::vector<LensEntry> LensStore::Nodes(std::vector<LensEntry> entries, const Le
 Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
                                                  const LensTolerance& tolerance) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
-  if (!entries) return Error{entries.error()};
+  if (!entries) return entries.failure();
   const std::vector<LensEntry> nodes = Nodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
   std::vector<LensNode> curve_nodes;
@@ -301,7 +301,7 @@ Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
                                                      std::int32_t lowest, std::int32_t highest,
                                                      int count, double good_enough) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
-  if (!entries) return Error{entries.error()};
+  if (!entries) return entries.failure();
   std::vector<LensNode> nodes;
   for (const LensEntry& node : Nodes(std::move(entries).value(), key, tolerance)) {
     nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});

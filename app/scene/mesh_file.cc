@@ -115,10 +115,10 @@ Result<MeshFile> MeshReader::Finish() {
   // The pipe is at its end, so it is about to exit; if not, it is ended.
   const ChildEnd end = End(answer ? 0 : kEndPatience_s);
   if (!answer) return Error{WhyEnded(end)};
-  if (!*answer) return Error{answer->error()};
+  if (!*answer) return answer->failure();
   RawMesh raw = std::move(*answer).value();
   auto checked = CheckMesh(std::move(raw.mesh), unit_m_);
-  if (!checked) return Error{checked.error()};
+  if (!checked) return checked.failure();
   found_.checked = std::move(checked).value();
   found_.other_elements = raw.other_elements;
   found_.outside = std::move(raw.outside);

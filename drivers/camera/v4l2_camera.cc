@@ -84,7 +84,7 @@ Result<void> V4l2Camera::Open() {
   remarks_.clear();  // of an attempt that nobody asked about
   const std::vector<V4l2Device> all = ListV4l2Devices(options_.tree);
   const auto device = SelectV4l2Device(options_.device, all);
-  if (!device) return Error{device.error()};
+  if (!device) return device.failure();
   path_ = device->path;
   fd_.Reset(open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
@@ -95,7 +95,7 @@ Result<void> V4l2Camera::Open() {
     remarks_.push_back(fmt::format("{}: {}", path_, remark));
   }
   auto stream = V4l2Stream::Start(fd_.get());
-  if (!stream) return Error{stream.error()};
+  if (!stream) return stream.failure();
   stream_ = std::move(stream).value();
   // Once a name has needed its port it keeps one, also while the other camera is away.
   const std::string name = LastingName(*device, all), with_port = NameWithPort(*device);
@@ -122,7 +122,7 @@ Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
     return Error{"does not stream images through shared memory; see plumbline cameras"};
   }
   const auto choice = ChooseMode(ModesOf(fd_.get()), options_.mode);
-  if (!choice) return Error{choice.error()};
+  if (!choice) return choice.failure();
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   format.fmt.pix.width = static_cast<std::uint32_t>(choice->size.width);

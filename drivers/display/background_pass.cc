@@ -63,7 +63,7 @@ double LargestRadiusSquared(const Lens& lens) {
 
 Result<BackgroundPass> BackgroundPass::Create() {
   auto program = GlProgram::Build(kBackgroundVertex, kBackgroundFragment);
-  if (!program) return Error{program.error()};
+  if (!program) return program.failure();
   BackgroundPass pass;
   pass.program_ = std::move(program).value();
   return pass;
