@@ -184,12 +184,12 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
 }
 
 /// At most `most` of the session's rows, spread evenly.
-std::vector<int> SomeRows(const Dataset& data, int session, int most) {
-  std::vector<int> all;
-  for (int k = 0; k < data.rows(); ++k) {
-    if (data.session_of[static_cast<std::size_t>(k)] == session) all.push_back(k);
+std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int most) {
+  std::vector<RowIndex> all;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.session_of[row] == session) all.push_back(row);
   }
-  std::vector<int> some;
+  std::vector<RowIndex> some;
   const auto count = static_cast<int>(all.size());
   const int taken = std::min(most, count);
   some.reserve(static_cast<std::size_t>(taken));
@@ -200,32 +200,33 @@ std::vector<int> SomeRows(const Dataset& data, int session, int most) {
 }
 
 /// Points alone, on the unloaded arm: a start for every session.
-void StartFrames(const Dataset& data, const std::vector<FramePrior>& priors, Model& model) {
+void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& priors,
+                 Model& model) {
   constexpr int kRowsForStart = 300;
-  for (int session = 0; session < data.sessions_count(); ++session) {
-    const auto at = static_cast<std::size_t>(session);
-    Model::Frames& frames = model.frames[at];
+  for (const SessionIndex session : data.sessions.indices()) {
+    Model::Frames& frames = model.frames[session];
     const LoadedArm arm(CellOf(data, model, session));
     std::vector<FlangePoint> points;
-    for (const int k : SomeRows(data, session, kRowsForStart)) {
-      const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
+    for (const RowIndex index : SomeRows(data, session, kRowsForStart)) {
+      const MeasuredRow& row = data.measured(index);
       Posture posture;
       arm.chain().Evaluate(row.q, posture);
       points.push_back({posture.X_BF(), row.p_WT});
     }
-    const Start start = BestStart(points, frames, data.frames_free(), data.tip_free(), priors[at]);
+    const Start start =
+        BestStart(points, frames, data.frames_free(), data.tip_free(), priors[session]);
     frames = {start.X_WB, start.tip_F};
   }
 }
 
 /// Normal equations of one session's frames, without rows beyond `limit_m`.
-void SumUp(const Dataset& data, const Linearisation& linear, int session, double limit_m,
+void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex session, double limit_m,
            Eigen::Matrix<double, 9, 9>& H, Vector9& g) {
   H.setZero();
   g.setZero();
-  for (int k = 0; k < data.rows(); ++k) {
-    if (data.session_of[static_cast<std::size_t>(k)] != session) continue;
-    const LinearRow& row = linear.rows[static_cast<std::size_t>(k)];
+  for (const RowIndex index : data.row_indices()) {
+    if (data.session_of[index] != session) continue;
+    const LinearRow& row = linear.rows[index];
     if (row.residual.norm() > limit_m) continue;
     Eigen::Matrix<double, 3, 9> J = row.frames;
     if (!data.frames_free()) J.leftCols<6>().setZero();
@@ -246,10 +247,9 @@ double VarianceOf(const Dataset& data, double middle_m) {
 
 Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
-  const auto sessions = static_cast<std::size_t>(data.sessions_count());
-  alignment.covariance.assign(sessions, Eigen::Matrix<double, 9, 9>::Zero());
+  alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
   if (!data.frames_free() && !data.tip_free()) return alignment;
-  std::vector<FramePrior> priors;
+  Indexed<SessionIndex, FramePrior> priors;
   for (const Model::Frames& frames : given.frames) {
     priors.push_back(PriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
   }
@@ -264,10 +264,10 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
     for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
     const double middle_m = MedianOf(sizes);
     double largest = 0;
-    for (std::size_t session = 0; session < sessions; ++session) {
+    for (const SessionIndex session : data.sessions.indices()) {
       Eigen::Matrix<double, 9, 9> H, information;
       Vector9 g;
-      SumUp(data, *linear, static_cast<int>(session), 4 * middle_m + 1e-9, H, g);
+      SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
       const Vector9 step = StepOf(H, g, VarianceOf(data, middle_m), priors[session],
                                   model.frames[session].tip_F, information);
       if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
@@ -287,10 +287,10 @@ Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
 }
 
 std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             int session) {
+                                             SessionIndex session) {
   // A fifth of the prior's deviation: hardly more is known of that direction than before.
   constexpr double kHeld_m = 0.01, kHeld_rad = 0.1;
-  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[static_cast<std::size_t>(session)];
+  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
   const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
   const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
   std::string held;

@@ -8,12 +8,10 @@ namespace plumbline {
 
 /// What the checks judge, beside the findings themselves.
 struct ExplanationEvidence {
-  const Dataset& data;
-  const HeldOut& held_out;             ///< by blocks of time
-  const std::vector<double>& weights;  ///< of the rows of `data`
-  double sigma_m = 0;                  ///< one axis, as used
-  double parameters = 0;               ///< fitted, of the named effects
-  double discrepancy_rms_m = 0;        ///< 3-D, of what the discrepancy model adds at the rows
+  const FitProblem& problem;
+  const HeldOut& held_out;       ///< by blocks of time
+  double parameters = 0;         ///< fitted, of the named effects
+  double discrepancy_rms_m = 0;  ///< 3-D, of what the discrepancy model adds at the rows
 };
 
 /// Mean square of held-out residuals over sigma^2, and the most that noise makes of it: the 0.1 %

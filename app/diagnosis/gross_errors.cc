@@ -47,7 +47,7 @@ Tried Try(Dataset changed, int threads) {
   if (!model) return tried;
   const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
   if (!linear) return tried;
-  std::vector<Vec3> residuals;
+  PerRow<Vec3> residuals;
   for (const LinearRow& row : linear->rows) residuals.push_back(row.residual);
   tried.model = *model;
   tried.residual_m = MiddleResidual(*linear);
@@ -63,12 +63,7 @@ Dataset Without(Dataset data, const std::function<void(Dataset&)>& undo) {
 
 /// Rows enough for a median, spread evenly.
 Dataset Few(const Dataset& data) {
-  if (data.rows() <= kRows) return data;
-  std::vector<int> rows;
-  for (int k = 0; k < kRows; ++k) {
-    rows.push_back(static_cast<int>(std::int64_t{k} * data.rows() / kRows));
-  }
-  return Thinned(data, rows);
+  return data.rows() <= kRows ? data : Thinned(data, EvenlySpread(data, kRows));
 }
 
 std::string VectorText(const Vec3& v_m) {
@@ -102,13 +97,12 @@ std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& 
     return std::nullopt;
   }
   std::vector<double> nearest_m, apart_m;
-  for (int k = 0; k < data.rows(); ++k) {
-    const Vec3& p = data.table.rows[static_cast<std::size_t>(k)].p_WT;
+  for (const RowIndex row : data.row_indices()) {
+    const Vec3& p = data.measured(row).p_WT;
     double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
-    for (int j = 0; j < data.rows(); ++j) {
-      const auto other = static_cast<std::size_t>(j);
+    for (const RowIndex other : data.row_indices()) {
       to_tip_m = std::min(to_tip_m, (p - aligned.rows[other].p_W).norm());
-      if (j != k) to_point_m = std::min(to_point_m, (p - data.table.rows[other].p_WT).norm());
+      if (other != row) to_point_m = std::min(to_point_m, (p - data.measured(other).p_WT).norm());
     }
     nearest_m.push_back(to_tip_m);
     apart_m.push_back(to_point_m);
@@ -183,7 +177,7 @@ std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mist
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
   const double before_m = MiddleResidual(aligned);
-  std::vector<Vec3> residuals;
+  PerRow<Vec3> residuals;
   for (const LinearRow& row : aligned.rows) residuals.push_back(row.residual);
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);

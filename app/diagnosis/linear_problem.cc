@@ -12,12 +12,12 @@ namespace plumbline {
 
 namespace {
 
-std::vector<double> JointSpans(const Dataset& data, const std::vector<int>& rows) {
+std::vector<double> JointSpans(const Dataset& data, const FitRows& rows) {
   std::vector<double> spans;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const int row : rows) {
-      const double q = data.table.rows[static_cast<std::size_t>(row)].q[joint];
+    for (const RowIndex row : rows) {
+      const double q = data.measured(row).q[joint];
       low = std::min(low, q);
       high = std::max(high, q);
     }
@@ -28,27 +28,22 @@ std::vector<double> JointSpans(const Dataset& data, const std::vector<int>& rows
 
 }  // namespace
 
-LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear_at,
-                             const Model& model, std::vector<int> rows,
-                             const std::vector<double>& weights, double sigma_m, int threads)
-    : data_(data),
-      linear_(std::move(linear_at)),
-      rows_(std::move(rows)),
-      sigma_m_(sigma_m),
-      threads_(threads) {
+LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear_at,
+                             const Model& model)
+    : fit_(std::move(fit)), linear_(std::move(linear_at)) {
   const Linearisation& linear = *linear_;
+  const Dataset& data = fit_.data;
   const int axes = linear.axes;
-  const auto count = static_cast<int>(rows_.size());
-  joint_span_ = JointSpans(data, rows_);
-  scale_.resize(count);
+  const int count = fit_.rows.count();
+  joint_span_ = JointSpans(data, fit_.rows);
   response_.resize(count * axes);
-  std::set<int> clusters;
-  std::vector<int> sessions;
-  for (int j = 0; j < count; ++j) {
-    const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-    scale_[j] = std::sqrt(weights[row]) / sigma_m;
-    freedom_ += weights[row] * axes;
-    if (weights[row] > 0.5) clusters.insert(data.cluster_of[row]);
+  std::set<ClusterIndex> clusters;
+  for (const FitRowIndex j : fit_.rows.indices()) {
+    const RowIndex row = fit_.rows[j];
+    const double weight = fit_.weights[row];
+    scale_.push_back(std::sqrt(weight) / fit_.sigma_m);
+    freedom_ += weight * axes;
+    if (weight > 0.5) clusters.insert(data.cluster_of[row]);
     const LinearRow& at = linear.rows[row];
     Influence<double> influence;
     AddEffects(model.effects, data.conditions[row], influence);
@@ -56,7 +51,7 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
     }
-    response_.segment(j * axes, axes) = scale_[j] * y.head(axes);
+    response_.segment(j.value() * axes, axes) = scale_[j] * y.head(axes);
   }
   clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));
 
@@ -64,11 +59,11 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
   if (per_session > 0) {
     Eigen::MatrixXd frames =
         Eigen::MatrixXd::Zero(count * axes, per_session * data.sessions_count());
-    for (int j = 0; j < count; ++j) {
-      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-      const int first = per_session * data.session_of[row];
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      const RowIndex row = fit_.rows[j];
+      const int first = per_session * data.session_of[row].value();
       const auto& derivative = linear.rows[row].frames;
-      auto block = frames.block(j * axes, first, axes, per_session);
+      auto block = frames.block(j.value() * axes, first, axes, per_session);
       if (data.frames_free()) block.leftCols(6) = scale_[j] * derivative.topLeftCorner(axes, 6);
       if (data.tip_free()) block.rightCols(3) = scale_[j] * derivative.topRightCorner(axes, 3);
     }
@@ -83,23 +78,22 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
   const int axes = linear_->axes;
-  const auto count = static_cast<int>(rows_.size());
-  const auto width = static_cast<int>(block.columns.size());
+  const int count = fit_.rows.count(), width = block.columns.count();
   Eigen::MatrixXd columns(count * axes, width);
   if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
-    const auto kept = linear_->columns->Of(data_, *linear_, block, threads_);
-    for (int j = 0; j < count; ++j) {
-      columns.middleRows(j * axes, axes) =
-          scale_[j] * kept->middleRows(3 * rows_[static_cast<std::size_t>(j)], axes);
+    const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      columns.middleRows(j.value() * axes, axes) =
+          scale_[j] * kept->middleRows(3 * fit_.rows[j].value(), axes);
     }
     if (projected) Project(columns);
     return columns;
   }
-  InParallel(count, threads_, [&](int first, int last) {
+  InParallel(count, fit_.threads, [&](int first, int last) {
     Eigen::MatrixXd at(3, width);
-    for (int j = first; j < last; ++j) {
-      ColumnsAt(data_, *linear_, block, rows_[static_cast<std::size_t>(j)], at);
-      columns.middleRows(j * axes, axes) = scale_[j] * at.topRows(axes);
+    for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
+      ColumnsAt(fit_.data, *linear_, block, fit_.rows[j], at);
+      columns.middleRows(j.value() * axes, axes) = scale_[j] * at.topRows(axes);
     }
   });
   if (projected) Project(columns);
@@ -114,10 +108,10 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   Eigen::VectorXd& carrier = carriers_[entry];
   if (carrier.size() == 0) {
     const int axes = linear_->axes;
-    carrier.resize(static_cast<int>(rows_.size()) * axes);
-    for (int j = 0; j < static_cast<int>(rows_.size()); ++j) {
-      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-      carrier.segment(j * axes, axes) = scale_[j] * linear_->gradients[row].col(entry).head(axes);
+    carrier.resize(fit_.rows.count() * axes);
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      const Gradient& gradient = linear_->gradients[fit_.rows[j]];
+      carrier.segment(j.value() * axes, axes) = scale_[j] * gradient.col(entry).head(axes);
     }
   }
   return carrier;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/diagnosis/blocks.h"
+#include "app/diagnosis/fit_problem.h"
 
 namespace plumbline {
 
@@ -13,17 +14,15 @@ namespace plumbline {
 /// frames that the cell leaves free projected out of response and columns alike.
 class LinearProblem {
  public:
-  /// @param rows     which take part; others have no influence whatever
-  /// @param weights  of all rows, 0..1
-  LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear,
-                const Model& model, std::vector<int> rows, const std::vector<double>& weights,
-                double sigma_m, int threads);
+  /// @param linear  at `model`
+  LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear, const Model& model);
 
-  const Dataset& data() const { return data_; }
+  const FitProblem& fit() const { return fit_; }
+  const Dataset& data() const { return fit_.data; }
   const Linearisation& linear() const { return *linear_; }
-  const std::vector<int>& rows() const { return rows_; }
+  const FitRows& rows() const { return fit_.rows; }
   int clusters() const { return clusters_; }
-  double sigma_m() const { return sigma_m_; }
+  double sigma_m() const { return fit_.sigma_m; }
   /// Rows times axes by their weights, less the frames' numbers.
   double freedom() const { return freedom_; }
   const Eigen::VectorXd& response() const { return response_; }
@@ -42,17 +41,14 @@ class LinearProblem {
   Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
 
  private:
-  const Dataset& data_;
+  FitProblem fit_;
   std::shared_ptr<const Linearisation> linear_;
-  std::vector<int> rows_;
-  double sigma_m_;
-  int threads_;
   int clusters_ = 0;
   double freedom_ = 0;
   std::vector<double> joint_span_;
-  Eigen::VectorXd scale_;     ///< sqrt(weight)/sigma of each row in rows_
-  Eigen::MatrixXd frames_;    ///< orthonormal
-  Eigen::VectorXd response_;  ///< whitened, projected
+  Indexed<FitRowIndex, double> scale_;  ///< sqrt(weight)/sigma
+  Eigen::MatrixXd frames_;              ///< orthonormal
+  Eigen::VectorXd response_;            ///< whitened, projected
   mutable std::map<int, Eigen::VectorXd> carriers_;
 };
 

@@ -39,9 +39,9 @@ Model Model::Declared(const Dataset& data) {
   return model;
 }
 
-CellModel CellOf(const Dataset& data, const Model& model, int session) {
+CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session) {
   CellModel cell = data.cell;
-  const Model::Frames& frames = model.frames[static_cast<std::size_t>(session)];
+  const Model::Frames& frames = model.frames[session];
   cell.robot.X_WB = frames.X_WB;
   cell.tool.tcp_F = frames.tip_F;
   cell.sessions.clear();
@@ -64,43 +64,42 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f) 
 
 ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data), model_(model) {
   arms_.reserve(static_cast<std::size_t>(data.sessions_count()));
-  for (int session = 0; session < data.sessions_count(); ++session) {
+  for (const SessionIndex session : data.sessions.indices()) {
     arms_.emplace_back(CellOf(data, model, session));
   }
 }
 
-bool ModelAtRows::At(int k, const InfluenceSet& wanted, Sensitivity& scratch,
-                     LinearRow& row) const {
-  const auto at = static_cast<std::size_t>(k);
-  const auto session = static_cast<std::size_t>(data_.session_of[at]);
+bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
+                     LinearRow& result) const {
+  const SessionIndex session = data_.session_of[row];
   const LoadedArm& arm = arms_[session];
   const Model::Frames& frames = model_.frames[session];
-  const Conditions& moment = data_.conditions[at];
-  const MeasuredRow& measured = data_.table.rows[at];
+  const Conditions& moment = data_.conditions[row];
+  const MeasuredRow& measured = data_.measured(row);
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
-    if (!SensitivityAt(arm, measured.q, data_.payloads[at], influence, moment.tau, wanted,
+    if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted,
                        scratch)) {
       return false;
     }
   } else {
-    if (!arm.AtCommanded(measured.q, data_.payloads[at], &influence, moment.tau, scratch.state)) {
+    if (!arm.AtCommanded(measured.q, data_.payloads[row], &influence, moment.tau, scratch.state)) {
       return false;
     }
     scratch.p_W = scratch.state.p_read_W;
   }
-  row.p_W = scratch.p_W;
-  row.residual = measured.p_WT - row.p_W;
-  const Vec3 arm_W = row.p_W - frames.X_WB.p;
-  row.frames.leftCols<3>().setIdentity();
+  result.p_W = scratch.p_W;
+  result.residual = measured.p_WT - result.p_W;
+  const Vec3 arm_W = result.p_W - frames.X_WB.p;
+  result.frames.leftCols<3>().setIdentity();
   for (int axis = 0; axis < 3; ++axis) {
-    row.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
+    result.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   }
-  row.frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
+  result.frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
   if (data_.axes() == 1) {
-    ToRange(data_.cell.measurement.anchor_W, influence, measured.range_m, row, scratch.dp);
+    ToRange(data_.cell.measurement.anchor_W, influence, measured.range_m, result, scratch.dp);
   }
   return true;
 }
@@ -121,19 +120,18 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, const I
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
     Sensitivity scratch;
-    for (int k = first; k < last; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      if (!at_rows.At(k, wanted, scratch, result.rows[at])) {
-        unsettled = k;
+    for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
+      if (!at_rows.At(row, wanted, scratch, result.rows[row])) {
+        unsettled = row.value();
       } else if (wanted.any()) {
-        result.gradients[at] = scratch.dp;
+        result.gradients[row] = scratch.dp;
       }
     }
   });
   if (unsettled >= 0) {
     return Error{fmt::format(
         "{}:{}: the sagged posture does not settle; check compliance_rad_per_Nm and link_mass_kg",
-        data.table.file, data.table.rows[static_cast<std::size_t>(unsettled.load())].line)};
+        data.table.file, data.measured(RowIndex(unsettled.load())).line)};
   }
   return result;
 }
@@ -221,14 +219,14 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
 }
 
 void ShowBases(const Model& model, Dataset& data) {
-  std::vector<std::shared_ptr<const Robot>> robots;
+  Indexed<SessionIndex, std::shared_ptr<const Robot>> robots;
   for (const Model::Frames& frames : model.frames) {
     Robot robot = data.cell.robot;
     robot.X_WB = frames.X_WB;
     robots.push_back(std::make_shared<const Robot>(std::move(robot)));
   }
-  for (std::size_t row = 0; row < data.conditions.size(); ++row) {
-    data.conditions[row].robot = robots[static_cast<std::size_t>(data.session_of[row])];
+  for (const RowIndex row : data.conditions.indices()) {
+    data.conditions[row].robot = robots[data.session_of[row]];
   }
 }
 

@@ -15,7 +15,7 @@ struct Model {
     Pose X_WB;
     Vec3 tip_F = Vec3::Zero();
   };
-  std::vector<Frames> frames;         ///< one a session
+  Indexed<SessionIndex, Frames> frames;
   std::vector<ActiveEffect> effects;  ///< beside those that the cell already has
 
   /// The cell as declared, for every session.
@@ -23,7 +23,7 @@ struct Model {
 };
 
 /// The cell with a session's frames; it keeps the effects that it has already.
-CellModel CellOf(const Dataset& data, const Model& model, int session);
+CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row; of a range the first row only.
 using Gradient = Sensitivity::Gradient;
@@ -38,8 +38,8 @@ struct LinearRow {
 class BlockColumns;
 
 struct Linearisation {
-  std::vector<LinearRow> rows;
-  std::vector<Gradient> gradients;  ///< of each row; empty where none were asked for
+  PerRow<LinearRow> rows;
+  PerRow<Gradient> gradients;  ///< empty where none were asked for
   int axes = 3;
   /// Of these gradients; copies share it.
   std::shared_ptr<BlockColumns> columns;
@@ -54,13 +54,13 @@ class ModelAtRows {
   /// @param wanted   influences whose gradient is needed, left in `scratch.dp`
   /// @param scratch  one a thread
   /// @return         false where the sagged posture does not settle
-  [[nodiscard]] bool At(int row, const InfluenceSet& wanted, Sensitivity& scratch,
+  [[nodiscard]] bool At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
                         LinearRow& result) const;
 
  private:
   const Dataset& data_;
   const Model& model_;
-  std::vector<LoadedArm> arms_;  ///< one a session
+  Indexed<SessionIndex, LoadedArm> arms_;
 };
 
 /// Evaluates the model at every row.

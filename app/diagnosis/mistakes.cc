@@ -24,19 +24,20 @@ Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
 
 Undo OnJoints(std::function<void(JointVector&)> map) {
   return [map = std::move(map)](Dataset& data) {
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      map(data.table.rows[k].q);
-      data.conditions[k].q = data.table.rows[k].q;
+    for (const RowIndex row : data.row_indices()) {
+      JointVector& q = data.table.rows[row.offset()].q;
+      map(q);
+      data.conditions[row].q = q;
     }
   };
 }
 
 Undo OnPayload(double factor) {
   return [factor](Dataset& data) {
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      data.table.rows[k].payload_kg *= factor;
-      data.conditions[k].payload_kg *= factor;
-      data.payloads[k].mass_kg *= factor;
+    for (const RowIndex row : data.row_indices()) {
+      data.table.rows[row.offset()].payload_kg *= factor;
+      data.conditions[row].payload_kg *= factor;
+      data.payloads[row].mass_kg *= factor;
     }
   };
 }

@@ -114,10 +114,11 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
   const Dataset& data = problem.data();
   const int least = std::max(6, data.rows() / 10);
   for (std::size_t k = 1; k < moments.size(); ++k) {
-    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), [&](int row) {
-      const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
+    const auto within = [&](RowIndex row) {
+      const double clock = ClockOf(data, data.conditions[row]);
       return clock >= moments[k - 1] && clock < moments[k];
-    });
+    };
+    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), within);
     if (between < least) return true;
   }
   return false;
@@ -141,12 +142,12 @@ class MomentSearch : public ShapeSearch {
     return MomentsTooClose(problem, support);
   }
   /// No row of the problem separates an undecided row from the moment.
-  bool LeavesOpen(const LinearProblem& problem, const Block& block, int row) const override {
+  bool LeavesOpen(const LinearProblem& problem, const Block& block, RowIndex row) const override {
     const Dataset& data = problem.data();
     const double moment = block.columns.front().values.front();
-    const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
-    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](int other) {
-      const double of_other = ClockOf(data, data.conditions[static_cast<std::size_t>(other)]);
+    const double clock = ClockOf(data, data.conditions[row]);
+    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](RowIndex other) {
+      const double of_other = ClockOf(data, data.conditions[other]);
       return clock < moment ? of_other >= clock && of_other < moment
                             : of_other >= moment && of_other <= clock;
     });

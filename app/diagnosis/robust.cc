@@ -16,14 +16,14 @@ double WholeWeightUpTo(int axes) {
 
 }  // namespace
 
-double RobustSigma(const std::vector<Vec3>& residuals, int axes) {
+double RobustSigma(const PerRow<Vec3>& residuals, int axes) {
   std::vector<double> sizes;
   sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());
   return MedianOf(sizes) / (axes == 1 ? 0.6745 : 1.5382);  // medians of chi_1 and chi_3
 }
 
-double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
+double OutlierScale(const PerRow<Vec3>& residuals, double sigma_m, int axes) {
   std::vector<double> sizes;
   sizes.reserve(residuals.size());
   for (const Vec3& r : residuals) sizes.push_back(r.head(axes).norm());
@@ -33,10 +33,10 @@ double OutlierScale(const std::vector<Vec3>& residuals, double sigma_m, int axes
   return std::max({sigma_m, sizes[place] / WholeWeightUpTo(axes), 1e-7});
 }
 
-std::vector<double> HampelWeights(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
+PerRow<double> HampelWeights(const PerRow<Vec3>& residuals, double sigma_m, int axes) {
   const double whole = WholeWeightUpTo(axes);
   const double falling = whole + 1.3, none = 2 * whole;
-  std::vector<double> weights;
+  PerRow<double> weights;
   for (const Vec3& r : residuals) {
     const double d = r.head(axes).norm() / sigma_m;
     double weight = 1;
@@ -52,7 +52,7 @@ std::vector<double> HampelWeights(const std::vector<Vec3>& residuals, double sig
   return weights;
 }
 
-double HampelLoss(const std::vector<Vec3>& residuals, double sigma_m, int axes) {
+double HampelLoss(const PerRow<Vec3>& residuals, double sigma_m, int axes) {
   const double whole = WholeWeightUpTo(axes);
   const double falling = whole + 1.3, none = 2 * whole;
   double sum = 0;
