@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/whitener.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
@@ -227,19 +229,23 @@ void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex sessio
   for (const RowIndex index : data.row_indices()) {
     if (data.session_of[index] != session) continue;
     const LinearRow& row = linear.rows[index];
-    if (row.residual.norm() > limit_m) continue;
-    Eigen::Matrix<double, 3, 9> J = row.frames;
+    if (LengthsOf(row.residual).norm() > limit_m) continue;
+    const RowWhitening whitening(data.numbers[index], 1);
+    FrameGradient J(row.frames.rows(), 9);
+    RowResidual r(row.residual.size());
+    whitening.Apply(row.frames, J);
+    whitening.Apply(row.residual, r);
     if (!data.frames_free()) J.leftCols<6>().setZero();
     if (!data.tip_free()) J.rightCols<3>().setZero();
     H += J.transpose() * J;
-    g += J.transpose() * row.residual;
+    g += J.transpose() * r;
   }
 }
 
 /// The variance of one axis that the alignment reckons with.
-double VarianceOf(const Dataset& data, double middle_m) {
+double VarianceOf(const Dataset& data, const Linearisation& linear) {
   constexpr double kLeastSigma_m = 1e-6;
-  const double of_rows_m = middle_m / (data.axes() == 1 ? 0.6745 : 1.5382);  // chi_1, chi_3
+  const double of_rows_m = RobustSigma(data, ResidualsOf(linear));
   return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
 }
 
@@ -254,22 +260,22 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
     priors.push_back(PriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
   }
   Model& model = alignment.model;
-  if (data.axes() == 3) StartFrames(data, priors, model);
+  if (!data.ranges()) StartFrames(data, priors, model);
   // Polished with the loaded arm on robust weights.
   constexpr int kPasses = 8;
   for (int pass = 0; pass < kPasses; ++pass) {
     const Result<Linearisation> linear = Linearise(data, model, false, threads);
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
-    for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
-    const double middle_m = MedianOf(sizes);
+    for (const Vec3& error : ErrorsOf(*linear)) sizes.push_back(error.norm());
+    const double middle_m = MedianOf(sizes), variance_m2 = VarianceOf(data, *linear);
     double largest = 0;
     for (const SessionIndex session : data.sessions.indices()) {
       Eigen::Matrix<double, 9, 9> H, information;
       Vector9 g;
       SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
-      const Vector9 step = StepOf(H, g, VarianceOf(data, middle_m), priors[session],
-                                  model.frames[session].tip_F, information);
+      const Vector9 step =
+          StepOf(H, g, variance_m2, priors[session], model.frames[session].tip_F, information);
       if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
       MoveFrames(model.frames[session], step);
       alignment.covariance[session] = information.inverse();

@@ -84,7 +84,7 @@ std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant);
 /// What an empirical column multiplies its carrier with at a row.
 double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
 
-/// Shape (3, columns): the block's columns at one row.
+/// Shape (residuals of the row, columns): the block's columns at one row.
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out);
 

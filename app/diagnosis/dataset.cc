@@ -56,7 +56,7 @@ void DropCopies(Dataset& data) {
 /// Rows without what the cell's kind of measurement needs only keep their place in the order of
 /// moves.
 void SetUnmeasuredAside(Dataset& data) {
-  const bool range = data.axes() == 1;
+  const bool range = data.ranges();
   MeasuredTable& table = data.table;
   const auto measured = [range](const MeasuredRow& row) {
     return range ? row.has_range : row.has_point;
@@ -183,16 +183,16 @@ void NoiseFromRepeats(Dataset& data) {
       const MeasuredRow& a = data.measured(rows[j - 1]);
       const MeasuredRow& b = data.measured(rows[j]);
       const double square =
-          data.axes() == 1 ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
+          data.ranges() ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
       squares.push_back(square / 2);
     }
   }
-  data.repeat_freedom = static_cast<int>(squares.size()) * data.axes();
+  data.repeat_freedom = static_cast<int>(squares.size()) * (data.ranges() ? 1 : 3);
   if (data.repeat_freedom < kFewestRepeatFreedom) return;
   std::sort(squares.begin(), squares.end());
   // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
   const double middle = squares[squares.size() / 2];
-  data.repeat_sigma_m = std::sqrt(middle / (data.axes() == 1 ? 0.4549 : 2.366));
+  data.repeat_sigma_m = std::sqrt(middle / (data.ranges() ? 0.4549 : 2.366));
 }
 
 /// What joints read in steps leave open of the tip that is predicted from them.
@@ -278,6 +278,21 @@ void TellUndeclaredStep(Dataset& data) {
 
 }  // namespace
 
+RowLayout Dataset::layout() const {
+  RowLayout layout;
+  for (const RowNumbers& of_row : numbers) layout.Add(of_row.count);
+  return layout;
+}
+
+double Dataset::lengths_per_row() const {
+  int measuring = 0, lengths = 0;
+  for (const RowNumbers& of_row : numbers) {
+    measuring += of_row.count > 0 ? 1 : 0;
+    lengths += of_row.lengths();
+  }
+  return measuring > 0 ? static_cast<double>(lengths) / measuring : 0;
+}
+
 FitRows EveryRow(const Dataset& data) {
   return EvenlySpread(data, data.rows());
 }
@@ -295,6 +310,7 @@ Dataset Thinned(const Dataset& data, const FitRows& rows) {
   thin.table.rows.clear();
   thin.conditions.clear();
   thin.payloads.clear();
+  thin.numbers.clear();
   thin.session_of.clear();
   thin.cluster_of.clear();
   for (RecordedSignal& signal : thin.signals) signal.values.clear();
@@ -302,6 +318,7 @@ Dataset Thinned(const Dataset& data, const FitRows& rows) {
     thin.table.rows.push_back(data.measured(row));
     thin.conditions.push_back(data.conditions[row]);
     thin.payloads.push_back(data.payloads[row]);
+    thin.numbers.push_back(data.numbers[row]);
     thin.session_of.push_back(data.session_of[row]);
     thin.cluster_of.push_back(data.cluster_of[row]);
     for (const SignalIndex signal : data.signals.indices()) {
@@ -315,12 +332,12 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   Dataset data;
   data.cell = cell;
   data.table = measured;
-  const bool has_points = data.axes() == 1 ? measured.recorded.range : measured.recorded.position;
+  const bool has_points = data.ranges() ? measured.recorded.range : measured.recorded.position;
   if (!has_points) {
-    return Error{fmt::format(
-        "has no {} column{}: nothing was measured; the cell says "
-        "[measurement] kind, check it and the header",
-        data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm", data.axes() == 1 ? "" : "s")};
+    return Error{
+        fmt::format("has no {} column{}: nothing was measured; the cell says "
+                    "[measurement] kind, check it and the header",
+                    data.ranges() ? "range_mm" : "x_mm, y_mm, z_mm", data.ranges() ? "" : "s")};
   }
   SetUnmeasuredAside(data);
   DropCopies(data);
@@ -332,13 +349,15 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   FindSessions(data);
   const int free_numbers =
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
-  const int needed = std::max(kFewestRows, (free_numbers + 3 + data.axes() - 1) / data.axes());
+  const int of_row = data.ranges() ? 1 : 3;
+  const int needed = std::max(kFewestRows, (free_numbers + 3 + of_row - 1) / of_row);
   if (data.rows() < needed) {
     return Error{
         fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
                     "spread over the cell (30 or more tell effects apart)",
                     data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
   }
+  data.numbers.assign(data.table.rows.size(), {of_row, {}});
   data.conditions = PerRow<Conditions>(ConditionsOf(cell, data.table));
   for (const MeasuredRow& row : data.table.rows) {
     const bool loaded = measured.recorded.payload && cell.payload_cog_F;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/diagnosis/indices.h"
+#include "app/diagnosis/residual_layout.h"
 #include "app/table/csv.h"
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/result.h"
@@ -26,6 +27,7 @@ struct Dataset {
   PerRow<Conditions> conditions;
   PerRow<Payload> payloads;
   Indexed<SessionIndex, std::string> sessions;  ///< one empty name where none is recorded
+  PerRow<RowNumbers> numbers;
   PerRow<SessionIndex> session_of;
   PerRow<ClusterIndex> cluster_of;  ///< rows of one pose, session and payload
   int clusters = 0;
@@ -46,8 +48,11 @@ struct Dataset {
   int rows() const { return static_cast<int>(table.rows.size()); }
   IndexRange<RowIndex> row_indices() const { return FirstIndices<RowIndex>(rows()); }
   const MeasuredRow& measured(RowIndex row) const { return table.rows[row.offset()]; }
-  /// Numbers that a row measures: 3, or 1 of a range.
-  int axes() const { return cell.measurement.kind == MeasurementKind::kRange ? 1 : 3; }
+  /// True where the instrument measures ranges, else positions.
+  bool ranges() const { return cell.measurement.kind == MeasurementKind::kRange; }
+  RowLayout layout() const;
+  /// Lengths that a row measures, the mean over the rows: 3 of positions, 1 of ranges.
+  double lengths_per_row() const;
   int sessions_count() const { return sessions.count(); }
   bool frames_free() const { return !cell.measurement.frame_known; }
   bool tip_free() const { return !cell.measurement.tool_known; }

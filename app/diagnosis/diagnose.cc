@@ -39,7 +39,7 @@ struct Task {
 /// A model and what it leaves at every row.
 struct FittedModel {
   Model model;
-  PerRow<Vec3> residuals;  ///< [m]
+  PerRow<Vec3> errors;  ///< [m]
 };
 
 /// The identified model fitted to all rows, those too that were not searched.
@@ -47,29 +47,29 @@ struct FitOfAllRows {
   FitProblem problem;
   Refit refit;
   Linearisation linear;
-  PerRow<Vec3> residuals;  ///< [m]
+  PerRow<Vec3> errors;  ///< that it leaves [m]
 };
 
 /// The model that is written, and what it rests on.
 struct CorrectedModel {
   Model model;
-  PerRow<Vec3> residuals;  ///< [m]
-  Validation validation;   ///< of the searched rows
+  PerRow<Vec3> errors;    ///< [m]
+  Validation validation;  ///< of the searched rows
   double discrepancy_parameters = 0;
 };
 
 /// 3-D RMS over the rows that are no outliers.
-double Rms(const PerRow<Vec3>& residuals, const PerRow<double>& weights) {
+double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
   double sum = 0, count = 0;
-  for (const RowIndex row : residuals.indices()) {
+  for (const RowIndex row : errors.indices()) {
     if (weights[row] < kOutlierWeight) continue;
-    sum += residuals[row].squaredNorm();
+    sum += errors[row].squaredNorm();
     count += 1;
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// 3-D RMS of the difference of two residuals over the rows that are no outliers.
+/// 3-D RMS of the difference of errors over the rows that are no outliers.
 double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights) {
   for (const RowIndex row : a.indices()) a[row] -= b[row];
   return Rms(a, weights);
@@ -118,7 +118,7 @@ Result<FittedModel> FitDeclared(const Task& task) {
   if (const auto gross = GrossError(task.data, *linear, task.options.threads)) {
     return Error{*gross};
   }
-  return FittedModel{*aligned, ResidualsOf(*linear)};
+  return FittedModel{*aligned, ErrorsOf(*linear)};
 }
 
 /// What was identified on the searched rows, fitted to all of them with weights of their own.
@@ -130,11 +130,11 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   FitProblem problem = FitOfEveryRow(data, task.options.threads);
   problem.sigma_m = found.fit.sigma_m;
   if (!thinned) problem.weights = found.fit.weights;
-  FitOfAllRows fit{std::move(problem), found.refit, *linear, ResidualsOf(*linear)};
+  FitOfAllRows fit{std::move(problem), found.refit, *linear, ErrorsOf(*linear)};
   if (!thinned) return fit;
-  const double scatter = std::max(found.fit.sigma_m, RobustSigma(fit.residuals, data.axes()));
-  fit.problem.weights =
-      HampelWeights(fit.residuals, OutlierScale(fit.residuals, scatter, data.axes()), data.axes());
+  const PerRow<RowResidual> residuals = ResidualsOf(*linear);
+  const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
+  fit.problem.weights = HampelWeights(data, residuals, OutlierScale(data, residuals, scatter));
   constexpr int kIterations = 3;  // from what fits the searched rows
   const Result<Refit> refit = RefitModel(fit.problem, found.model, {kIterations});
   if (!refit) return Error{refit.error()};
@@ -142,7 +142,7 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   if (!linear) return Error{linear.error()};
   fit.refit = *refit;
   fit.linear = *linear;
-  fit.residuals = ResidualsOf(*linear);
+  fit.errors = ErrorsOf(*linear);
   return fit;
 }
 
@@ -152,10 +152,10 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   diagnosis.sigma_m = found.fit.sigma_m;
   const bool as_declared = data.sigma_m > 0 && found.fit.sigma_m < 1.1 * data.sigma_m;
   diagnosis.sigma_origin = as_declared ? data.sigma_origin : "residual";
-  diagnosis.noise_floor_m = std::sqrt(static_cast<double>(data.axes())) *
-                            (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
+  diagnosis.noise_floor_m =
+      std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
-  diagnosis.rms_after_m = Rms(fit.residuals, fit.problem.weights);
+  diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) continue;
     diagnosis.outlier_rows.push_back(data.measured(row).line);
@@ -196,7 +196,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   if (task.Interrupted()) return;
   task.Report(0.7, "what the residual follows");
   AddSignals(task.data, found, diagnosis);
-  SetVerdict(task.data, found, RobustSigma(fit.residuals, task.data.axes()), diagnosis);
+  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), diagnosis);
   AddReadingNote(task.data, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
   task.Report(0.75, "where to measure next");
@@ -237,21 +237,21 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
       "beside what is named, the model carries a shrunk remainder worth {:.0f} parameters; it "
       "corrects where there is data and explains nothing",
       discrepancy.held));
-  return FittedModel{model, ResidualsOf(*linear)};
+  return FittedModel{model, ErrorsOf(*linear)};
 }
 
 /// The fitted model with its effects as they are written: curves are shrunk, and end where their
 /// rows do.
 Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
                               const Diagnosis& diagnosis) {
-  FittedModel written{fit.refit.model, fit.residuals};
+  FittedModel written{fit.refit.model, fit.errors};
   if (!HasEmpiricalTerm(diagnosis)) return written;
   written.model.effects.clear();
   for (const Finding& finding : diagnosis.findings) written.model.effects.push_back(finding.effect);
   const Result<Linearisation> linear =
       Linearise(task.data, written.model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
-  written.residuals = ResidualsOf(*linear);
+  written.errors = ErrorsOf(*linear);
   return written;
 }
 
@@ -269,9 +269,9 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
       offered.has_value(), task.options};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
-  CorrectedModel corrected{written->model, written->residuals, Validate(input), 0};
+  CorrectedModel corrected{written->model, written->errors, Validate(input), 0};
   if (task.Interrupted()) return Task::InterruptedError();
-  diagnosis.rms_after_m = Rms(corrected.residuals, fit.problem.weights);
+  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.fit.weights);
   if (offered && !admitted) {
     corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
@@ -280,7 +280,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
         "or sessions that it has not seen");
   }
   // What shrinking and bounding cost at the rows is an error of the held-out rows, too.
-  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.residuals, fit.problem.weights)),
+  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.errors, fit.problem.weights)),
            corrected.validation);
   AddHeldOutErrors(corrected.validation, diagnosis);
   if (!diagnosis.findings.empty()) {
@@ -290,9 +290,9 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   const Result<FittedModel> whole = WithDiscrepancy(task, fit, *offered, diagnosis);
   if (!whole) return Error{whole.error()};
   corrected.model = whole->model;
-  corrected.residuals = whole->residuals;
+  corrected.errors = whole->errors;
   corrected.discrepancy_parameters = offered->held;
-  diagnosis.rms_after_m = Rms(corrected.residuals, fit.problem.weights);
+  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   return corrected;
 }
 
@@ -301,7 +301,7 @@ void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis&
   if (diagnosis.withheld.empty()) return;
   diagnosis.notes.push_back(diagnosis.withheld);
   corrected.model = declared.model;
-  corrected.residuals = declared.residuals;
+  corrected.errors = declared.errors;
   diagnosis.rms_after_m = diagnosis.rms_before_m;
 }
 
@@ -319,9 +319,9 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     trace.session = data.measured(row).session;
     trace.weight = fit.problem.weights[row];
     trace.outlier = fit.problem.weights[row] < kOutlierWeight;
-    trace.p_measured = data.axes() == 3 ? data.measured(row).p_WT : fit.linear.rows[row].p_W;
+    trace.p_measured = data.ranges() ? fit.linear.rows[row].p_W : data.measured(row).p_WT;
     trace.before = declared[row];
-    trace.after = corrected.residuals[row];
+    trace.after = corrected.errors[row];
     trace.fold = -1;
     const auto held = searched_of_line.find(trace.line);
     if (held == searched_of_line.end() || !held_out.predicted[held->second]) continue;
@@ -331,15 +331,16 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   }
   if (diagnosis.remainder.empty()) return;
   diagnosis.remainder_parameters = corrected.discrepancy_parameters;
-  diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.residuals);
+  diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
 /// Frames, and the domain in which the written model was validated.
 void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
                Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  diagnosis.domain.residual_sigma_m = ValidatedSigma(corrected.validation, fit.problem.sigma_m,
-                                                     task.data.axes(), diagnosis.withheld.empty());
+  diagnosis.domain.residual_sigma_m =
+      ValidatedSigma(corrected.validation, fit.problem.sigma_m, task.data.lengths_per_row(),
+                     diagnosis.withheld.empty());
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
@@ -374,7 +375,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
   Diagnosis diagnosis;
   diagnosis.notes = data->notes;
   diagnosis.not_recorded = data->not_recorded;
-  AddNoise(task, *found, declared->residuals, *fit, diagnosis);
+  AddNoise(task, *found, declared->errors, *fit, diagnosis);
   Explain(task, *found, *fit, diagnosis);
   if (task.Interrupted()) return Task::InterruptedError();
   Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
@@ -382,10 +383,10 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
   CorrectedModel& corrected = validated.value();
   CheckExplanation({found->fit, corrected.validation.ways.front(),
                     static_cast<double>(found->best.columns.size()),
-                    RmsBetween(fit->residuals, corrected.residuals, fit->problem.weights)},
+                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights)},
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
-  AddRows(*data, searched, declared->residuals, *fit, corrected, diagnosis);
+  AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
   AddDomain(task, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/diagnosis/prior_sizes.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 namespace {
@@ -61,28 +62,29 @@ Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisatio
                                          RowIndex row) const {
   const int first_tip = data.frames_free() ? 6 : 0;
   const int per_session = first_tip + (data.tip_free() ? 3 : 0);
+  const int count = linear.layout.count(row);
+  const RowWhitening whitening(data.numbers[row], 1 / pool_.problem().sigma_m());
   AtRow result;
-  result.fields.resize(linear.axes, static_cast<int>(sides_.size()));
+  result.fields.resize(count, static_cast<int>(sides_.size()));
   for (const Side& side : sides_) {
     const auto own = side.unit.size();
-    Eigen::MatrixXd X =
-        Eigen::MatrixXd::Zero(linear.axes, own + per_session * data.sessions_count());
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + per_session * data.sessions_count());
     Eigen::Index at = 0;
     for (const BlockIndex block : side.blocks) {
       const Block& of = pool_.blocks()[block];
-      Eigen::MatrixXd columns(3, of.columns.count());
+      Eigen::MatrixXd columns(count, of.columns.count());
       ColumnsAt(data, linear, of, row, columns);
-      X.middleCols(at, columns.cols()) = columns.topRows(linear.axes);
+      X.middleCols(at, columns.cols()) = columns;
       at += columns.cols();
     }
     X.leftCols(own) *= side.unit.asDiagonal();
     at += per_session * data.session_of[row].value();
     const auto& frames = linear.rows[row].frames;
-    if (data.frames_free()) X.middleCols(at, 6) = frames.topLeftCorner(linear.axes, 6);
+    if (data.frames_free()) X.middleCols(at, 6) = frames.leftCols<6>();
     if (data.tip_free()) {
-      X.middleCols(at + first_tip, 3) = frames.topRightCorner(linear.axes, 3);
+      X.middleCols(at + first_tip, 3) = frames.rightCols<3>();
     }
-    X /= pool_.problem().sigma_m();
+    whitening.Apply(X.eval(), X);
     result.fields.col(static_cast<int>(result.X.size())) = X.leftCols(own) * side.values;
     result.X.push_back(std::move(X));
   }

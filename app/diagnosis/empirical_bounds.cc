@@ -32,7 +32,7 @@ SeenCurve SeenAtRows(const FitProblem& problem, const Linearisation& linear,
     effect.term.effect->Add(effect.term, std::span<const double>(values), moment, influence);
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] == 0) continue;
-      const double lever = linear.gradients[row].col(entry).norm();
+      const double lever = LengthsOf(linear.gradients[row].col(entry)).norm();
       seen.low = std::min(seen.low, influence[entry]);
       seen.high = std::max(seen.high, influence[entry]);
       seen.largest_m = std::max(seen.largest_m, std::abs(influence[entry]) * lever);

@@ -107,7 +107,8 @@ std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
 }
 
 ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
-  const double noise_mm = 1e3 * evidence.problem.sigma_m * std::sqrt(evidence.problem.data.axes());
+  const double noise_mm =
+      1e3 * evidence.problem.sigma_m * std::sqrt(evidence.problem.data.lengths_per_row());
   ExplanationCheck check;
   check.name = "held_out_error";
   check.figure = noise_mm * std::sqrt(found.ratio);
@@ -127,7 +128,7 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   ExplanationCheck check;
   check.name = "discrepancy_model";
   check.figure = 1e3 * evidence.discrepancy_rms_m;
-  check.limit = 1e3 * sigma_m * std::sqrt(data.axes());
+  check.limit = 1e3 * sigma_m * std::sqrt(data.lengths_per_row());
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
       "beside the named effects {:.3g} mm are corrected without a cause; no more than the noise, "
@@ -201,11 +202,11 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   HeldOutRatio found;
   found.clusters = static_cast<int>(clusters.size());
   if (total.weight == 0) return found;
-  const double axes = problem.data.axes();
-  const double variance = problem.sigma_m * problem.sigma_m * axes;
+  const double lengths = problem.data.lengths_per_row();
+  const double variance = problem.sigma_m * problem.sigma_m * lengths;
   found.ratio = total.square / total.weight / variance;
-  const double freedom = axes * static_cast<double>(clusters.size());
-  const double of_training = kTrainingShare * axes * total.weight;
+  const double freedom = lengths * static_cast<double>(clusters.size());
+  const double of_training = kTrainingShare * lengths * total.weight;
   found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;

@@ -15,9 +15,9 @@ struct ExplanationEvidence {
 };
 
 /// Mean square of held-out residuals over sigma^2, and the most that noise makes of it: the 0.1 %
-/// quantile of chi2 with as many degrees of freedom as independent clusters measure axes, widened
-/// by what the parameters of a fit of the other folds cost, 1 + p / n. Of the folds whose own
-/// search selected all the findings, if any did.
+/// quantile of chi2 with as many degrees of freedom as independent clusters measure lengths,
+/// widened by what the parameters of a fit of the other folds cost, 1 + p / n. Of the folds whose
+/// own search selected all the findings, if any did.
 struct HeldOutRatio {
   double ratio = 0, limit = 0;
   int clusters = 0;  ///< that were predicted

@@ -13,6 +13,7 @@ struct FitProblem {
   double sigma_m = 0;      ///< noise, one axis
   int threads = 1;
 
+  FitLayout layout() const;
   /// The same data, weights and noise, with other rows taking part.
   FitProblem WithRows(FitRows other) const {
     return {data, std::move(other), weights, sigma_m, threads};

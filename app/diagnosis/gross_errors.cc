@@ -26,7 +26,7 @@ constexpr std::size_t kMostTold = 3;
 
 double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
-  for (const LinearRow& row : linear.rows) sizes.push_back(row.residual.norm());
+  for (const Vec3& error : ErrorsOf(linear)) sizes.push_back(error.norm());
   return MedianOf(sizes);
 }
 
@@ -47,11 +47,9 @@ Tried Try(Dataset changed, int threads) {
   if (!model) return tried;
   const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
   if (!linear) return tried;
-  PerRow<Vec3> residuals;
-  for (const LinearRow& row : linear->rows) residuals.push_back(row.residual);
   tried.model = *model;
   tried.residual_m = MiddleResidual(*linear);
-  tried.sigma_m = RobustSigma(residuals, changed.axes());
+  tried.sigma_m = RobustSigma(changed, ResidualsOf(*linear));
   if (!std::isfinite(tried.residual_m)) tried.residual_m = HUGE_VAL;
   return tried;
 }
@@ -93,7 +91,7 @@ double ScoreOf(const Tried& tried) {
 std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& aligned,
                                       double before_m) {
   constexpr int kMost = 1000;
-  if (data.axes() == 1 || data.frames_free() || data.tip_free() || data.rows() > kMost) {
+  if (data.ranges() || data.frames_free() || data.tip_free() || data.rows() > kMost) {
     return std::nullopt;
   }
   std::vector<double> nearest_m, apart_m;
@@ -177,11 +175,9 @@ std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mist
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
   const double before_m = MiddleResidual(aligned);
-  PerRow<Vec3> residuals;
-  for (const LinearRow& row : aligned.rows) residuals.push_back(row.residual);
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);
-  return NameSubtle(Few(data), mistakes, RobustSigma(residuals, data.axes()), threads);
+  return NameSubtle(Few(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
 }
 
 }  // namespace plumbline

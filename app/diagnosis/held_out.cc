@@ -9,6 +9,7 @@
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 namespace {
@@ -18,7 +19,7 @@ constexpr std::size_t kLeastTraining = 4;
 /// Frames' numbers of each session by least squares of unwhitened residuals of the training rows.
 Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& problem,
                                                              const Linearisation& linear,
-                                                             const PerRow<Vec3>& residual) {
+                                                             const PerRow<RowResidual>& residual) {
   const Dataset& data = problem.data;
   Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> steps(data.sessions.size(),
                                                            Eigen::Matrix<double, 9, 1>::Zero());
@@ -29,11 +30,15 @@ Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& p
   for (const RowIndex row : problem.rows) {
     const SessionIndex session = data.session_of[row];
     const double weight = problem.weights[row];
-    Eigen::Matrix<double, 3, 9> J = linear.rows[row].frames;
+    const RowWhitening whitening(data.numbers[row], 1);
+    FrameGradient J(linear.rows[row].frames.rows(), 9);
+    RowResidual r(J.rows());
+    whitening.Apply(linear.rows[row].frames, J);
+    whitening.Apply(residual[row], r);
     if (!data.frames_free()) J.leftCols<6>().setZero();
     if (!data.tip_free()) J.rightCols<3>().setZero();
     H[session] += weight * J.transpose() * J;
-    g[session] += weight * J.transpose() * residual[row];
+    g[session] += weight * J.transpose() * r;
   }
   for (const SessionIndex session : steps.indices()) {
     H[session].diagonal().array() += 1e-10 * H[session].diagonal().maxCoeff() + 1e-15;
@@ -44,12 +49,12 @@ Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& p
 
 /// What each row moves away from the arm without effects, measured: residuals of the model with all
 /// of its effects taken out again [m].
-PerRow<Vec3> WithoutEffects(const HeldOutInput& input) {
-  PerRow<Vec3> y;
+PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
+  PerRow<RowResidual> y;
   for (const RowIndex row : input.problem.data.row_indices()) {
     Influence<double> influence;
     AddEffects(input.model.effects, input.problem.data.conditions[row], influence);
-    Vec3 of_row = input.linear->rows[row].residual;
+    RowResidual of_row = input.linear->rows[row].residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0)
         of_row += influence[entry] * input.linear->gradients[row].col(entry);
@@ -62,15 +67,15 @@ PerRow<Vec3> WithoutEffects(const HeldOutInput& input) {
 /// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
 /// model carries itself only where `all`. Empirical curves are read in `held`.
 void Subtract(const HeldOutInput& input, const Dataset& held, const Pool& pool,
-              const Explanation& explanation, bool all, PerRow<Vec3>& residuals) {
+              const Explanation& explanation, bool all, PerRow<RowResidual>& residuals) {
   const Dataset& data = input.problem.data;
   Eigen::MatrixXd columns;
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
   for (const BlockIndex block : explanation.blocks) {
     const Block& of = pool.blocks()[block];
     if (!all && !Stays(of)) continue;
-    columns.resize(3, of.columns.count());
     for (const RowIndex row : data.row_indices()) {
+      columns.resize(residuals[row].size(), of.columns.count());
       ColumnsAt(of.empirical() ? held : data, *input.linear, of, row, columns);
       for (const BlockColumnIndex c : of.columns.indices()) {
         const auto value = coefficients.find({block, c});
@@ -102,7 +107,7 @@ struct Fold {
   FitRows training, framed;  ///< `framed` locate the free frames
   std::vector<RowIndex> test;
   std::vector<SelectedEffect> selected;
-  PerRow<Vec3> after, after_named;
+  PerRow<RowResidual> after, after_named;
   PerRow<bool> open;  ///< the training rows do not decide
   bool searched = false;
 };
@@ -147,7 +152,7 @@ std::vector<SelectedEffect> SelectedBy(const Pool& pool, const Explanation& expl
   return selected;
 }
 
-void SearchFold(const HeldOutInput& input, const PerRow<Vec3>& y, Fold& fold) {
+void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& fold) {
   FitProblem training = input.problem.WithRows(fold.training);
   training.threads = 1;  // the folds run beside each other
   const LinearProblem problem(std::move(training), input.linear, input.model);
@@ -174,38 +179,40 @@ void SearchFold(const HeldOutInput& input, const PerRow<Vec3>& y, Fold& fold) {
 }
 
 /// Predicts the rows of a fold, where the rows beside it locate their session's frames.
-void PredictFold(const HeldOutInput& input, const PerRow<Vec3>& y, const Fold& fold,
+void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const Fold& fold,
                  HeldOut& result) {
   const Dataset& data = input.problem.data;
   const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  Indexed<SessionIndex, int> rows_of_session(data.sessions.size(), 0);
+  Indexed<SessionIndex, int> numbers_of_session(data.sessions.size(), 0);
   for (const RowIndex row : fold.framed) {
-    if (input.problem.weights[row] >= kOutlierWeight) ++rows_of_session[data.session_of[row]];
+    if (input.problem.weights[row] < kOutlierWeight) continue;
+    numbers_of_session[data.session_of[row]] += data.numbers[row].count;
   }
   const FitProblem framed = input.problem.WithRows(fold.framed);
-  const auto frames = [&](const PerRow<Vec3>& residuals) {
+  const auto frames = [&](const PerRow<RowResidual>& residuals) {
     return FramesFor(framed, *input.linear, residuals);
   };
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
-    if (rows_of_session[session] * data.axes() < free_numbers || fold.open[row]) continue;
-    const auto& derivative = input.linear->rows[row].frames;
+    if (numbers_of_session[session] < free_numbers || fold.open[row]) continue;
+    const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
-    result.before[row] = y[row] - derivative * before[session];
-    result.after[row] = fold.after[row] - derivative * after[session];
-    result.after_named[row] = fold.after_named[row] - derivative * named[session];
+    result.before[row] = LengthsOf(y[row] - derivative * before[session]);
+    result.after[row] = LengthsOf(fold.after[row] - derivative * after[session]);
+    result.after_named[row] = LengthsOf(fold.after_named[row] - derivative * named[session]);
   }
 }
 
 }  // namespace
 
 HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
-  const PerRow<Vec3> y = WithoutEffects(input);
+  const PerRow<RowResidual> y = WithoutEffects(input);
   HeldOut result;
   result.by = plan.by;
   result.fold_of = plan.fold_of;
-  result.before = result.after = result.after_named = y;
+  for (const RowResidual& of_row : y) result.before.push_back(LengthsOf(of_row));
+  result.after = result.after_named = result.before;
   result.predicted.assign(y.size(), false);
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));

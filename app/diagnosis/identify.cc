@@ -39,12 +39,13 @@ bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
 }
 
 /// One axis's RMS by the weights, the parameters counted.
-double WeightedSigma(const PerRow<Vec3>& residuals, const PerRow<double>& weights, int axes,
+double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& residuals,
                      double parameters) {
   double sum = 0, count = 0;
   for (const RowIndex row : residuals.indices()) {
-    sum += weights[row] * residuals[row].head(axes).squaredNorm();
-    count += weights[row] * axes;
+    const RowNumbers& numbers = problem.data.numbers[row];
+    sum += problem.weights[row] * SquareOf(numbers, residuals[row]);
+    count += problem.weights[row] * numbers.count;
   }
   return std::sqrt(sum / std::max(1.0, count - parameters));
 }
@@ -76,7 +77,7 @@ void TakeLeastRejecting(Identified& so_far, Refit& refit) {
   const auto cost = [&](const Refit& of, const Explanation& explanation) {
     const Result<Linearisation> linear = Linearise(data, of.model, false, so_far.fit.threads);
     if (!linear) return 1e300;
-    return HampelLoss(ResidualsOf(*linear), so_far.fit.sigma_m, data.axes()) + explanation.score -
+    return HampelLoss(data, ResidualsOf(*linear), so_far.fit.sigma_m) + explanation.score -
            explanation.chi2;
   };
   const double worst_score = so_far.best.score + kWorthRefitting;
@@ -132,7 +133,6 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
                             const std::function<void(double, const std::string&)>& tell) {
-  const int axes = data.axes();
   Identified found(FitOfEveryRow(data, options.threads));
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
@@ -146,11 +146,11 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     return std::nullopt;
   };
   if (const auto fault = linearise()) return Error{*fault};
-  PerRow<Vec3> residuals = ResidualsOf(*found.linear);
-  double scatter = RobustSigma(residuals, axes);
+  PerRow<RowResidual> residuals = ResidualsOf(*found.linear);
+  double scatter = RobustSigma(data, residuals);
   found.fit.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
   found.fit.weights =
-      HampelWeights(residuals, OutlierScale(residuals, found.fit.sigma_m, axes), axes);
+      HampelWeights(data, residuals, OutlierScale(data, residuals, found.fit.sigma_m));
   std::optional<double> rich;
 
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -165,11 +165,11 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     found.model = refit->model;
     if (const auto fault = linearise()) return Error{*fault};
     residuals = ResidualsOf(*found.linear);
-    scatter = RobustSigma(residuals, axes);
+    scatter = RobustSigma(data, residuals);
     const PerRow<double> before = found.fit.weights;
     found.fit.weights = HampelWeights(
-        residuals, OutlierScale(residuals, std::max(scatter, data.sigma_m), axes), axes);
-    scatter = std::max(scatter, WeightedSigma(residuals, found.fit.weights, axes,
+        data, residuals, OutlierScale(data, residuals, std::max(scatter, data.sigma_m)));
+    scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
                                               static_cast<double>(found.best.columns.size())));
     if (pass >= kFrugalPasses - 1) {
       Pool scratch(*found.problem);
@@ -205,13 +205,6 @@ Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, in
     apart.rows[row].p_W = full->rows[row].p_W;
   }
   return apart;
-}
-
-PerRow<Vec3> ResidualsOf(const Linearisation& linear) {
-  PerRow<Vec3> residuals;
-  residuals.reserve(linear.rows.size());
-  for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
-  return residuals;
 }
 
 }  // namespace plumbline

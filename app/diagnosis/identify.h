@@ -38,6 +38,4 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
 Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
                                      const Linearisation* before = nullptr);
 
-PerRow<Vec3> ResidualsOf(const Linearisation& linear);
-
 }  // namespace plumbline

@@ -30,42 +30,39 @@ std::vector<double> JointSpans(const Dataset& data, const FitRows& rows) {
 
 LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear_at,
                              const Model& model)
-    : fit_(std::move(fit)), linear_(std::move(linear_at)) {
+    : fit_(std::move(fit)), linear_(std::move(linear_at)), whitener_(fit_), layout_(fit_.layout()) {
   const Linearisation& linear = *linear_;
   const Dataset& data = fit_.data;
-  const int axes = linear.axes;
-  const int count = fit_.rows.count();
   joint_span_ = JointSpans(data, fit_.rows);
-  response_.resize(count * axes);
+  response_.resize(layout_.total());
   std::set<ClusterIndex> clusters;
   for (const FitRowIndex j : fit_.rows.indices()) {
     const RowIndex row = fit_.rows[j];
     const double weight = fit_.weights[row];
-    scale_.push_back(std::sqrt(weight) / fit_.sigma_m);
-    freedom_ += weight * axes;
-    if (weight > 0.5) clusters.insert(data.cluster_of[row]);
+    freedom_ += weight * layout_.count(j);
+    if (weight > 0.5 && layout_.count(j) > 0) clusters.insert(data.cluster_of[row]);
     const LinearRow& at = linear.rows[row];
     Influence<double> influence;
     AddEffects(model.effects, data.conditions[row], influence);
-    Vec3 y = at.residual;
+    RowResidual y = at.residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
     }
-    response_.segment(j.value() * axes, axes) = scale_[j] * y.head(axes);
+    whitener_[j].Apply(y, layout_.PartOf(response_, j));
   }
   clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));
 
   const int per_session = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
   if (per_session > 0) {
     Eigen::MatrixXd frames =
-        Eigen::MatrixXd::Zero(count * axes, per_session * data.sessions_count());
+        Eigen::MatrixXd::Zero(layout_.total(), per_session * data.sessions_count());
     for (const FitRowIndex j : fit_.rows.indices()) {
       const RowIndex row = fit_.rows[j];
       const int first = per_session * data.session_of[row].value();
-      const auto& derivative = linear.rows[row].frames;
-      auto block = frames.block(j.value() * axes, first, axes, per_session);
-      if (data.frames_free()) block.leftCols(6) = scale_[j] * derivative.topLeftCorner(axes, 6);
-      if (data.tip_free()) block.rightCols(3) = scale_[j] * derivative.topRightCorner(axes, 3);
+      const FrameGradient& derivative = linear.rows[row].frames;
+      auto block = layout_.PartOf(frames, j).middleCols(first, per_session);
+      if (data.frames_free()) whitener_[j].Apply(derivative.leftCols<6>(), block.leftCols(6));
+      if (data.tip_free()) whitener_[j].Apply(derivative.rightCols<3>(), block.rightCols(3));
     }
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(frames);
     qr.setThreshold(1e-9);
@@ -77,23 +74,22 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
-  const int axes = linear_->axes;
-  const int count = fit_.rows.count(), width = block.columns.count();
-  Eigen::MatrixXd columns(count * axes, width);
+  const int width = block.columns.count();
+  Eigen::MatrixXd columns(layout_.total(), width);
   if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
     const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
     for (const FitRowIndex j : fit_.rows.indices()) {
-      columns.middleRows(j.value() * axes, axes) =
-          scale_[j] * kept->middleRows(3 * fit_.rows[j].value(), axes);
+      whitener_[j].Apply(linear_->layout.PartOf(*kept, fit_.rows[j]), layout_.PartOf(columns, j));
     }
     if (projected) Project(columns);
     return columns;
   }
-  InParallel(count, fit_.threads, [&](int first, int last) {
-    Eigen::MatrixXd at(3, width);
+  InParallel(fit_.rows.count(), fit_.threads, [&](int first, int last) {
+    Eigen::MatrixXd at;
     for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
+      at.resize(layout_.count(j), width);
       ColumnsAt(fit_.data, *linear_, block, fit_.rows[j], at);
-      columns.middleRows(j.value() * axes, axes) = scale_[j] * at.topRows(axes);
+      whitener_[j].Apply(at, layout_.PartOf(columns, j));
     }
   });
   if (projected) Project(columns);
@@ -107,11 +103,10 @@ void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
 const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   Eigen::VectorXd& carrier = carriers_[entry];
   if (carrier.size() == 0) {
-    const int axes = linear_->axes;
-    carrier.resize(fit_.rows.count() * axes);
+    carrier.resize(layout_.total());
     for (const FitRowIndex j : fit_.rows.indices()) {
       const Gradient& gradient = linear_->gradients[fit_.rows[j]];
-      carrier.segment(j.value() * axes, axes) = scale_[j] * gradient.col(entry).head(axes);
+      whitener_[j].Apply(gradient.col(entry), layout_.PartOf(carrier, j));
     }
   }
   return carrier;
@@ -119,15 +114,14 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
 
 Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
                                        const Eigen::MatrixXd& factors) const {
-  const int axes = linear_->axes;
   const auto wide = static_cast<int>(entries.size());
   Eigen::MatrixXd columns(response_.size(), wide * factors.cols());
   for (int k = 0; k < factors.cols(); ++k) {
     for (int a = 0; a < wide; ++a) {
       const Eigen::VectorXd& carrier = Carrier(entries[static_cast<std::size_t>(a)]);
       auto column = columns.col(k * wide + a);
-      for (int j = 0; j < factors.rows(); ++j) {
-        column.segment(j * axes, axes) = factors(j, k) * carrier.segment(j * axes, axes);
+      for (const FitRowIndex j : fit_.rows.indices()) {
+        layout_.PartOf(column, j) = factors(j.value(), k) * layout_.PartOf(carrier, j);
       }
     }
   }

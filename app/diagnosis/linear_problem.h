@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "app/diagnosis/blocks.h"
-#include "app/diagnosis/fit_problem.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 
@@ -23,8 +23,10 @@ class LinearProblem {
   const FitRows& rows() const { return fit_.rows; }
   int clusters() const { return clusters_; }
   double sigma_m() const { return fit_.sigma_m; }
-  /// Rows times axes by their weights, less the frames' numbers.
+  /// Residuals by their rows' weights, less the frames' numbers.
   double freedom() const { return freedom_; }
+  /// Where the residuals of each row lie in response and columns.
+  const FitLayout& layout() const { return layout_; }
   const Eigen::VectorXd& response() const { return response_; }
   /// Range of a joint over the rows [rad] or [m].
   double JointSpan(int joint) const { return joint_span_[static_cast<std::size_t>(joint)]; }
@@ -32,7 +34,7 @@ class LinearProblem {
   /// A block's columns, whitened; `projected` with the frames taken out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  /// Orthonormal basis of what the free frames move, shape (rows * axes, rank).
+  /// Orthonormal basis of what the free frames move, shape (residuals, rank).
   const Eigen::MatrixXd& frames() const { return frames_; }
   /// One influence's column, whitened, not projected: what shapes multiply row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
@@ -46,9 +48,10 @@ class LinearProblem {
   int clusters_ = 0;
   double freedom_ = 0;
   std::vector<double> joint_span_;
-  Indexed<FitRowIndex, double> scale_;  ///< sqrt(weight)/sigma
-  Eigen::MatrixXd frames_;              ///< orthonormal
-  Eigen::VectorXd response_;            ///< whitened, projected
+  Whitener whitener_;
+  FitLayout layout_;
+  Eigen::MatrixXd frames_;    ///< orthonormal
+  Eigen::VectorXd response_;  ///< whitened, projected
   mutable std::map<int, Eigen::VectorXd> carriers_;
 };
 

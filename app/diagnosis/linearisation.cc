@@ -14,21 +14,26 @@ namespace {
 
 using I = Influence<double>;
 
-/// The measured number of a range replaces the position: its gradient is along the ray.
-void ToRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
-             LinearRow& row, Gradient& gradient) {
+/// A position: the gradients of the tip as they are.
+void SetPosition(const Vec3& p_WT, const Eigen::Matrix<double, 3, 9>& frames, LinearRow& row) {
+  row.residual = p_WT - row.p_W;
+  row.frames = frames;
+}
+
+/// A range: the gradients of the tip along the ray.
+/// @param tip  d tip / d influence; null where no gradient is wanted
+void SetRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
+              const Eigen::Matrix<double, 3, 9>& frames, const Sensitivity::Gradient* tip,
+              LinearRow& row, Gradient& gradient) {
   const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
   const double length = ray.norm();
   const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
-  row.residual = Vec3(range_m - length - influence[I::kRangeZero], 0, 0);
-  const Eigen::Matrix<double, 1, I::kSize> along = unit.transpose() * gradient;
-  gradient.setZero();
-  gradient.row(0) = along;
+  row.residual.setConstant(1, range_m - length - influence[I::kRangeZero]);
+  row.frames = unit.transpose() * frames;
+  if (tip == nullptr) return;
+  gradient = unit.transpose() * *tip;
   gradient(0, I::kRangeZero) = 1;
   gradient.block<1, 3>(0, I::kRangeAnchor) = -unit.transpose();
-  const Eigen::Matrix<double, 1, 9> frames = unit.transpose() * row.frames;
-  row.frames.setZero();
-  row.frames.row(0) = frames;
 }
 
 }  // namespace
@@ -70,7 +75,7 @@ ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data),
 }
 
 bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
-                     LinearRow& result) const {
+                     LinearRow& result, Gradient& gradient) const {
   const SessionIndex session = data_.session_of[row];
   const LoadedArm& arm = arms_[session];
   const Model::Frames& frames = model_.frames[session];
@@ -91,15 +96,19 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
     scratch.p_W = scratch.state.p_read_W;
   }
   result.p_W = scratch.p_W;
-  result.residual = measured.p_WT - result.p_W;
   const Vec3 arm_W = result.p_W - frames.X_WB.p;
-  result.frames.leftCols<3>().setIdentity();
+  Eigen::Matrix<double, 3, 9> of_frames;
+  of_frames.leftCols<3>().setIdentity();
   for (int axis = 0; axis < 3; ++axis) {
-    result.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
+    of_frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   }
-  result.frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
-  if (data_.axes() == 1) {
-    ToRange(data_.cell.measurement.anchor_W, influence, measured.range_m, result, scratch.dp);
+  of_frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
+  if (data_.ranges()) {
+    SetRange(data_.cell.measurement.anchor_W, influence, measured.range_m, of_frames,
+             wanted.any() ? &scratch.dp : nullptr, result, gradient);
+  } else {
+    SetPosition(measured.p_WT, of_frames, result);
+    if (wanted.any()) gradient = scratch.dp;
   }
   return true;
 }
@@ -113,18 +122,19 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, const I
                                 int threads) {
   const ModelAtRows at_rows(data, model);
   Linearisation result;
-  result.axes = data.axes();
+  result.layout = data.layout();
   result.rows.resize(static_cast<std::size_t>(data.rows()));
   if (wanted.any()) result.gradients.resize(result.rows.size());
   result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
     Sensitivity scratch;
+    Gradient gradient;
     for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
-      if (!at_rows.At(row, wanted, scratch, result.rows[row])) {
+      if (!at_rows.At(row, wanted, scratch, result.rows[row], gradient)) {
         unsettled = row.value();
       } else if (wanted.any()) {
-        result.gradients[row] = scratch.dp;
+        result.gradients[row] = gradient;
       }
     }
   });
@@ -134,6 +144,20 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, const I
         data.table.file, data.measured(RowIndex(unsettled.load())).line)};
   }
   return result;
+}
+
+PerRow<RowResidual> ResidualsOf(const Linearisation& linear) {
+  PerRow<RowResidual> residuals;
+  residuals.reserve(linear.rows.size());
+  for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
+  return residuals;
+}
+
+PerRow<Vec3> ErrorsOf(const Linearisation& linear) {
+  PerRow<Vec3> errors;
+  errors.reserve(linear.rows.size());
+  for (const LinearRow& row : linear.rows) errors.push_back(LengthsOf(row.residual));
+  return errors;
 }
 
 namespace {

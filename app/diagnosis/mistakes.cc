@@ -47,7 +47,7 @@ bool Turns(const Dataset& data, int joint) {
 }
 
 void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
-  const bool range = data.axes() == 1;
+  const bool range = data.ranges();
   const std::string columns = range ? "range_mm" : "x_mm, y_mm, z_mm";
   const std::pair<double, const char*> units[] = {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
@@ -104,7 +104,7 @@ std::string SentenceOf(const AxisMap& map) {
 }
 
 void AddAxes(const Dataset& data, std::vector<Mistake>& mistakes) {
-  if (data.axes() == 1) return;
+  if (data.ranges()) return;
   if (data.frames_free()) {
     mistakes.push_back(
         {"one measured axis is mirrored, or two are swapped (the measured frame is left-handed)",

@@ -68,11 +68,11 @@ struct JointRows {
       : q(AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
         along(q.size()),
         square(q.size()) {
-    const int axes = problem.linear().axes;
     const Eigen::VectorXd& turn = problem.Carrier(joint);
-    for (int j = 0; j < q.size(); ++j) {
-      along[j] = turn.segment(j * axes, axes).dot(residual.segment(j * axes, axes));
-      square[j] = turn.segment(j * axes, axes).squaredNorm();
+    for (const FitRowIndex j : problem.rows().indices()) {
+      const auto of_row = problem.layout().PartOf(turn, j);
+      along[j.value()] = of_row.col(0).dot(problem.layout().PartOf(residual, j).col(0));
+      square[j.value()] = of_row.squaredNorm();
     }
   }
 };

@@ -243,6 +243,7 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);
+    rows.numbers.push_back(data.numbers.back());
     rows.session_of.push_back(data.session_of.back());
     rows.cluster_of.emplace_back(rows.rows());
     rows.table.rows.push_back(row);

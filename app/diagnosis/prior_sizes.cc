@@ -46,17 +46,18 @@ int JointOf(const Block& block, BlockColumnIndex column) {
 /// Largest turn of its joint that one SI unit of each column makes at the problem's rows [rad]:
 /// what moves the tip through a joint alone does so as the joint's turn does.
 Indexed<BlockColumnIndex, double> LargestTurns(const LinearProblem& problem, const Block& block) {
-  Eigen::MatrixXd columns(3, block.columns.count());
+  Eigen::MatrixXd columns;
   Indexed<BlockColumnIndex, double> largest(block.columns.size(), 0.0);
   for (const RowIndex row : problem.rows()) {
     const Gradient& of = problem.linear().gradients[row];
+    columns.resize(of.rows(), block.columns.count());
     ColumnsAt(problem.data(), problem.linear(), block, row, columns);
     for (const BlockColumnIndex k : largest.indices()) {
       const int joint = JointOf(block, k);
       if (joint < 0) continue;
-      const double lever = of.col(Influence<double>::kTurn * kMaxJoints + joint).norm();
+      const double lever = LengthsOf(of.col(Influence<double>::kTurn * kMaxJoints + joint)).norm();
       if (lever < kLeastLever) continue;
-      largest[k] = std::max(largest[k], columns.col(k.value()).norm() / lever);
+      largest[k] = std::max(largest[k], LengthsOf(columns.col(k.value())).norm() / lever);
     }
   }
   return largest;

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "app/diagnosis/whitener.h"
+
 namespace plumbline {
 namespace {
 
@@ -117,10 +119,15 @@ Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
 class AllRows final : public ceres::CostFunction {
  public:
   AllRows(const FitProblem& problem, const Model& start, const Layout& layout)
-      : problem_(problem), data_(problem.data), start_(start), layout_(layout) {
+      : problem_(problem),
+        data_(problem.data),
+        start_(start),
+        layout_(layout),
+        whitener_(problem),
+        residuals_(problem.layout()) {
     const int free_numbers = layout.per_session * data_.sessions_count();
     size_ = free_numbers + static_cast<int>(layout.parameters.size());
-    set_num_residuals(problem.rows.count() * data_.axes());
+    set_num_residuals(residuals_.total());
     mutable_parameter_block_sizes()->push_back(size_);
   }
   int size() const { return size_; }
@@ -129,7 +136,7 @@ class AllRows final : public ceres::CostFunction {
     const Model model = Moved(layout_, start_, x[0]);
     const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
     const ModelAtRows at_rows(data_, model);
-    const int axes = data_.axes();
+    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     Rows none(0, 0);
     Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
                        wanted ? size_ : 0);
@@ -138,6 +145,8 @@ class AllRows final : public ceres::CostFunction {
     InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
       Sensitivity scratch;
       LinearRow at;
+      Gradient gradient;
+      RowResidual column;
       std::vector<TermSlope> slopes;
       for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
         const RowIndex row = problem_.rows[j];
@@ -145,21 +154,20 @@ class AllRows final : public ceres::CostFunction {
         if (wanted) AddSlopes(model, row, slopes);
         InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-        if (!at_rows.At(row, touched, scratch, at)) {
+        if (!at_rows.At(row, touched, scratch, at, gradient)) {
           settled = false;
           return;
         }
-        const double scale = std::sqrt(problem_.weights[row]) / problem_.sigma_m;
-        Eigen::Map<Eigen::VectorXd>(residuals + Eigen::Index{j.value()} * axes, axes) =
-            scale * at.residual.head(axes);
+        whitener_[j].Apply(at.residual, residuals_.PartOf(r, j));
         if (!wanted) continue;
-        auto block = J.middleRows(Eigen::Index{j.value()} * axes, axes);
-        FillFrames(data_.session_of[row], at, scale, block);
+        auto block = residuals_.PartOf(J, j);
+        FillFrames(data_.session_of[row], at, whitener_[j], block);
         const int first_size = layout_.per_session * data_.sessions_count();
         for (const TermSlope& of : slopes) {
-          block.col(first_size + of.column) -= scale *
-                                               layout_.unit[static_cast<std::size_t>(of.column)] *
-                                               of.slope * scratch.dp.col(of.entry).head(axes);
+          const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
+          column.resize(gradient.rows());
+          whitener_[j].Apply(gradient.col(of.entry), column);
+          block.col(first_size + of.column) -= unit * of.slope * column;
         }
       }
     });
@@ -170,14 +178,15 @@ class AllRows final : public ceres::CostFunction {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   template <typename BlockRows>
-  void FillFrames(SessionIndex session, const LinearRow& at, double scale, BlockRows& block) const {
-    const int axes = data_.axes();
+  void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
+                  BlockRows& block) const {
+    const FrameGradient negative = -at.frames;
     int column = layout_.per_session * session.value();
     if (layout_.frames) {
-      block.middleCols(column, 6) = -scale * at.frames.topLeftCorner(axes, 6);
+      whitening.Apply(negative.leftCols<6>(), block.middleCols(column, 6));
       column += 6;
     }
-    if (layout_.tip) block.middleCols(column, 3) = -scale * at.frames.topRightCorner(axes, 3);
+    if (layout_.tip) whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
   }
 
   /// How the adjusted parameters move the influences of one row; columns as in the layout.
@@ -203,6 +212,8 @@ class AllRows final : public ceres::CostFunction {
   const Dataset& data_;
   const Model& start_;
   const Layout& layout_;
+  Whitener whitener_;
+  FitLayout residuals_;
   int size_ = 0;
 };
 

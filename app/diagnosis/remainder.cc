@@ -97,19 +97,19 @@ double ChoiceCost(const Pool& pool, const Explanation& named) {
 
 }  // namespace
 
-Vec3 DisplacementBy(const Remainder& remainder, const Dataset& data, const Linearisation& linear,
-                    RowIndex row) {
-  Vec3 sum = Vec3::Zero();
+RowResidual DisplacementBy(const Remainder& remainder, const Dataset& data,
+                           const Linearisation& linear, RowIndex row) {
+  const Gradient& at = linear.gradients[row];
+  RowResidual sum = RowResidual::Zero(at.rows());
   Eigen::MatrixXd columns;
   for (const BlockIndex b : remainder.blocks.indices()) {
     const Block& block = remainder.blocks[b];
-    columns.resize(3, block.columns.count());
+    columns.resize(at.rows(), block.columns.count());
     ColumnsAt(data, linear, block, row, columns);
     for (const BlockColumnIndex c : block.columns.indices()) {
       sum += remainder.sizes.at({b, c}) * columns.col(c.value());
     }
   }
-  const Gradient& at = linear.gradients[row];
   for (const CurveTerm& term : remainder.curves) {
     if (term.value == 0) continue;
     sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.col(term.entry);

@@ -50,9 +50,9 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 /// The column that holds a joint's angle: q3_deg.
 std::string AngleOf(int joint);
 
-/// Displacement [m] of all sizes and curves at a row, on the measured axes.
-Vec3 DisplacementBy(const Remainder& remainder, const Dataset& data, const Linearisation& linear,
-                    RowIndex row);
+/// What all sizes and curves change of a row's prediction.
+RowResidual DisplacementBy(const Remainder& remainder, const Dataset& data,
+                           const Linearisation& linear, RowIndex row);
 
 /// The effects to add to a model that has the named ones, so that the whole is what was fitted.
 /// Curves are written as `empirical`, whose factors carry the deviation.

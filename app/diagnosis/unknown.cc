@@ -373,7 +373,6 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
 std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                    int flips) {
   const Dataset& data = problem.data();
-  const int axes = problem.linear().axes;
   const auto carriers = Carriers(data);
   // One orthonormal basis a signal and carrier, of its linear and quadratic columns.
   Indexed<SignalIndex, std::vector<Eigen::MatrixXd>> bases(data.signals.size());
@@ -412,7 +411,7 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
       const ClusterIndex cluster = data.cluster_of[problem.rows()[j]];
       const auto [sign, fresh] = signs.emplace(cluster, 0.0);
       if (fresh) sign->second = random.Sign();
-      flipped.segment(j.value() * axes, axes) *= sign->second;
+      problem.layout().PartOf(flipped, j) *= sign->second;
     }
     double largest = 0;
     for (const auto& of_signal : bases) {

@@ -86,13 +86,13 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   const bool rough = data.sigma_m > 0 && residual_sigma_m >= kRough * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
-  diagnosis.noise_in_use_m = std::sqrt(static_cast<double>(data.axes())) * found.fit.sigma_m;
+  diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
                   1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
-  const double freedom = static_cast<double>(data.rows() * data.axes()) -
-                         static_cast<double>(found.best.columns.size());
+  const double freedom =
+      static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
   if (RepeatsContradict(data, residual_sigma_m, freedom)) {
     diagnosis.notes.push_back(
         fmt::format("repeats scatter by {:.3g} mm on one axis only: what remains is no noise",
