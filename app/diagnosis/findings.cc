@@ -66,10 +66,11 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
 }
 
 /// Shapes and choices of joints among which the blocks of an effect were found.
-double Trials(const Pool& pool, const Explanation& explanation, const std::vector<int>& blocks) {
+double Trials(const Pool& pool, const Explanation& explanation,
+              const std::vector<BlockIndex>& blocks) {
   double trials = 1;
-  for (const int block : blocks) {
-    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+  for (const BlockIndex block : blocks) {
+    const Block& of = pool.blocks()[block];
     trials *= std::max(1.0, of.trials) * std::exp(pool.LogChoices(explanation, block));
   }
   return trials;
@@ -87,6 +88,7 @@ bool Writable(const Finding& finding) {
 
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
   const Pool& pool = context.pool;
+  const Dataset& data = context.problem.data;
   const auto& effects = context.refit.model.effects;
   const double freedom =
       std::max(1.0, pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
@@ -113,23 +115,22 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
       }
     }
     const EffectKey key{id, std::string(effects[e].term.word)};
-    const std::vector<int> own = pool.BlocksOf(context.best, key);
+    const std::vector<BlockIndex> own = pool.BlocksOf(context.best, key);
     const Explanation without = pool.Fit(pool.BlocksBeside(context.best, key));
     const double drop = std::max(0.0, without.chi2 - context.best.chi2);
     const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                                    static_cast<double>(without.columns.size()));
-    finding.p_value =
-        std::min(1.0, EffectsConsidered(context.data) * Trials(pool, context.best, own) *
-                          ChiSquareTail(drop / inflation, columns));
+    finding.p_value = std::min(1.0, EffectsConsidered(data) * Trials(pool, context.best, own) *
+                                        ChiSquareTail(drop / inflation, columns));
     finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
-    const Implausible implausible = ImplausibilityOf(context.data, effects[e]);
+    const Implausible implausible = ImplausibilityOf(data, effects[e]);
     finding.implausible = implausible.sentence;
     finding.implausible_times = implausible.times;
-    if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
+    if (FollowsTime(effects[e].term) && data.table.recorded.time) {
       Interval seen{1e300, -1e300};
-      for (std::size_t k = 0; k < context.weights.size(); ++k) {
-        if (context.weights[k] < kOutlierWeight) continue;
-        const double t_s = context.data.table.rows[k].t_s;
+      for (const RowIndex row : data.row_indices()) {
+        if (context.problem.weights[row] < kOutlierWeight) continue;
+        const double t_s = data.measured(row).t_s;
         seen.low = std::min(seen.low, t_s);
         seen.high = std::max(seen.high, t_s);
       }
@@ -139,15 +140,14 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
       // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
       const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));
       for (double& value : finding.effect.values) value *= factor;
-      BoundToRows(context.data, pool.problem().linear(), context.weights, finding.effect);
+      BoundToRows(context.problem, pool.problem().linear(), finding.effect);
       const double sd = 1 / std::sqrt(std::max(drop, 1.0));
       finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
     } else if (BeginsAtAMoment(effects[e].term)) {
       // The moment lies somewhere between two rows.
       std::vector<double> times;
-      for (const Conditions& moment : context.data.conditions) {
-        times.push_back(context.data.table.recorded.time ? moment.t_s.value_or(0)
-                                                         : moment.row.value_or(0));
+      for (const Conditions& moment : data.conditions) {
+        times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
       }
       std::sort(times.begin(), times.end());
       const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
@@ -183,11 +183,12 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    Diagnosis& diagnosis) {
   const Pool& pool = context.pool;
+  const Dataset& data = context.problem.data;
   const std::vector<EffectKey> keys = EffectKeys(pool, context.best);
   std::vector<Explanation> told;
   std::set<std::pair<EffectKey, EffectKey>> named;
   std::set<std::pair<std::vector<EffectKey>, std::vector<EffectKey>>> refitted, left;
-  const Result<Linearisation> own = Linearise(context.data, model, false, context.options.threads);
+  const Result<Linearisation> own = Linearise(data, model, false, context.options.threads);
   const auto cost = [](const Explanation& explanation) {
     return explanation.score - explanation.chi2;
   };
@@ -206,19 +207,14 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
       continue;
     }
     Model start = model;
-    start.effects = EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(other));
-    RefitOptions options;
-    options.weights = context.weights;
-    options.sigma_m = context.sigma_m;
-    options.threads = context.options.threads;
-    for (int k = 0; k < context.data.rows(); ++k) options.rows.push_back(k);
-    const Result<Refit> refit = RefitModel(context.data, start, options);
+    start.effects = EffectsFrom(data, pool.blocks(), pool.CoefficientsOf(other));
+    const Result<Refit> refit = RefitModel(context.problem, start, {});
     if (!refit) continue;
     refitted.emplace(lacking, instead);
     const double gap = refit->chi2 + cost(other) - (context.refit.chi2 + cost(context.best));
     if (gap > kRivalGap) continue;
     const Result<Linearisation> theirs =
-        Linearise(context.data, refit->model, false, context.options.threads);
+        Linearise(data, refit->model, false, context.options.threads);
     for (const EffectKey& lacks : lacking) {
       for (const EffectKey& key : instead) {
         if (!named.emplace(lacks, key).second) continue;
@@ -233,8 +229,8 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
         }
         rival.signal_left = pool.SignalLeft(context.best, lacks, other.blocks);
         rival.evidence_gap = gap;
-        for (int k = 0; own && theirs && k < context.data.rows(); ++k) {
-          const auto row = static_cast<std::size_t>(k);
+        for (const RowIndex row : data.row_indices()) {
+          if (!own || !theirs) break;
           rival.shift_W.emplace_back(theirs->rows[row].p_W - own->rows[row].p_W);
         }
       }
@@ -262,9 +258,8 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
   }
   const std::vector<std::string> taken = EffectIds(pool, context.best);
   std::map<std::string, Considered> by_id;
-  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
-    const Block& block = pool.blocks()[b];
-    const auto index = static_cast<int>(b);
+  for (const BlockIndex index : pool.blocks().indices()) {
+    const Block& block = pool.blocks()[index];
     if (block.empirical()) continue;
     Considered considered;
     considered.id = block.id;
@@ -276,7 +271,7 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
       considered.chi2_drop = pool.chi2_null() - alone.chi2;
       considered.signal_share = considered.chi2_drop / std::max(1e-12, pool.chi2_null());
       for (const ActiveEffect& effect :
-           EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(alone))) {
+           EffectsFrom(context.problem.data, pool.blocks(), pool.CoefficientsOf(alone))) {
         considered.scope = ScopeOf(effect.term);
       }
     }
@@ -325,14 +320,15 @@ namespace {
 
 /// The distinct loads of the rows, ascending; none where three or more are apart by a tenth of
 /// their range, so that their rows can show a deflection that is not in proportion to the load.
-std::vector<double> FewPayloadLevels(const Dataset& data, const std::vector<double>& weights) {
+std::vector<double> FewPayloadLevels(const FitProblem& problem) {
   constexpr double kApart = 0.1;
   std::vector<double> loads_kg, levels_kg;
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] >= kOutlierWeight) loads_kg.push_back(data.table.rows[k].payload_kg);
+  for (const RowIndex row : problem.data.row_indices()) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    loads_kg.push_back(problem.data.measured(row).payload_kg);
   }
   std::sort(loads_kg.begin(), loads_kg.end());
-  if (!data.table.recorded.payload || loads_kg.empty()) return {};
+  if (!problem.data.table.recorded.payload || loads_kg.empty()) return {};
   const double range_kg = loads_kg.back() - loads_kg.front();
   for (const double load_kg : loads_kg) {
     if (levels_kg.empty() || load_kg - levels_kg.back() >= std::max(kApart * range_kg, 1e-9)) {
@@ -345,15 +341,14 @@ std::vector<double> FewPayloadLevels(const Dataset& data, const std::vector<doub
 
 }  // namespace
 
-void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
-                        Diagnosis& diagnosis) {
+void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis) {
+  const Dataset& data = problem.data;
   if (data.frames_free() || data.tip_free()) {
-    for (int s = 0; s < data.sessions_count(); ++s) {
-      const auto at = static_cast<std::size_t>(s);
+    for (const SessionIndex session : data.sessions.indices()) {
       SessionFrames frames;
-      frames.id = data.sessions[at].empty() ? "1" : data.sessions[at];
-      frames.X_WB = model.frames[at].X_WB;
-      if (data.tip_free()) frames.tip_F = model.frames[at].tip_F;
+      frames.id = data.sessions[session].empty() ? "1" : data.sessions[session];
+      frames.X_WB = model.frames[session].X_WB;
+      if (data.tip_free()) frames.tip_F = model.frames[session].tip_F;
       diagnosis.sessions.push_back(frames);
     }
   }
@@ -362,9 +357,9 @@ void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vect
     interval.low = std::min(interval.low, value);
     interval.high = std::max(interval.high, value);
   };
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] < kOutlierWeight) continue;
-    const MeasuredRow& row = data.table.rows[k];
+  for (const RowIndex index : data.row_indices()) {
+    if (problem.weights[index] < kOutlierWeight) continue;
+    const MeasuredRow& row = data.measured(index);
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
       if (data.table.recorded.payload) domain.payload_kg = Interval{row.payload_kg, row.payload_kg};
@@ -375,7 +370,7 @@ void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vect
     if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
     if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
   }
-  domain.payload_levels_kg = FewPayloadLevels(data, weights);
+  domain.payload_levels_kg = FewPayloadLevels(problem);
 }
 
 }  // namespace plumbline

@@ -8,13 +8,11 @@
 namespace plumbline {
 
 struct FindingsContext {
-  const Dataset& data;
+  const FitProblem& problem;
   const Pool& pool;
   const Explanation& best;
   const Refit& refit;
   const std::vector<Explanation>& ranked;
-  const std::vector<double>& weights;  ///< of the rows of `data`
-  double sigma_m;
   const DiagnosisOptions& options;
 };
 
@@ -35,7 +33,6 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
 
 /// Sessions' frames where they were estimated, and the range that the rows cover which were not
 /// rejected.
-void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
-                        Diagnosis& diagnosis);
+void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis);
 
 }  // namespace plumbline

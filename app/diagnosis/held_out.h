@@ -13,12 +13,10 @@ namespace plumbline {
 /// What every fold starts from. What all rows share are the robust weights, sigma and the point of
 /// linearisation, which come from the fit of all rows; a fold takes nothing else from it.
 struct HeldOutInput {
-  const Dataset& data;
+  const FitProblem& problem;
   std::shared_ptr<const Linearisation> linear;
   const Model& model;  ///< at which `linear` was taken
   const Candidates& candidates;
-  const std::vector<double>& weights;
-  double sigma_m = 0;
   bool with_unknown = false;    ///< folds may use empirical terms
   std::size_t most_blocks = 3;  ///< of each fold's search
   bool with_discrepancy = false;
@@ -34,13 +32,13 @@ struct SelectedEffect {
 /// Residuals of each row from models chosen and fitted without its fold.
 struct HeldOut {
   std::string by;
-  std::vector<int> fold_of;  ///< of each row
+  PerRow<int> fold_of;
   /// False where too few rows are beside the fold, of its session or at all, and next to a step
   /// whose moment the rows beside the fold leave open.
-  std::vector<bool> predicted;
-  std::vector<Vec3> before;       ///< [m], frames of the other folds
-  std::vector<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
-  std::vector<Vec3> after_named;  ///< [m], by named effects alone
+  PerRow<bool> predicted;
+  PerRow<Vec3> before;       ///< [m], frames of the other folds
+  PerRow<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
+  PerRow<Vec3> after_named;  ///< [m], by named effects alone
   std::vector<std::vector<SelectedEffect>> selected;  ///< of each fold that was searched
 };
 
@@ -50,7 +48,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan);
 
 /// 3-D RMS over the rows that were predicted and are no outliers (kOutlierWeight), and a bootstrap
 /// interval over clusters; nothing where there is none.
-std::optional<HeldOutError> ErrorOf(const Dataset& data, const HeldOut& held_out,
-                                    const std::vector<double>& weights, int resamples);
+std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& held_out,
+                                    int resamples);
 
 }  // namespace plumbline

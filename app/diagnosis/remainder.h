@@ -13,9 +13,9 @@ namespace plumbline {
 /// One column of a curve: an influence times sin or cos(cycles q) of its joint, or times the
 /// Legendre polynomial of a signal.
 struct CurveTerm {
-  int entry = 0;    ///< influence that carries it
-  int signal = -1;  ///< index into Dataset::signals of what it follows
-  int degree = 0;   ///< of a polynomial; 0: periodic
+  int entry = 0;       ///< influence that carries it
+  SignalIndex signal;  ///< that it follows
+  int degree = 0;      ///< of a polynomial; 0: periodic
   double cycles = 0;
   bool cosine = false;
   double value = 0;  ///< SI
@@ -23,11 +23,11 @@ struct CurveTerm {
 
 /// Sizes of everything but what stays as it was named (`Stays`).
 struct Remainder {
-  std::vector<Block> blocks;  ///< of the catalogue, linear in their sizes
-  Coefficients sizes;         ///< whole sizes, those of named effects included
+  Indexed<BlockIndex, Block> blocks;  ///< of the catalogue, linear in their sizes
+  Coefficients sizes;                 ///< whole sizes, those of named effects included
   std::vector<CurveTerm> curves;
-  Eigen::MatrixXd covariance;                     ///< of sizes, then curves
-  std::vector<std::pair<int, int>> size_columns;  ///< (block, column) of each size
+  Eigen::MatrixXd covariance;                                         ///< of sizes, then curves
+  std::vector<std::pair<BlockIndex, BlockColumnIndex>> size_columns;  ///< of each size
   Eigen::VectorXd ratio;  ///< prior variances over the noise's, to start a fit of fewer rows from
   double held = 0;        ///< parameters that the data hold
   double gain = 0;        ///< of 2 ln(marginal likelihood), beside the named effects
@@ -50,9 +50,9 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 /// The column that holds a joint's angle: q3_deg.
 std::string AngleOf(int joint);
 
-/// Displacement [m] of all sizes and curves at a row, on the measured axes.
-Vec3 DisplacementBy(const Remainder& remainder, const Dataset& data, const Linearisation& linear,
-                    int row);
+/// What all sizes and curves change of a row's prediction.
+RowResidual DisplacementBy(const Remainder& remainder, const Dataset& data,
+                           const Linearisation& linear, RowIndex row);
 
 /// The effects to add to a model that has the named ones, so that the whole is what was fitted.
 /// Curves are written as `empirical`, whose factors carry the deviation.

@@ -29,6 +29,6 @@ std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
 bool IsJointCurve(const Block& block);
 
 /// The value at a row of the signal that a curve term follows.
-double SignalAt(const Dataset& data, const CurveTerm& term, int row);
+double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row);
 
 }  // namespace plumbline

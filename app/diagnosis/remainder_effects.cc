@@ -68,7 +68,7 @@ std::string NameOf(int entry) {
 std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
                                const std::vector<std::size_t>& terms, const Model& named) {
   const CurveTerm& any = remainder.curves[terms.front()];
-  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(any.signal)];
+  const RecordedSignal& signal = data.signals[any.signal];
   double cycles = 0;
   for (const std::size_t term : terms) cycles = std::max(cycles, remainder.curves[term].cycles);
   // A joint's curve goes on beyond the rows as it was fitted, so that what it shares with offsets
@@ -125,17 +125,17 @@ std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
 std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, const Model& named) {
   std::vector<Finding> added;
   Eigen::Index at = 0;
-  for (std::size_t b = 0; b < remainder.blocks.size(); ++b) {
+  for (const BlockIndex b : remainder.blocks.indices()) {
     const Block& block = remainder.blocks[b];
     Finding finding;
     finding.effect.term = block.term;
     finding.effect.term.parameters.clear();
     const auto width = static_cast<Eigen::Index>(block.columns.size());
-    for (int c = 0; c < width; ++c) {
-      const TermParameter& parameter = block.term.parameters[static_cast<std::size_t>(
-          block.columns[static_cast<std::size_t>(c)].parameter)];
+    for (const BlockColumnIndex c : block.columns.indices()) {
+      const TermParameter& parameter =
+          block.term.parameters[static_cast<std::size_t>(block.columns[c].parameter)];
       finding.effect.term.parameters.push_back(parameter);
-      finding.effect.values.push_back(remainder.sizes.at({static_cast<int>(b), c}) -
+      finding.effect.values.push_back(remainder.sizes.at({b, c}) -
                                       NamedValue(named, block.term, parameter));
     }
     // A named effect keeps its deviations; those of the others are the posterior's.
@@ -148,7 +148,8 @@ std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, co
     if (!Writable(finding)) finding.covariance.resize(0, 0);
     if (!nothing) added.push_back(std::move(finding));
   }
-  std::map<std::pair<int, int>, std::vector<std::size_t>> curves;  // by signal and influence
+  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>>
+      curves;  // by signal and influence
   for (std::size_t k = 0; k < remainder.curves.size(); ++k) {
     curves[{remainder.curves[k].signal, remainder.curves[k].entry}].push_back(k);
   }

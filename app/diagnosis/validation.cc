@@ -18,16 +18,16 @@ std::vector<HeldOutError> ErrorsOfWays(const HeldOutInput& input,
                                        const std::vector<HeldOut>& ways) {
   std::vector<HeldOutError> errors;
   for (const HeldOut& way : ways) {
-    const auto error = ErrorOf(input.data, way, input.weights, input.options.bootstrap);
+    const auto error = ErrorOf(input.problem, way, input.options.bootstrap);
     if (error) errors.push_back(*error);
   }
   return errors;
 }
 
 /// Sums of squares over predicted rows, with the discrepancy model and without.
-std::pair<double, double> SquaresOf(const HeldOut& way, const std::vector<double>& weights) {
+std::pair<double, double> SquaresOf(const HeldOut& way, const PerRow<double>& weights) {
   double with = 0, without = 0;
-  for (std::size_t row = 0; row < way.after.size(); ++row) {
+  for (const RowIndex row : way.after.indices()) {
     if (!way.predicted[row] || weights[row] < kOutlierWeight) continue;
     with += way.after[row].squaredNorm();
     without += way.after_named[row].squaredNorm();
@@ -62,8 +62,8 @@ double BinomialTail(int n, int k, double p) {
 /// smallest radius at which a number as large has a probability of at least 0.2.
 double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
   std::vector<double> errors_m;
-  const std::vector<Vec3>& errors = corrected ? way.after : way.before;
-  for (std::size_t row = 0; row < errors.size(); ++row) {
+  const PerRow<Vec3>& errors = corrected ? way.after : way.before;
+  for (const RowIndex row : errors.indices()) {
     if (way.predicted[row]) errors_m.push_back(errors[row].norm());
   }
   const auto count = static_cast<int>(errors_m.size());
@@ -79,7 +79,7 @@ double UnrefutedSigma(const HeldOut& way, double axes, bool corrected) {
 /// Groups of which any row was predicted.
 int FoldsPredicted(const HeldOut& way) {
   std::set<int> folds;
-  for (std::size_t row = 0; row < way.predicted.size(); ++row) {
+  for (const RowIndex row : way.predicted.indices()) {
     if (way.predicted[row]) folds.insert(way.fold_of[row]);
   }
   return static_cast<int>(folds.size());
@@ -117,9 +117,9 @@ std::optional<double> ValidatedSigma(const Validation& validation, double sigma_
 }
 
 Validation Validate(const HeldOutInput& input) {
+  const Dataset& data = input.problem.data;
   Validation validation;
-  for (const FoldPlan& plan :
-       {BlocksOfTime(input.data), RegionsOfJointSpace(input.data), Sessions(input.data)}) {
+  for (const FoldPlan& plan : {BlocksOfTime(data), RegionsOfJointSpace(data), Sessions(data)}) {
     if (plan.folds > 0) validation.ways.push_back(HoldOut(input, plan));
   }
   validation.errors = ErrorsOfWays(input, validation.ways);
@@ -134,7 +134,7 @@ void AddError(double lost_m, Validation& validation) {
   }
 }
 
-bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights) {
+bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weights) {
   const std::size_t first = validation.ways.size() > 1 ? 1 : 0;
   for (std::size_t way = first; way < validation.ways.size(); ++way) {
     const auto [with, without] = SquaresOf(validation.ways[way], weights);

@@ -18,7 +18,7 @@ Validation Validate(const HeldOutInput& input);
 
 /// True where the discrepancy model lowers the error of held-out regions and, where there are
 /// several, of held-out sessions; of blocks of time where neither could be held out.
-bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights);
+bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weights);
 
 /// The same errors without the discrepancy model.
 Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation);

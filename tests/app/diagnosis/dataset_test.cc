@@ -62,9 +62,8 @@ TEST_CASE("repeats that jitter belong together, wherever they lie") {
     const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
     REQUIRE(dataset);
     CHECK(dataset->clusters == static_cast<int>(base.table.rows.size()));
-    for (int k = 0; k < dataset->rows(); ++k) {
-      CHECK(dataset->cluster_of[static_cast<std::size_t>(k)] ==
-            k % static_cast<int>(base.table.rows.size()));
+    for (const RowIndex row : dataset->row_indices()) {
+      CHECK(dataset->cluster_of[row].offset() == row.offset() % base.table.rows.size());
     }
   }
 }

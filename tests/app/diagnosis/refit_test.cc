@@ -11,16 +11,14 @@ TEST_CASE("a parameter that the rows leave free is not held, others are") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --seed 3");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
-  RefitOptions options;
-  for (int k = 0; k < dataset->rows(); ++k) options.rows.push_back(k);
-  options.weights.assign(options.rows.size(), 1.0);
-  options.sigma_m = 5e-5;
+  FitProblem problem = FitOfEveryRow(*dataset, 1);
+  problem.sigma_m = 5e-5;
   // The first joint turns about the base's z axis: its offset is a yaw of the base.
   const auto of = [&](const std::vector<std::pair<std::string, double>>& frame) {
     Model model = Model::Declared(*dataset);
     model.effects = {EffectWith(data.cell, "joint_offset", {{"q1", 1e-6}, {"q3", 1e-6}}),
                      EffectWith(data.cell, "base_frame", frame)};
-    const Result<Refit> refit = RefitModel(*dataset, model, options);
+    const Result<Refit> refit = RefitModel(problem, model, {});
     REQUIRE(refit);
     REQUIRE(refit->held.size() == 3);
     return refit->held;
