@@ -328,60 +328,67 @@ Dataset Thinned(const Dataset& data, const FitRows& rows) {
   return thin;
 }
 
-Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
-  Dataset data;
-  data.cell = cell;
-  data.table = measured;
-  const bool has_points = data.ranges() ? measured.recorded.range : measured.recorded.position;
-  if (!has_points) {
-    return Error{
-        fmt::format("has no {} column{}: nothing was measured; the cell says "
-                    "[measurement] kind, check it and the header",
-                    data.ranges() ? "range_mm" : "x_mm, y_mm, z_mm", data.ranges() ? "" : "s")};
-  }
-  SetUnmeasuredAside(data);
-  DropCopies(data);
-  if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
-    return Error{*impossible};
-  }
-  GiveUpRestartedClock(data.table);
-  data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
-  FindSessions(data);
+namespace {
+
+int NumbersOfARow(const Dataset& data) {
+  return data.ranges() ? 1 : 3;
+}
+
+/// Why the table holds nothing to diagnose.
+std::optional<Error> WithoutMeasuredValues(const Dataset& data) {
+  const bool range = data.ranges();
+  if (range ? data.table.recorded.range : data.table.recorded.position) return {};
+  return Error{
+      fmt::format("has no {} column{}: nothing was measured; the cell says "
+                  "[measurement] kind, check it and the header",
+                  range ? "range_mm" : "x_mm, y_mm, z_mm", range ? "" : "s")};
+}
+
+std::optional<Error> TooFewRows(const Dataset& data) {
   const int free_numbers =
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
-  const int of_row = data.ranges() ? 1 : 3;
+  const int of_row = NumbersOfARow(data);
   const int needed = std::max(kFewestRows, (free_numbers + 3 + of_row - 1) / of_row);
-  if (data.rows() < needed) {
-    return Error{
-        fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
-                    "spread over the cell (30 or more tell effects apart)",
-                    data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
-  }
-  data.numbers.assign(data.table.rows.size(), {of_row, {}});
+  if (data.rows() >= needed) return {};
+  return Error{
+      fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
+                  "spread over the cell (30 or more tell effects apart)",
+                  data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
+}
+
+/// Conditions, loads and clusters of the rows.
+void DescribeRows(Dataset& data) {
+  const CellModel& cell = data.cell;
+  data.numbers.assign(data.table.rows.size(), {NumbersOfARow(data), {}});
   data.conditions = PerRow<Conditions>(ConditionsOf(cell, data.table));
   for (const MeasuredRow& row : data.table.rows) {
-    const bool loaded = measured.recorded.payload && cell.payload_cog_F;
+    const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
     data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
   }
   data.weight_known = GravityLoads(cell).known(0);
-  data.torques_known = data.weight_known || measured.recorded.tau;
+  data.torques_known = data.weight_known || data.table.recorded.tau;
   const Clusters clusters = ClustersOf(data.table.rows, data.session_of);
   data.cluster_of = clusters.of_row;
   data.clusters = clusters.count;
-  FindSignals(data);
-  for (int i = 0; i < cell.robot.size(); ++i) {
+}
+
+void FindStillJoints(Dataset& data) {
+  for (int i = 0; i < data.cell.robot.size(); ++i) {
     const auto moved = [&](const MeasuredRow& row) {
       return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
     };
-    if (std::none_of(data.table.rows.begin(), data.table.rows.end(), moved)) {
-      data.still_joints.push_back(i);
-      data.notes.push_back(
-          fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
-    }
+    if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
+    data.still_joints.push_back(i);
+    data.notes.push_back(
+        fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
   }
+}
+
+/// The declared sigma, else that of repeats, else left to the residual.
+void SettleNoise(Dataset& data) {
   NoiseFromRepeats(data);
-  if (cell.measurement.sigma_m) {
-    data.sigma_m = *cell.measurement.sigma_m;
+  if (data.cell.measurement.sigma_m) {
+    data.sigma_m = *data.cell.measurement.sigma_m;
     data.sigma_origin = "declared";
     if (data.repeat_sigma_m > 2 * data.sigma_m) {
       data.notes.push_back(
@@ -396,6 +403,28 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   } else {
     data.sigma_origin = "residual";
   }
+}
+
+}  // namespace
+
+Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
+  Dataset data;
+  data.cell = cell;
+  data.table = measured;
+  if (auto error = WithoutMeasuredValues(data)) return *error;
+  SetUnmeasuredAside(data);
+  DropCopies(data);
+  if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
+    return Error{*impossible};
+  }
+  GiveUpRestartedClock(data.table);
+  data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
+  FindSessions(data);
+  if (auto error = TooFewRows(data)) return *error;
+  DescribeRows(data);
+  FindSignals(data);
+  FindStillJoints(data);
+  SettleNoise(data);
   if (data.table.recorded.q_step) {
     AddReadingError(data);
   } else {

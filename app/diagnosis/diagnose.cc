@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/considered.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/driver_rivals.h"
@@ -12,7 +13,9 @@
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/identify.h"
+#include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/validation.h"

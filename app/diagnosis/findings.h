@@ -1,4 +1,4 @@
-// What is told of an explanation: parameters, shares, rivals, and what was refused and why.
+// The effects of an explanation with their values, their uncertainty and what each rests on.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -7,6 +7,7 @@
 
 namespace plumbline {
 
+/// The answer of a search, and what it was chosen from.
 struct FindingsContext {
   const FitProblem& problem;
   const Pool& pool;
@@ -19,20 +20,8 @@ struct FindingsContext {
 /// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
 bool Writable(const Finding& finding);
 
-/// Effects with values, covariance, p-values and plausibility.
+/// Adds the effects with values, covariance, p-values and plausibility, and the correlation of
+/// their parameters.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
-
-/// Explanations without a finding that fit as well once refitted; returns those that are told,
-/// their scores those of the refits.
-std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
-                                   Diagnosis& diagnosis);
-
-/// Every candidate with its fate.
-void AddConsidered(const FindingsContext& context, const Candidates& candidates,
-                   Diagnosis& diagnosis);
-
-/// Sessions' frames where they were estimated, and the range that the rows cover which were not
-/// rejected.
-void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis);
 
 }  // namespace plumbline
