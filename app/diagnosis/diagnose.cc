@@ -9,10 +9,12 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/residual_spread.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/validation.h"
@@ -347,12 +349,29 @@ void AddRows(const Dataset& data, const Dataset& searched, const std::vector<Vec
   diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.residuals);
 }
 
+/// How far newly measured points lie from the written model, near the measured poses and away.
+void AddSpread(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
+               const Identified& found, Diagnosis& diagnosis) {
+  const auto spread = SpreadOf(corrected.validation, found.weights, found.sigma_m, task.data.axes(),
+                               diagnosis.withheld.empty());
+  if (!spread) return;
+  diagnosis.domain.residual_sigma_m = spread->near_m;
+  // Half a turn away, where d is 2, it would add less than half a percent.
+  constexpr double kNegligible = 0.05;
+  if (spread->distant_m < kNegligible * spread->near_m) return;
+  diagnosis.domain.distant_sigma_m = spread->distant_m;
+  std::vector<int> rows;
+  for (std::size_t row = 0; row < fit.weights.size(); ++row) {
+    if (fit.weights[row] >= kOutlierWeight) rows.push_back(static_cast<int>(row));
+  }
+  diagnosis.domain.poses = KeptPoses(task.data, rows);
+}
+
 /// Frames, and the domain in which the written model was validated.
 void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
-               double sigma_m, Diagnosis& diagnosis) {
+               const Identified& found, Diagnosis& diagnosis) {
   AddFramesAndDomain(task.data, corrected.model, fit.weights, diagnosis);
-  diagnosis.domain.residual_sigma_m =
-      ValidatedSigma(corrected.validation, sigma_m, task.data.axes(), diagnosis.withheld.empty());
+  AddSpread(task, fit, corrected, found, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
@@ -399,7 +418,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->residuals, *fit, corrected, diagnosis);
-  AddDomain(task, *fit, corrected, found->sigma_m, diagnosis);
+  AddDomain(task, *fit, corrected, *found, diagnosis);
   task.Report(1, "done");
   return diagnosis;
 }

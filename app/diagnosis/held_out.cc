@@ -3,8 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <thread>
 
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
@@ -173,6 +175,14 @@ void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fol
   }
 }
 
+std::vector<int> Inliers(const HeldOutInput& input, const Fold& fold) {
+  std::vector<int> rows;
+  std::copy_if(fold.training.begin(), fold.training.end(), std::back_inserter(rows), [&](int row) {
+    return input.weights[static_cast<std::size_t>(row)] >= kOutlierWeight;
+  });
+  return rows;
+}
+
 /// Predicts the rows of a fold, where the rows beside it locate their session's frames.
 void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fold& fold,
                  HeldOut& result) {
@@ -186,6 +196,7 @@ void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fo
   const auto frames = [&](const std::vector<Vec3>& residuals) {
     return FramesFor(data, *input.linear, fold.framed, input.weights, residuals);
   };
+  const PoseDistance distance = DistanceFrom(data.cell, KeptPoses(data, Inliers(input, fold)));
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const int k : fold.test) {
     const auto row = static_cast<std::size_t>(k);
@@ -193,6 +204,7 @@ void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fo
     if (rows_of_session[session] * data.axes() < free_numbers || fold.open[row]) continue;
     const auto& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
+    result.distance[row] = distance.Of(data.table.rows[row].q);
     result.before[row] = y[row] - derivative * before[session];
     result.after[row] = fold.after[row] - derivative * after[session];
     result.after_named[row] = fold.after_named[row] - derivative * named[session];
@@ -208,6 +220,8 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   result.fold_of = plan.fold_of;
   result.before = result.after = result.after_named = y;
   result.predicted.assign(y.size(), false);
+  result.distance.assign(y.size(), 0);
+  result.other_sessions = plan.aligned;
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));
   const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));

@@ -38,9 +38,12 @@ struct HeldOut {
   /// False where too few rows are beside the fold, of its session or at all, and next to a step
   /// whose moment the rows beside the fold leave open.
   std::vector<bool> predicted;
-  std::vector<Vec3> before;       ///< [m], frames of the other folds
-  std::vector<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
-  std::vector<Vec3> after_named;  ///< [m], by named effects alone
+  std::vector<double>
+      distance;                 ///< of a predicted row from the poses kept of the other folds [rad]
+  bool other_sessions = false;  ///< no row of its session is among the other folds
+  std::vector<Vec3> before;     ///< [m], frames of the other folds
+  std::vector<Vec3> after;      ///< [m], by named effects and the fold's discrepancy model
+  std::vector<Vec3> after_named;                      ///< [m], by named effects alone
   std::vector<std::vector<SelectedEffect>> selected;  ///< of each fold that was searched
 };
 
