@@ -10,11 +10,13 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/residual_spread.h"
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
@@ -337,13 +339,28 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
+/// How far newly measured points lie from the written model, near the measured poses and away.
+void AddSpread(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
+               Diagnosis& diagnosis) {
+  const auto spread = SpreadOf(corrected.validation, fit.problem, diagnosis.withheld.empty());
+  if (!spread) return;
+  diagnosis.domain.residual_sigma_m = spread->near_m;
+  // Half a turn away, where d is 2, it would add less than half a percent.
+  constexpr double kNegligible = 0.05;
+  if (spread->distant_m < kNegligible * spread->near_m) return;
+  diagnosis.domain.distant_sigma_m = spread->distant_m;
+  FitRows accepted;
+  for (const RowIndex row : task.data.row_indices()) {
+    if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
+  }
+  diagnosis.domain.poses = KeptPoses(task.data, accepted);
+}
+
 /// Frames, and the domain in which the written model was validated.
 void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
                Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  diagnosis.domain.residual_sigma_m =
-      ValidatedSigma(corrected.validation, fit.problem.sigma_m, task.data.lengths_per_row(),
-                     diagnosis.withheld.empty());
+  AddSpread(task, fit, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <map>
 
+#include "app/diagnosis/farthest_poses.h"
+
 namespace plumbline {
 namespace {
 
@@ -30,22 +32,6 @@ Eigen::MatrixXd ScaledPosesOfClusters(const Dataset& data) {
     if (deviation > 1e-9) of_joint /= deviation;
   }
   return poses;
-}
-
-/// Centres as far apart as possible, the first nearest to the mean; at most `most`, and no more
-/// than there are distinct poses.
-Eigen::MatrixXd FarthestCentres(const Eigen::MatrixXd& poses, int most) {
-  constexpr double kSamePose = 1e-6;  // of the joints' standard deviations
-  Eigen::MatrixXd centres(poses.rows(), most);
-  Eigen::Index chosen = 0;
-  poses.colwise().squaredNorm().minCoeff(&chosen);
-  Eigen::RowVectorXd nearest = Eigen::RowVectorXd::Constant(poses.cols(), 1e300);
-  for (int k = 0; k < most; ++k) {
-    centres.col(k) = poses.col(chosen);
-    nearest = nearest.cwiseMin((poses.colwise() - centres.col(k)).colwise().squaredNorm());
-    if (nearest.maxCoeff(&chosen) < kSamePose * kSamePose) return centres.leftCols(k + 1);
-  }
-  return centres;
 }
 
 int NearestCentre(const Eigen::MatrixXd& centres, const Eigen::VectorXd& pose) {
@@ -76,7 +62,7 @@ FoldPlan RegionsOfJointSpace(const Dataset& data) {
   plan.by = "regions of the joint space";
   if (data.clusters < 2) return plan;
   const Eigen::MatrixXd poses = ScaledPosesOfClusters(data);
-  Eigen::MatrixXd centres = FarthestCentres(poses, kFolds);
+  Eigen::MatrixXd centres = poses(Eigen::all, FarthestColumns(poses, kFolds));
   const int regions = static_cast<int>(centres.cols());
   if (regions < 2) return plan;
   Indexed<ClusterIndex, int> of_cluster(static_cast<std::size_t>(data.clusters), 0);

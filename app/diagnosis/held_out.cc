@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
@@ -178,6 +179,14 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   }
 }
 
+FitRows Inliers(const HeldOutInput& input, const Fold& fold) {
+  FitRows rows;
+  for (const RowIndex row : fold.training) {
+    if (input.problem.weights[row] >= kOutlierWeight) rows.push_back(row);
+  }
+  return rows;
+}
+
 /// Predicts the rows of a fold, where the rows beside it locate their session's frames.
 void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const Fold& fold,
                  HeldOut& result) {
@@ -192,12 +201,14 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   const auto frames = [&](const PerRow<RowResidual>& residuals) {
     return FramesFor(framed, *input.linear, residuals);
   };
+  const PoseDistance distance = DistanceFrom(data.cell, KeptPoses(data, Inliers(input, fold)));
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
     if (numbers_of_session[session] < free_numbers || fold.open[row]) continue;
     const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
+    result.distance[row] = distance.Of(data.measured(row).q);
     result.before[row] = LengthsOf(y[row] - derivative * before[session]);
     result.after[row] = LengthsOf(fold.after[row] - derivative * after[session]);
     result.after_named[row] = LengthsOf(fold.after_named[row] - derivative * named[session]);
@@ -214,6 +225,8 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   for (const RowResidual& of_row : y) result.before.push_back(LengthsOf(of_row));
   result.after = result.after_named = result.before;
   result.predicted.assign(y.size(), false);
+  result.distance.assign(y.size(), 0);
+  result.other_sessions = plan.aligned;
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));
   const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));

@@ -36,9 +36,11 @@ struct HeldOut {
   /// False where too few rows are beside the fold, of its session or at all, and next to a step
   /// whose moment the rows beside the fold leave open.
   PerRow<bool> predicted;
-  PerRow<Vec3> before;       ///< [m], frames of the other folds
-  PerRow<Vec3> after;        ///< [m], by named effects and the fold's discrepancy model
-  PerRow<Vec3> after_named;  ///< [m], by named effects alone
+  PerRow<double> distance;      ///< of a predicted row from the poses kept of the other folds [rad]
+  bool other_sessions = false;  ///< no row of its session is among the other folds
+  PerRow<Vec3> before;          ///< [m], frames of the other folds
+  PerRow<Vec3> after;           ///< [m], by named effects and the fold's discrepancy model
+  PerRow<Vec3> after_named;     ///< [m], by named effects alone
   std::vector<std::vector<SelectedEffect>> selected;  ///< of each fold that was searched
 };
 

@@ -96,6 +96,15 @@ std::string SessionText(const SessionFrames& session) {
   return text;
 }
 
+std::string PoseText(const JointVector& q, const std::vector<Joint>& joints) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    values.push_back((prismatic ? 1e3 : kDegPerRad) * q[static_cast<int>(i)]);
+  }
+  return ListText(values, [](double value) { return fmt::format("{:.3f}", value); });
+}
+
 std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   std::vector<std::string> pairs;
   for (std::size_t i = 0; i < domain.q.size(); ++i) {
@@ -115,6 +124,12 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
   if (domain.residual_sigma_m) {
     text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';
+  }
+  if (domain.distant_sigma_m && !domain.poses.empty()) {
+    text += "distant_sigma_mm = " + NumberText(1e3 * *domain.distant_sigma_m) + '\n';
+    text += "poses_deg = [\n";
+    for (const JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";
+    text += "]\n";
   }
   if (domain.time_zero_s) {
     text += "time_zero_utc = " + StringText(TextFromUtc(*domain.time_zero_s)) + '\n';

@@ -163,6 +163,15 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
   }
+  const Domain& domain = diagnosis.domain;
+  if (domain.residual_sigma_m) {
+    std::string spread = MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
+    if (domain.distant_sigma_m) {
+      const double away_m = std::hypot(*domain.residual_sigma_m, *domain.distant_sigma_m);
+      spread += fmt::format(", {} mm one radian away from them", MillimetreText(away_m));
+    }
+    table.AddRow({"New points deviate by (one sigma, one axis)", spread});
+  }
   table.AddRow({"Date", Escape(source.date)});
   table.AddRow({"Program", "Plumbline " + Escape(source.version)});
   return table.Html();

@@ -1,8 +1,10 @@
 #include "firmware-like/deflection/sensitivity.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "firmware-like/deflection/equations.h"
 
@@ -10,6 +12,8 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
+/// Wide enough for the joints of most arms, where every wanted entry has a closed form.
+using NarrowDual = ceres::Jet<double, 8>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
 /// Entries of a joint that only turn it, by `Sag`: the tip follows them through the posture alone.
@@ -163,6 +167,56 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
   }
 }
 
+/// What the implicit function theorem joins: derivatives of tip and sag at a fixed theta.
+struct PartialDerivatives {
+  Eigen::Matrix<double, 3, kMaxJoints> p_theta;
+  Square s_theta;
+  Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
+      Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
+};
+
+/// Derivatives with respect to theta and to `entries`, by dual numbers of type T: as many variables
+/// at a time as T carries derivatives. Those of the tip with respect to the entries go to `dp`.
+template <typename T>
+void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload& payload,
+                   const Influence<double>& influence, const JointVector& measured_tau,
+                   std::span<const int> entries, PartialDerivatives& partial,
+                   Sensitivity::Gradient& dp) {
+  constexpr int kWidth = T::DIMENSION;
+  const int n = arm.size();
+  const int variables = n + static_cast<int>(entries.size());
+  const PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
+  LoadedStateOf<T> state;
+  for (int first = 0; first < variables; first += kWidth) {
+    JointVectorOf<T> theta_dual = theta.cast<T>();
+    Influence<T> influence_dual;
+    for (int k = 0; k < I::kSize; ++k) influence_dual[k].a = influence[k];
+    const int count = std::min(kWidth, variables - first);
+    for (int k = 0; k < count; ++k) {
+      const int variable = first + k;
+      if (variable < n) {
+        theta_dual[variable].v[k] = 1;
+      } else {
+        influence_dual[entries[static_cast<std::size_t>(variable - n)]].v[k] = 1;
+      }
+    }
+    arm.Equations<T>(theta_dual, load, &influence_dual, measured_tau, state);
+    const Vec3Of<T>& p_W = state.p_read_W;
+    for (int k = 0; k < count; ++k) {
+      const int variable = first + k;
+      const Vec3 of_tip(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
+      if (variable < n) {
+        partial.p_theta.col(variable) = of_tip;
+        for (int i = 0; i < n; ++i) partial.s_theta(i, variable) = state.sag[i].v[k];
+      } else {
+        const int entry = entries[static_cast<std::size_t>(variable - n)];
+        dp.col(entry) = of_tip;
+        for (int i = 0; i < n; ++i) partial.s_x(i, entry) = state.sag[i].v[k];
+      }
+    }
+  }
+}
+
 }  // namespace
 
 bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
@@ -174,57 +228,28 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   sensitivity.p_W = sensitivity.state.p_read_W;
   sensitivity.dp.setZero();
 
-  // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
-  std::array<int, I::kSize> entries{};
+  std::array<int, I::kSize> entries_of_all{};
   const InfluenceSet ingredients = WithIngredients(arm, wanted);
-  const int variables = n + DualEntries(arm, ingredients, entries);
-  Eigen::Matrix<double, 3, kMaxJoints> p_theta;
-  Square s_theta(n, n);
-  Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
-      Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
-  const PayloadOf<Dual> load{Dual(payload.mass_kg), payload.cog_F.cast<Dual>()};
-  LoadedStateOf<Dual> state;
-  for (int first = 0; first < variables; first += kDualWidth) {
-    JointVectorOf<Dual> theta_dual = theta.cast<Dual>();
-    Influence<Dual> influence_dual;
-    for (int k = 0; k < I::kSize; ++k) influence_dual[k].a = influence[k];
-    const int count = std::min(kDualWidth, variables - first);
-    for (int k = 0; k < count; ++k) {
-      const int variable = first + k;
-      if (variable < n) {
-        theta_dual[variable].v[k] = 1;
-      } else {
-        influence_dual[entries[static_cast<std::size_t>(variable - n)]].v[k] = 1;
-      }
-    }
-    arm.Equations<Dual>(theta_dual, load, &influence_dual, measured_tau, state);
-    const Vec3Of<Dual>& p_W = state.p_read_W;
-    for (int k = 0; k < count; ++k) {
-      const int variable = first + k;
-      const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
-      if (variable < n) {
-        p_theta.col(variable) = dp;
-        for (int i = 0; i < n; ++i) s_theta(i, variable) = state.sag[i].v[k];
-      } else {
-        const int entry = entries[static_cast<std::size_t>(variable - n)];
-        sensitivity.dp.col(entry) = dp;
-        for (int i = 0; i < n; ++i) s_x(i, entry) = state.sag[i].v[k];
-      }
-    }
-  }
+  const int dual_entries = DualEntries(arm, ingredients, entries_of_all);
+  const std::span<const int> entries(entries_of_all.data(), static_cast<std::size_t>(dual_entries));
+  PartialDerivatives partial;
+  partial.s_theta.resize(n, n);
+  const bool few = n + dual_entries <= NarrowDual::DIMENSION;
+  const auto differentiate = few ? Differentiate<NarrowDual> : Differentiate<Dual>;
+  differentiate(arm, theta, payload, influence, measured_tau, entries, partial, sensitivity.dp);
   for (int i = 0; i < n; ++i) {
     const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * kMaxJoints + i;
       if (!wanted[static_cast<std::size_t>(entry)]) continue;
-      s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
+      partial.s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }
   if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);
   // p_theta (I - s_theta)^-1 once, then every entry.
-  const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
-  sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);
+  const Square through = (Square::Identity(n, n) - partial.s_theta).partialPivLu().inverse();
+  sensitivity.dp += (partial.p_theta.leftCols(n) * through).eval() * partial.s_x.topRows(n);
   AddClosedForms(arm, theta, influence, wanted, ingredients, sensitivity);
   return true;
 }

@@ -142,29 +142,6 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   CHECK(diagnosis.doubts.size() == 1);
 }
 
-TEST_CASE("a radius never leaves out more of the held-out rows than chance does, rejected or not") {
-  Validation validation;
-  for (const char* by : {"blocks of time", "regions of the joint space"}) {
-    HeldOut& held_out = validation.ways.emplace_back();
-    held_out.by = by;
-    for (int k = 0; k < 100; ++k) {
-      held_out.fold_of.push_back(k % 5);
-      held_out.after.push_back(Vec3(k % 10 == 0 ? 8e-4 : 1e-4, 0, 0));  // one row in ten is off
-    }
-    held_out.before = held_out.after;
-    held_out.predicted.assign(100, true);
-    HeldOutError& error = validation.errors.emplace_back();
-    error.by = by;  // without the rejected rows
-    error.after_m = error.before_m = 1e-4;
-  }
-  const double radius_m = std::sqrt(7.815) * ValidatedSigma(validation, 5e-5, 3, true).value();
-  CHECK(radius_m == Approx(8e-4).epsilon(0.01));
-  for (HeldOut& way : validation.ways) {  // one in twenty five is within what 5 % may be
-    for (int k = 0; k < 100; ++k) way.after[RowIndex(k)][0] = k % 25 ? 1e-4 : 8e-4;
-  }
-  CHECK(*ValidatedSigma(validation, 5e-5, 3, true) < 1e-4);
-}
-
 TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = FitOfEveryRow(data, 1);
@@ -223,29 +200,6 @@ TEST_CASE("a fold that selected the effect in other joints does not judge the ex
     CHECK(CheckNamed(diagnosis, "held_out_error").passed == !agrees);
     CHECK(CheckNamed(diagnosis, "selection_frequency").figure == Approx(agrees ? 1 : 0.8));
   }
-}
-
-TEST_CASE("the validated deviation is that of regions that were held out, widened where few were") {
-  Validation validation;
-  const auto way = [&](const std::string& by, int folds, double rms_m) {
-    HeldOut& held_out = validation.ways.emplace_back();
-    held_out.by = by;
-    for (int k = 0; k < 20; ++k) held_out.fold_of.push_back(k % folds);
-    held_out.predicted.assign(20, true);
-    HeldOutError& error = validation.errors.emplace_back();
-    error.by = by;
-    error.after_m = rms_m;
-    error.before_m = 2 * rms_m;
-  };
-  way("blocks of time", 5, std::sqrt(3) * 1e-4);
-  CHECK_FALSE(ValidatedSigma(validation, 1e-4, 3, true));  // a box of ranges is no evidence
-  way("regions of the joint space", 5, std::sqrt(3) * 1e-4);
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) == Approx(1e-4));
-  validation.errors[1].after_m = std::sqrt(3) * 1e-3;
-  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) ==
-        Approx(std::sqrt(1e-8 + 1.3115 * 1.3115 * (1e-6 - 1e-8))).epsilon(0.01));
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, false) == Approx(2e-4));  // the declared model's
 }
 
 TEST_CASE("a few poses are regions of their own, whatever their loads") {

@@ -104,6 +104,28 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
   }
 }
 
+TEST_CASE("the gradient to few influences is that part of the gradient to all") {
+  const CellModel cell = test::HeavyArm();
+  const LoadedArm arm(cell);
+  std::mt19937 random(8);
+  const JointVector q = test::RandomPosture(cell, random);
+  const Payload payload{60, *cell.payload_cog_F};
+  Influence<double> at;
+  at.Joint(I::kCompliance, 1) = 2e-7;
+  Sensitivity all;
+  REQUIRE(SensitivityAt(arm, q, payload, at, {}, all));
+  for (const int entry : {I::kCompliance * kMaxJoints + 1, I::kLengthA * kMaxJoints + 2,
+                          static_cast<int>(I::kPayloadMass)}) {
+    InfluenceSet wanted;
+    wanted.set(static_cast<std::size_t>(entry));
+    Sensitivity one;
+    REQUIRE(SensitivityAt(arm, q, payload, at, {}, wanted, one));
+    const double size = all.dp.col(entry).norm();
+    CHECK(size > 0);
+    CHECK((one.dp.col(entry) - all.dp.col(entry)).norm() < 1e-12 * size);
+  }
+}
+
 TEST_CASE("a joint whose load hangs between both sides of a gap stays within the gap") {
   CellModel cell;
   cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-4)};
