@@ -222,13 +222,13 @@ void AddHeldOutErrors(const Validation& validation, Diagnosis& diagnosis) {
 /// The fitted model as its findings are written, with the discrepancy model's effects, its free
 /// frames fitted anew.
 Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
-                                    const Remainder& discrepancy, Diagnosis& diagnosis) {
+                                    const DiscrepancyModel& discrepancy, Diagnosis& diagnosis) {
   const Dataset& data = task.data;
   Model model = fit.refit.model;
   model.effects.clear();
   for (const Finding& finding : diagnosis.findings) model.effects.push_back(finding.effect);
-  diagnosis.remainder = AddedBy(discrepancy, data, model);
-  for (const Finding& finding : diagnosis.remainder) model.effects.push_back(finding.effect);
+  diagnosis.discrepancy = AddedBy(discrepancy, data, model);
+  for (const Finding& finding : diagnosis.discrepancy) model.effects.push_back(finding.effect);
   if (data.frames_free() || data.tip_free()) {
     RefitOptions frames;
     frames.frames_only = true;
@@ -239,7 +239,7 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
   const Result<Linearisation> linear = Linearise(data, model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
   diagnosis.notes.push_back(fmt::format(
-      "beside what is named, the model carries a shrunk remainder worth {:.0f} parameters; it "
+      "beside what is named, the model carries a discrepancy model worth {:.0f} parameters; it "
       "corrects where there is data and explains nothing",
       discrepancy.held));
   return FittedModel{model, ErrorsOf(*linear)};
@@ -264,8 +264,8 @@ Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
 Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
                                  Diagnosis& diagnosis) {
   task.Report(0.8, "fitting a discrepancy model");
-  const std::optional<Remainder> offered =
-      RemainderOf(*found.pool, found.best, found.candidates, {});
+  const std::optional<DiscrepancyModel> offered =
+      DiscrepancyModelOf(*found.pool, found.best, found.candidates, {});
   if (task.Interrupted()) return Task::InterruptedError();
   task.Report(0.85, "held-out rows");
   const HeldOutInput input{
@@ -334,9 +334,9 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     trace.held_out_before = held_out.before[held->second];
     trace.held_out_after = held_out.after[held->second];
   }
-  if (diagnosis.remainder.empty()) return;
-  diagnosis.remainder_parameters = corrected.discrepancy_parameters;
-  diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.errors);
+  if (diagnosis.discrepancy.empty()) return;
+  diagnosis.discrepancy_parameters = corrected.discrepancy_parameters;
+  diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
 /// How far newly measured points lie from the written model, near the measured poses and away.

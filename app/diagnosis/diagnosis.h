@@ -127,9 +127,10 @@ struct Doubt {
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
-  std::vector<Finding> remainder;   ///< unnamed, shrunk: added to the model only (see remainder.h)
-  double remainder_parameters = 0;  ///< that the data hold of it; 0: there is none
-  double remainder_share = 0;       ///< of the correction's sum of squares over the rows
+  std::vector<Finding>
+      discrepancy;  ///< unnamed, shrunk: added to the model only (see discrepancy.h)
+  double discrepancy_parameters = 0;       ///< that the data hold of it; 0: there is none
+  double discrepancy_share = 0;            ///< of the correction's sum of squares over the rows
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
   Eigen::MatrixXd correlation;             ///< of all parameters of all findings
   std::vector<Rival> rivals;

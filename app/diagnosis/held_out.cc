@@ -169,7 +169,7 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   fold.open = LeftOpen(pool, best, fold.test);
   fold.searched = true;
   if (!input.with_discrepancy) return;
-  const std::optional<Remainder> rest = RemainderOf(pool, best, input.candidates, {});
+  const std::optional<DiscrepancyModel> rest = DiscrepancyModelOf(pool, best, input.candidates, {});
   if (!rest) return;
   fold.after = y;
   Subtract(input, held, pool, best, false, fold.after);

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/discrepancy.h"
 #include "app/diagnosis/fold_plan.h"
-#include "app/diagnosis/remainder.h"
 
 namespace plumbline {
 

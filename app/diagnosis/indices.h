@@ -36,9 +36,9 @@ class TypedIndex {
 using RowIndex = TypedIndex<struct RowTag>;        ///< row of a data set
 using FitRowIndex = TypedIndex<struct FitRowTag>;  ///< place among the rows that take part in a fit
 using SessionIndex = TypedIndex<struct SessionTag>;
-using ClusterIndex = TypedIndex<struct ClusterTag>;          ///< repeats of one pose
-using SignalIndex = TypedIndex<struct SignalTag>;            ///< recorded signal of a data set
-using BlockIndex = TypedIndex<struct BlockTag>;              ///< block of a pool, or of a remainder
+using ClusterIndex = TypedIndex<struct ClusterTag>;  ///< repeats of one pose
+using SignalIndex = TypedIndex<struct SignalTag>;    ///< recorded signal of a data set
+using BlockIndex = TypedIndex<struct BlockTag>;      ///< block of a pool, or of a discrepancy model
 using BlockColumnIndex = TypedIndex<struct BlockColumnTag>;  ///< column within its block
 using ColumnIndex = TypedIndex<struct ColumnTag>;  ///< column of a pool, all blocks counted
 

@@ -168,7 +168,7 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
                                   StringText(origin.file), origin.rows, origin.date);
   const bool withheld = !diagnosis.withheld.empty();
-  const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.remainder.empty());
+  const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.discrepancy.empty());
   if (withheld) added += "# No correction: " + diagnosis.withheld + '\n';
   if (adds && HasInlineEffects(text)) {
     text = WithoutTable(text, "effect");
@@ -182,11 +182,11 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
     added += EffectText(effect);
   };
   if (adds) std::for_each(diagnosis.findings.begin(), diagnosis.findings.end(), add);
-  if (!diagnosis.remainder.empty()) {
+  if (!diagnosis.discrepancy.empty()) {
     added +=
         "\n# What those leave, shrunk: it corrects where there is data, and explains nothing\n";
   }
-  for (const Finding& finding : diagnosis.remainder) add(finding);
+  for (const Finding& finding : diagnosis.discrepancy) add(finding);
   if (!diagnosis.sessions.empty()) {
     text = WithoutTable(text, "session");
     for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);

@@ -311,7 +311,7 @@ TEST_CASE("many lines in a joint are corrected; clean data get no discrepancy mo
   Data data = Simulated("--family none --seed 8 --rows 250 --robot ur10");
   const auto clean = Answer(data);
   REQUIRE(clean);
-  CHECK(clean->remainder.empty());
+  CHECK(clean->discrepancy.empty());
   // The first joint errs by 24 lines of one size and unlike phases.
   for (MeasuredRow& row : data.table.rows) {
     double turn = 0;

@@ -1,4 +1,4 @@
-#include "app/diagnosis/remainder_design.h"
+#include "app/diagnosis/discrepancy_design.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
   return std::nullopt;
 }
 
-void AddBlocks(const Candidates& candidates, RemainderDesign& design) {
+void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   for (const Block& block : candidates.blocks) {
     if (Stays(block)) continue;
     std::map<std::string_view, int> of_unit;  // metres and radians are not of one size
@@ -45,7 +45,7 @@ void AddBlocks(const Candidates& candidates, RemainderDesign& design) {
   }
 }
 
-void AddJointCurves(const Pool& pool, const Explanation& named, RemainderDesign& design) {
+void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesign& design) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const int cycles = std::min(kMostCycles, problem.clusters() / kClustersPerCycle);
@@ -71,7 +71,7 @@ void AddJointCurves(const Pool& pool, const Explanation& named, RemainderDesign&
   }
 }
 
-void AddSignalCurves(const Dataset& data, RemainderDesign& design) {
+void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
   for (const SignalIndex s : data.signals.indices()) {
     const RecordedSignal& signal = data.signals[s];
     // A place in one file says nothing about another file's rows.
@@ -100,9 +100,9 @@ bool IsJointCurve(const Block& block) {
          });
 }
 
-RemainderDesign DesignFor(const Pool& pool, const Explanation& named,
-                          const Candidates& candidates) {
-  RemainderDesign design;
+DiscrepancyDesign DesignFor(const Pool& pool, const Explanation& named,
+                            const Candidates& candidates) {
+  DiscrepancyDesign design;
   AddBlocks(candidates, design);
   AddJointCurves(pool, named, design);
   AddSignalCurves(pool.problem().data(), design);
@@ -113,7 +113,7 @@ double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row) {
   return data.signals[term.signal].values[row];
 }
 
-Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const RemainderDesign& design) {
+Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design) {
   Eigen::MatrixXd columns(problem.response().size(), static_cast<int>(design.group.size()));
   int at = 0;
   for (const Block& block : design.of.blocks) {
@@ -133,7 +133,7 @@ Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const RemainderDesign& d
 }
 
 std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
-                              const RemainderDesign& design) {
+                              const DiscrepancyDesign& design) {
   std::vector<int> chosen;
   const Coefficients of_named = pool.CoefficientsOf(named);
   const auto holds = [&](const auto& alike) {

@@ -1,9 +1,9 @@
-#include "app/diagnosis/remainder.h"
+#include "app/diagnosis/discrepancy.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/diagnosis/remainder_design.h"
+#include "app/diagnosis/discrepancy_design.h"
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
@@ -13,7 +13,7 @@ namespace {
 constexpr double kHoldsAnything = 0.5;  // of a parameter
 
 /// Sum over the rows of the variances that the written effects have, each by itself.
-double VarianceApart(const RemainderDesign& design, const Eigen::MatrixXd& raw,
+double VarianceApart(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
                      const Eigen::MatrixXd& covariance) {
   std::map<BlockIndex, std::vector<int>> of_blocks;
   std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and influence
@@ -97,31 +97,32 @@ double ChoiceCost(const Pool& pool, const Explanation& named) {
 
 }  // namespace
 
-RowResidual DisplacementBy(const Remainder& remainder, const Dataset& data,
+RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                            const Linearisation& linear, RowIndex row) {
   const Gradient& at = linear.gradients[row];
   RowResidual sum = RowResidual::Zero(at.rows());
   Eigen::MatrixXd columns;
-  for (const BlockIndex b : remainder.blocks.indices()) {
-    const Block& block = remainder.blocks[b];
+  for (const BlockIndex b : discrepancy.blocks.indices()) {
+    const Block& block = discrepancy.blocks[b];
     columns.resize(at.rows(), block.columns.count());
     ColumnsAt(data, linear, block, row, columns);
     for (const BlockColumnIndex c : block.columns.indices()) {
-      sum += remainder.sizes.at({b, c}) * columns.col(c.value());
+      sum += discrepancy.sizes.at({b, c}) * columns.col(c.value());
     }
   }
-  for (const CurveTerm& term : remainder.curves) {
+  for (const CurveTerm& term : discrepancy.curves) {
     if (term.value == 0) continue;
     sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.col(term.entry);
   }
   return sum;
 }
 
-std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
-                                     const Candidates& candidates, const Eigen::VectorXd& start) {
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
+                                                   const Candidates& candidates,
+                                                   const Eigen::VectorXd& start) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
-  RemainderDesign design = DesignFor(pool, named, candidates);
+  DiscrepancyDesign design = DesignFor(pool, named, candidates);
   // What stays as it was named is taken out of the response.
   Explanation stays = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
@@ -158,15 +159,16 @@ std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
   // rows.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
   const double apart = VarianceApart(design, raw, whole.covariance);
-  Remainder remainder = std::move(design.of);
+  DiscrepancyModel discrepancy = std::move(design.of);
   int at = 0;
-  for (const auto& column : remainder.size_columns) remainder.sizes[column] = whole.values[at++];
-  for (CurveTerm& term : remainder.curves) term.value = whole.values[at++];
-  remainder.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
-  remainder.ratio = whole.ratio;
-  remainder.held = whole.held.sum();
-  remainder.gain = gain;
-  return remainder;
+  for (const auto& column : discrepancy.size_columns)
+    discrepancy.sizes[column] = whole.values[at++];
+  for (CurveTerm& term : discrepancy.curves) term.value = whole.values[at++];
+  discrepancy.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
+  discrepancy.ratio = whole.ratio;
+  discrepancy.held = whole.held.sum();
+  discrepancy.gain = gain;
+  return discrepancy;
 }
 
 }  // namespace plumbline

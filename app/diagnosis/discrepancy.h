@@ -22,7 +22,7 @@ struct CurveTerm {
 };
 
 /// Sizes of everything but what stays as it was named (`Stays`).
-struct Remainder {
+struct DiscrepancyModel {
   Indexed<BlockIndex, Block> blocks;  ///< of the catalogue, linear in their sizes
   Coefficients sizes;                 ///< whole sizes, those of named effects included
   std::vector<CurveTerm> curves;
@@ -34,15 +34,16 @@ struct Remainder {
 };
 
 /// True of a named block that is not shrunk again: it has shapes of its own, or follows a signal.
-/// A curve of a joint along its own angle does not stay: the remainder's takes its place.
+/// A curve of a joint along its own angle does not stay: the discrepancy's takes its place.
 bool Stays(const Block& block);
 
 /// Fits all sizes at once, each kind shrunk by marginal likelihood, frames projected out. The rest
 /// must deserve it: beside the named effects, left unshrunk, its gain has to exceed ln(clusters)
 /// for each group that holds anything, and a margin.
 /// @param start  ratios of a former fit, or empty
-std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
-                                     const Candidates& candidates, const Eigen::VectorXd& start);
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
+                                                   const Candidates& candidates,
+                                                   const Eigen::VectorXd& start);
 
 /// What multiplies a curve term's influence where its signal has a value.
 double FactorAt(const Dataset& data, const CurveTerm& term, double value);
@@ -51,11 +52,12 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 std::string AngleOf(int joint);
 
 /// What all sizes and curves change of a row's prediction.
-RowResidual DisplacementBy(const Remainder& remainder, const Dataset& data,
+RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                            const Linearisation& linear, RowIndex row);
 
 /// The effects to add to a model that has the named ones, so that the whole is what was fitted.
 /// Curves are written as `empirical`, whose factors carry the deviation.
-std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, const Model& named);
+std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset& data,
+                             const Model& named);
 
 }  // namespace plumbline
