@@ -98,6 +98,19 @@ Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
   return (1 + influence[I::kScale]) * Mat3::Identity();
 }
 
+/// The rotation vector by which R turns per unit of a dual number's variable.
+Vec3 TurnPer(const Mat3Of<Dual>& R, int variable) {
+  Mat3 value, change;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      value(i, j) = R(i, j).a;
+      change(i, j) = R(i, j).v[variable];
+    }
+  }
+  const Mat3 turn = change * value.transpose();
+  return 0.5 * Vec3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
+}
+
 /// The base turns rigidly, and gravity turns the other way in it; first order in the turns.
 void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
                     const InfluenceSet& wanted, Sensitivity& sensitivity) {
@@ -107,6 +120,8 @@ void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
     if (!wanted[static_cast<std::size_t>(I::kBaseTilt + axis)]) continue;
     sensitivity.dp.col(I::kBaseTilt + axis) =
         reading * Vec3::Unit(axis).cross(arm_W) - sensitivity.dp.col(I::kGravityTurnX + axis);
+    sensitivity.dr.col(I::kBaseTilt + axis) =
+        Vec3::Unit(axis) - sensitivity.dr.col(I::kGravityTurnX + axis);
   }
 }
 
@@ -124,7 +139,7 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
   JointVector tau;
   const Vec3 g_B = X_BF.R * state.tool.g_F;
   arm.loads().Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost), turns(3, kMost);
   std::array<int, kMost> entries{};
   int count = 0;
   for (int i = arm.size() - 1; i >= 0; --i) {
@@ -134,20 +149,25 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
       const double size = influence.Joint(kStructureEntries[k], i);
       const Mat3 R = SmallRotation<double>(size * motions[k].turn);
       const Vec3 lever = R * (p_B - motions[k].centre);
-      if (size != 0) columns.leftCols(count) = (R * columns.leftCols(count)).eval();
+      if (size != 0) {
+        columns.leftCols(count) = (R * columns.leftCols(count)).eval();
+        turns.leftCols(count) = (R * turns.leftCols(count)).eval();
+      }
       entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * kMaxJoints + i;
-      columns.col(count++) = motions[k].turn.cross(lever) + motions[k].shift;
+      columns.col(count) = motions[k].turn.cross(lever) + motions[k].shift;
+      turns.col(count++) = motions[k].turn;
       p_B = motions[k].centre + lever + size * motions[k].shift;
       R_BT = R * R_BT;
     }
   }
   // Lean and base turn all of it: from R_BT to R_WT.
-  const Mat3 outwards =
-      ReadingPerPlace(arm, influence, sensitivity) * state.X_WT.R * R_BT.transpose();
+  const Mat3 R_WB = state.X_WT.R * R_BT.transpose();
+  const Mat3 outwards = ReadingPerPlace(arm, influence, sensitivity) * R_WB;
   for (int k = 0; k < count; ++k) {
     const int entry = entries[static_cast<std::size_t>(k)];
     if (!wanted[static_cast<std::size_t>(entry)]) continue;
     sensitivity.dp.col(entry) = outwards * columns.col(k);
+    sensitivity.dr.col(entry) = R_WB * turns.col(k);
   }
 }
 
@@ -159,7 +179,9 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
   AddTiltEntries(arm, influence, wanted, sensitivity);
   for (int entry = 0; entry < I::kSize; ++entry) {
     const auto at = static_cast<std::size_t>(entry);
-    if (ingredients[at] && !wanted[at]) sensitivity.dp.col(entry).setZero();
+    if (!ingredients[at] || wanted[at]) continue;
+    sensitivity.dp.col(entry).setZero();
+    sensitivity.dr.col(entry).setZero();
   }
 }
 
@@ -167,18 +189,19 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
 
 bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                    const Influence<double>& influence, const JointVector& measured_tau,
-                   const InfluenceSet& wanted, Sensitivity& sensitivity) {
+                   const InfluenceSet& wanted, Sensitivity& sensitivity, bool with_turn) {
   if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
   const int n = arm.size();
   const JointVector theta = q + sensitivity.state.sag;
   sensitivity.p_W = sensitivity.state.p_read_W;
   sensitivity.dp.setZero();
+  sensitivity.dr.setZero();
 
   // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
   std::array<int, I::kSize> entries{};
   const InfluenceSet ingredients = WithIngredients(arm, wanted);
   const int variables = n + DualEntries(arm, ingredients, entries);
-  Eigen::Matrix<double, 3, kMaxJoints> p_theta;
+  Eigen::Matrix<double, 3, kMaxJoints> p_theta, r_theta;
   Square s_theta(n, n);
   Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
       Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
@@ -202,12 +225,15 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
+      const Vec3 dr = with_turn ? TurnPer(state.X_WT.R, k) : Vec3(Vec3::Zero());
       if (variable < n) {
         p_theta.col(variable) = dp;
+        r_theta.col(variable) = dr;
         for (int i = 0; i < n; ++i) s_theta(i, variable) = state.sag[i].v[k];
       } else {
         const int entry = entries[static_cast<std::size_t>(variable - n)];
         sensitivity.dp.col(entry) = dp;
+        sensitivity.dr.col(entry) = dr;
         for (int i = 0; i < n; ++i) s_x(i, entry) = state.sag[i].v[k];
       }
     }
@@ -225,6 +251,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   // p_theta (I - s_theta)^-1 once, then every entry.
   const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
   sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);
+  if (with_turn) sensitivity.dr += (r_theta.leftCols(n) * through).eval() * s_x.topRows(n);
   AddClosedForms(arm, theta, influence, wanted, ingredients, sensitivity);
   return true;
 }
