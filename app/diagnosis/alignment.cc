@@ -243,9 +243,10 @@ void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex sessio
 }
 
 /// The variance of one axis that the alignment reckons with.
-double VarianceOf(const Dataset& data, const Linearisation& linear) {
+/// @param middle_m  median of the errors in space
+double VarianceOf(const Dataset& data, double middle_m) {
   constexpr double kLeastSigma_m = 1e-6;
-  const double of_rows_m = RobustSigma(data, ResidualsOf(linear));
+  const double of_rows_m = middle_m / MedianOfChi(data.ranges() ? 1 : 3);
   return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
 }
 
@@ -268,7 +269,7 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
     for (const Vec3& error : ErrorsOf(*linear)) sizes.push_back(error.norm());
-    const double middle_m = MedianOf(sizes), variance_m2 = VarianceOf(data, *linear);
+    const double middle_m = MedianOf(sizes), variance_m2 = VarianceOf(data, middle_m);
     double largest = 0;
     for (const SessionIndex session : data.sessions.indices()) {
       Eigen::Matrix<double, 9, 9> H, information;

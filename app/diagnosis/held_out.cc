@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::size_t kLeastTraining = 4;
 
-/// Frames' numbers of each session by least squares of unwhitened residuals of the training rows.
+/// The step of each session's frames that fits what a model leaves of the problem's rows, by least
+/// squares.
 Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& problem,
                                                              const Linearisation& linear,
                                                              const PerRow<RowResidual>& residual) {
@@ -206,6 +207,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
     if (numbers_of_session[session] < free_numbers || fold.open[row]) continue;
+    if (data.numbers[row].count == 0) continue;
     const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
     result.distance[row] = distance.Of(data.measured(row).q);

@@ -14,10 +14,26 @@ namespace {
 
 using I = Influence<double>;
 
-/// A position: the gradients of the tip as they are.
-void SetPosition(const Vec3& p_WT, const Eigen::Matrix<double, 3, 9>& frames, LinearRow& row) {
-  row.residual = p_WT - row.p_W;
-  row.frames = frames;
+/// A position, or a pose: the gradients of the tip as they are, below them those of its turn.
+/// @param count   3 or 6
+/// @param frames  d tip / d (base shift, base turn, tip)
+/// @param at      the state, and the gradients where they are wanted
+void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double, 3, 9>& frames,
+             const Sensitivity& at, bool gradients, LinearRow& row, Gradient& gradient) {
+  const bool turned = count == kMostResiduals;
+  row.residual.resize(count);
+  row.residual.head<3>() = measured.p_WT - row.p_W;
+  row.frames.setZero(count, 9);
+  row.frames.topRows<3>() = frames;
+  if (turned) {
+    const Mat3 R_WT = measured.q_WT.toRotationMatrix();
+    row.residual.tail<3>() = VectorFromRotation(R_WT * at.state.X_WT.R.transpose());
+    row.frames.bottomRows<3>().middleCols<3>(3).setIdentity();
+  }
+  if (!gradients) return;
+  gradient.resize(count, I::kSize);
+  gradient.topRows<3>() = at.dp;
+  if (turned) gradient.bottomRows<3>() = at.dr;
 }
 
 /// A range: the gradients of the tip along the ray.
@@ -81,12 +97,13 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
   const Model::Frames& frames = model_.frames[session];
   const Conditions& moment = data_.conditions[row];
   const MeasuredRow& measured = data_.measured(row);
+  const int count = data_.numbers[row].count;
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
-    if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted,
-                       scratch)) {
+    if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted, scratch,
+                       count == kMostResiduals)) {
       return false;
     }
   } else {
@@ -103,12 +120,15 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
     of_frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   }
   of_frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
-  if (data_.ranges()) {
+  if (count == 0) {
+    result.residual.resize(0);
+    result.frames.resize(0, 9);
+    gradient.resize(0, I::kSize);
+  } else if (data_.ranges()) {
     SetRange(data_.cell.measurement.anchor_W, influence, measured.range_m, of_frames,
              wanted.any() ? &scratch.dp : nullptr, result, gradient);
   } else {
-    SetPosition(measured.p_WT, of_frames, result);
-    if (wanted.any()) gradient = scratch.dp;
+    SetPose(measured, count, of_frames, scratch, wanted.any(), result, gradient);
   }
   return true;
 }

@@ -146,7 +146,6 @@ class AllRows final : public ceres::CostFunction {
       Sensitivity scratch;
       LinearRow at;
       Gradient gradient;
-      RowResidual column;
       std::vector<TermSlope> slopes;
       for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
         const RowIndex row = problem_.rows[j];
@@ -165,9 +164,8 @@ class AllRows final : public ceres::CostFunction {
         const int first_size = layout_.per_session * data_.sessions_count();
         for (const TermSlope& of : slopes) {
           const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
-          column.resize(gradient.rows());
-          whitener_[j].Apply(gradient.col(of.entry), column);
-          block.col(first_size + of.column) -= unit * of.slope * column;
+          whitener_[j].Times(unit).Add(-of.slope, gradient.col(of.entry),
+                                       block.col(first_size + of.column));
         }
       }
     });

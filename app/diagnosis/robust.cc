@@ -34,29 +34,34 @@ struct HampelParts {
       : whole(ChiOf(count).whole), falling(whole + 1.3), none(2 * whole) {}
 };
 
-/// Sizes of the rows that measure anything, each over a quantile of its own.
-std::vector<double> SizesOver(const Dataset& data, const PerRow<RowResidual>& residuals,
-                              double ChiQuantiles::*quantile) {
+}  // namespace
+
+double MedianOfChi(int count) {
+  return ChiOf(count).middle;
+}
+
+double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
+  // Rows of other kinds count by what they would be of the first kind.
   std::vector<double> sizes;
-  sizes.reserve(residuals.size());
+  double middle = 0;
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
     if (numbers.count == 0) continue;
-    sizes.push_back(SizeOf(numbers, residuals[row]) / (ChiOf(numbers.count).*quantile));
+    const double own = MedianOfChi(numbers.count);
+    if (sizes.empty()) middle = own;
+    sizes.push_back(SizeOf(numbers, residuals[row]) * (middle / own));
   }
-  return sizes;
-}
-
-}  // namespace
-
-double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
-  std::vector<double> sizes = SizesOver(data, residuals, &ChiQuantiles::middle);
-  return sizes.empty() ? 0 : MedianOf(sizes);
+  return sizes.empty() ? 0 : MedianOf(sizes) / middle;
 }
 
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
   constexpr double kLeast_m = 1e-7;
-  std::vector<double> sizes = SizesOver(data, residuals, &ChiQuantiles::whole);
+  std::vector<double> sizes;
+  for (const RowIndex row : residuals.indices()) {
+    const RowNumbers& numbers = data.numbers[row];
+    if (numbers.count == 0) continue;
+    sizes.push_back(SizeOf(numbers, residuals[row]) / ChiOf(numbers.count).whole);
+  }
   if (sizes.empty()) return std::max(sigma_m, kLeast_m);
   const auto place =
       static_cast<std::size_t>((1 - kMostOutliers) * static_cast<double>(sizes.size() - 1));

@@ -10,6 +10,9 @@ namespace plumbline {
 /// 0 where no row measures anything.
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals);
 
+/// Median of the length of `count` independent normal numbers, 1..6.
+double MedianOfChi(int count);
+
 /// Hampel's three-part weight of a row of `count` residuals whose size (SizeOf) is so many sigmas:
 /// one up to a size that one clean row in 2000 exceeds, falling then, zero for gross errors [Hampel
 /// et al. 1986, sec. 2.6]. Clean rows keep their whole weight, so that chi2 keeps its meaning.

@@ -12,6 +12,13 @@ RowWhitening::RowWhitening(const RowNumbers& numbers, double factor) : factor_(f
   cholesky.matrixL().solveInPlace(matrix_);
 }
 
+RowWhitening RowWhitening::Times(double factor) const {
+  RowWhitening times = *this;
+  times.factor_ *= factor;
+  times.matrix_ *= factor;
+  return times;
+}
+
 Whitener::Whitener(const FitProblem& problem) {
   rows_.reserve(problem.rows.size());
   for (const RowIndex row : problem.rows) {

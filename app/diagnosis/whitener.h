@@ -10,6 +10,9 @@ class RowWhitening {
  public:
   RowWhitening(const RowNumbers& numbers, double factor);
 
+  /// The same with the factor multiplied.
+  RowWhitening Times(double factor) const;
+
   /// Writes the whitened `rows`, shape (count, any), to `out` of the same shape.
   template <typename Rows, typename Out>
   void Apply(const Eigen::MatrixBase<Rows>& rows, Out&& out) const {
@@ -17,6 +20,16 @@ class RowWhitening {
       out = factor_ * rows;
     } else {
       out.noalias() = matrix_ * rows;
+    }
+  }
+
+  /// Adds the whitened `rows`, times a number, to `out`.
+  template <typename Rows, typename Out>
+  void Add(double times, const Eigen::MatrixBase<Rows>& rows, Out&& out) const {
+    if (matrix_.size() == 0) {
+      out += factor_ * times * rows;
+    } else {
+      out.noalias() += times * (matrix_ * rows);
     }
   }
 

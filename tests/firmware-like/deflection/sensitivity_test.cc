@@ -34,6 +34,13 @@ double StepOf(int entry) {
   }
 }
 
+Mat3 TurnAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+            const Influence<double>& influence) {
+  LoadedStateOf<double> state;
+  REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
+  return state.X_WT.R;
+}
+
 Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
              const Influence<double>& influence) {
   LoadedStateOf<double> state;
@@ -43,7 +50,7 @@ Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
 
 }  // namespace
 
-TEST_CASE("the tip's gradient to every influence is its central difference") {
+TEST_CASE("the gradients of tip and turn to every influence are central differences") {
   CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
@@ -84,11 +91,12 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
       at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
     }
     Sensitivity sensitivity;
-    REQUIRE(SensitivityAt(arm, q, payload, at, {}, sensitivity));
+    REQUIRE(SensitivityAt(arm, q, payload, at, {}, InfluenceSet{}.set(), sensitivity, true));
     CHECK((sensitivity.p_W - PointAt(arm, q, payload, at)).norm() < 1e-13);
     for (int entry = 0; entry < I::kSize; ++entry) {
       if (entry < I::kFirst && entry % kMaxJoints >= arm.size()) {
         CHECK(sensitivity.dp.col(entry).norm() == 0);
+        CHECK(sensitivity.dr.col(entry).norm() == 0);
         continue;
       }
       const double step = StepOf(entry);
@@ -100,6 +108,11 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
       CAPTURE(trial, entry, difference.transpose(), sensitivity.dp.col(entry).transpose());
       const double scale = difference.norm() + 1e-9 / step;
       CHECK((difference - sensitivity.dp.col(entry)).norm() < 1e-5 * scale);
+      const Vec3 turn = VectorFromRotation(TurnAt(arm, q, payload, more) *
+                                           TurnAt(arm, q, payload, less).transpose()) /
+                        (2 * step);
+      CAPTURE(turn.transpose(), sensitivity.dr.col(entry).transpose());
+      CHECK((turn - sensitivity.dr.col(entry)).norm() < 1e-5 * (turn.norm() + 1e-9 / step));
     }
   }
 }
