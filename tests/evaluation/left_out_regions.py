@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Does the 95 % radius of a fitted model hold 95 % of new points, beside its poses and away from them?
+"""Does the 95 % radius of a fitted model hold 95 % of new points, beside its poses and away?
 
 Simulated cells, of which a whole region of the joint space is left out of the fit: the far quarter
 of a joint's range, one of five clusters, or half the poses along a random direction. Beside it, one
@@ -32,7 +32,7 @@ MEASURED = ("x_mm", "y_mm", "z_mm")
 
 
 def smooth_deviation_mm(q, random):
-    """Shape (rows, 3): three harmonics of each joint, one of each pair; the inner ones weigh more."""
+    """Shape (rows, 3): three harmonics of each joint, one of each pair; inner joints weigh more."""
     levers = np.array([1, 1, 0.7, 0.4, 0.3, 0.1, 0.1])[:q.shape[1]]
     shift = np.zeros((len(q), 3))
     wave = lambda angle: np.outer(np.cos(angle + random.uniform(0, 2 * np.pi)),
@@ -41,7 +41,8 @@ def smooth_deviation_mm(q, random):
         for harmonic in (1, 2, 3):
             shift += lever / harmonic * wave(harmonic * q[:, j])
         for k in range(j):
-            shift += 0.7 * np.sqrt(lever * levers[k]) * wave(q[:, j] + random.choice([-1, 1]) * q[:, k])
+            pair = q[:, j] + random.choice([-1, 1]) * q[:, k]
+            shift += 0.7 * np.sqrt(lever * levers[k]) * wave(pair)
     return shift * 10**random.uniform(-0.8, 0.2) / np.sqrt((shift**2).sum(1).mean())
 
 
