@@ -26,10 +26,9 @@ struct Model {
 CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
-using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize, Eigen::ColMajor,
-                               kMostResiduals, Influence<double>::kSize>;
+using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
 /// d prediction / d (base shift, base turn, tip) of one row, shape (its residuals, 9).
-using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::ColMajor, kMostResiduals, 9>;
+using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
 /// A row at the present model.
 struct LinearRow {

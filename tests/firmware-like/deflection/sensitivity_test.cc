@@ -48,6 +48,30 @@ Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
   return state.p_read_W;
 }
 
+/// Every kind of influence acts a little: derivatives are not only taken where nothing does.
+Influence<double> SomeInfluence() {
+  Influence<double> at;
+  at.Joint(I::kCompliance, 1) = 2e-7;
+  at.Joint(I::kTorque, 1) = 300;
+  at.Joint(I::kHardening, 1) = 1e-15;
+  at.Joint(I::kLengthA, 2) = 1e-3;
+  at[I::kRootCompliance] = 1e-7;
+  at[I::kPedestalCompliance] = 1e-8;
+  at[I::kBendRatio] = -0.2;
+  at[I::kBase] = 1e-3;
+  at[I::kScale] = 1e-4;
+  at[I::kCameraScale] = 2e-3;
+  at[I::kCameraDepth] = -1e-3;
+  at[I::kCameraRadial] = 0.02;
+  at.Joint(I::kBearing, 1) = 1e-8;
+  at.Joint(I::kGuideTiltX, 2) = 2e-5;
+  at.Joint(I::kGuideTiltY, 2) = 3e-5;
+  at.Joint(I::kLinkBending, 2) = 2e-8;
+  at.Joint(I::kLinkTorsion, 2) = 3e-8;
+  at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
+  return at;
+}
+
 }  // namespace
 
 TEST_CASE("the gradients of tip and turn to every influence are central differences") {
@@ -69,27 +93,7 @@ TEST_CASE("the gradients of tip and turn to every influence are central differen
   for (int trial = 0; trial < 5; ++trial) {
     const JointVector q = test::RandomPosture(cell, random);
     const Payload payload{40.0 * trial, *cell.payload_cog_F};
-    Influence<double> at;
-    if (trial > 2) {  // not only where nothing acts
-      at.Joint(I::kCompliance, 1) = 2e-7;
-      at.Joint(I::kTorque, 1) = 300;
-      at.Joint(I::kHardening, 1) = 1e-15;
-      at.Joint(I::kLengthA, 2) = 1e-3;
-      at[I::kRootCompliance] = 1e-7;
-      at[I::kPedestalCompliance] = 1e-8;
-      at[I::kBendRatio] = -0.2;
-      at[I::kBase] = 1e-3;
-      at[I::kScale] = 1e-4;
-      at[I::kCameraScale] = 2e-3;
-      at[I::kCameraDepth] = -1e-3;
-      at[I::kCameraRadial] = 0.02;
-      at.Joint(I::kBearing, 1) = 1e-8;
-      at.Joint(I::kGuideTiltX, 2) = 2e-5;
-      at.Joint(I::kGuideTiltY, 2) = 3e-5;
-      at.Joint(I::kLinkBending, 2) = 2e-8;
-      at.Joint(I::kLinkTorsion, 2) = 3e-8;
-      at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
-    }
+    const Influence<double> at = trial > 2 ? SomeInfluence() : Influence<double>();
     Sensitivity sensitivity;
     REQUIRE(SensitivityAt(arm, q, payload, at, {}, InfluenceSet{}.set(), sensitivity, true));
     CHECK((sensitivity.p_W - PointAt(arm, q, payload, at)).norm() < 1e-13);
