@@ -6,13 +6,14 @@
 #include <cstdint>
 
 #include "drivers/latest.h"
-#include "drivers/plc/plc_camera.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 
 /// Nobody waits. The counts are raised by the cycle; the watch obeys when one has changed.
 struct CameraLink {
-  Latest<PlcCamera> told{2, PlcCamera()};  ///< written by the watch, read by the cycle and the view
+  Latest<CameraStatus> told{
+      2, CameraStatus()};  ///< written by the watch, read by the cycle and the view
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
   std::atomic<double> temp_C{NAN};  ///< of the robot, by the cycle; NAN: not told
 };

@@ -67,7 +67,7 @@ class CameraWatch {
     struct Published {
       CameraWatch& watch;
       ~Published() {
-        watch.link_.told.Begin() = watch.core_.Told();
+        watch.link_.told.Begin() = watch.core_.Status();
         watch.link_.told.Publish();
       }
     } const published{*this};

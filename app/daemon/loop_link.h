@@ -10,7 +10,9 @@
 
 #include "app/camera/camera_link.h"
 #include "drivers/latest.h"
-#include "drivers/plc/register_map.h"
+#include "firmware-like/snapshot.h"
+#include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -70,9 +72,10 @@ class LoopQueue {
 
 struct LoopLink {
   LoopQueue queue;
-  Latest<PlcLoop> told{2, PlcLoop()};  ///< written by the worker, read by the cycle and the view
+  Latest<MonitoringStatus> told{
+      2, MonitoringStatus()};  ///< written by the worker, read by the cycle and the view
   std::array<CameraLink, kMostCameras> cameras;
-  Latest<PlcScene> scene{1, PlcScene()};  ///< written by the view, read by the cycle
+  Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the view, read by the cycle
 };
 
 }  // namespace plumbline

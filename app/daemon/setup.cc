@@ -61,7 +61,8 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   add(plc_map::kLoop, plc_map::kLoopSize);
   for (std::size_t k = 0; k < kMostCameras; ++k) {
     add(plc_map::kCamera + plc_map::kCameraStride * k, plc_map::kCameraSize);
-    add(plc_map::kBodies + plc_map::kCameraStride * k, plc_map::kBodySize * PlcCamera::kMostBodies);
+    add(plc_map::kBodies + plc_map::kCameraStride * k,
+        plc_map::kBodySize * CameraStatus::kMostBodies);
   }
   add(plc_map::kScene, plc_map::kSceneSize);
   if (points > 0) {

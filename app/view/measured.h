@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/scene/interference.h"
-#include "drivers/plc/plc_scene.h"
 #include "firmware-like/scene/interference_watch.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -47,7 +47,7 @@ struct Measured {
 };
 
 /// What of it the PLC is told; without its time.
-PlcScene SceneForPlc(const Measured& measured);
+SceneStatus SceneForPlc(const Measured& measured);
 
 /// Older results are told as not known.
 inline constexpr double kMeasuredFresh_s = 1.0;

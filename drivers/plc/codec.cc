@@ -119,7 +119,7 @@ void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
   const std::size_t further = plc_map::kCameraStride * camera;
   for (const MapField& field : plc_map::CameraFields()) put(field, further);
   std::size_t base = plc_map::kBodies + further;
-  for (const PlcCamera::Body& body : source.camera->bodies) {
+  for (const CameraStatus::Body& body : source.camera->bodies) {
     source.body = &body;
     for (const MapField& field : plc_map::BodyFields()) put(field, base);
     base += plc_map::kBodySize;

@@ -127,8 +127,8 @@ TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, 
     CHECK(bench.Says("camera: calibration refused: no frame of the camera within 2 s"));
   }
   const auto told = bench.link.told.Read();
-  CHECK((told->bits & camera_bits::kCameraLost) != 0);
-  CHECK((told->bits & camera_bits::kLensStale) != 0);
+  CHECK(told->camera_lost);
+  CHECK(told->lens_stale);
   // Back, and where it was calibrated: the last good lens, as it was.
   bench.ShowCell();
   bench.zoom = 100;
@@ -211,7 +211,7 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   CHECK(link.told.Read()->lens_id == 1);
   zoom = 5000;
   REQUIRE(becomes(ZoomState::kStale));
-  CHECK((link.told.Read()->bits & camera_bits::kBoardWanted) != 0);
+  CHECK(link.told.Read()->board_wanted);
   ++link.start_board;
   REQUIRE(becomes(ZoomState::kCalibrating));
   ++link.cancel_board;
