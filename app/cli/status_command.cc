@@ -94,7 +94,7 @@ class DaemonRegisters {
     return daemon;
   }
 
-  int points() const { return registers_[20]; }
+  int points() const { return Word("points"); }
   double Value(std::string_view name) const { return Find(plc_map::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);

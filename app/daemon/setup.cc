@@ -5,6 +5,7 @@
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/table/replay_file.h"
+#include "drivers/plc/command_registers.h"
 
 namespace plumbline {
 namespace {
@@ -76,7 +77,8 @@ modbus::CommandArea EmptyCommandArea() {
   modbus::CommandArea area;
   area.registers = {plc_map::kCommands, std::vector<std::uint16_t>(plc_map::kCommandsSize)};
   area.coils = {plc_map::kCoils, std::vector<std::uint8_t>(plc_map::kCoilsSize)};
-  area.no_command = {plc_map::kPlcHeartbeat, plc_map::kPlcHeartbeat};
+  constexpr std::uint16_t kHeartbeat = CommandNamed("plc_heartbeat").address;
+  area.no_command = {kHeartbeat, kHeartbeat};
   return area;
 }
 

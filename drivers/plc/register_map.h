@@ -101,7 +101,6 @@ inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMostBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
-inline constexpr std::uint16_t kPlcHeartbeat = 1030;  ///< among them, and no command
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
 /// The posture of each point, apart from its block, whose size PLC programs rely on.
