@@ -10,6 +10,7 @@
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -58,9 +59,9 @@ Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
   if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
   json["joints"] = Json::array();
   for (std::size_t i = 0; i < types.size(); ++i) {
-    const bool slides = types[i] == JointType::kPrismatic;
-    const double shown = (slides ? kMmPerMetre : kDegPerRad) * point.q[static_cast<int>(i)];
-    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", slides ? "mm" : "deg"}});
+    const JointColumnForm& form = PositionForm(types[i]);
+    const double shown = form.from_SI * point.q[static_cast<int>(i)];
+    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", form.unit}});
   }
   return json;
 }
