@@ -231,7 +231,7 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
     if (!told.valid) continue;
     told.ambiguous = body->ambiguous || cell->ambiguous;
     told.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
+    const PointByCamera origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                               Vec3::Zero(), lens, image_s, places(*body));
     told.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
     told.time_s = image_s;

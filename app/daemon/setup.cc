@@ -4,6 +4,7 @@
 
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
+#include "app/table/measured_point_of.h"
 #include "app/table/replay_file.h"
 #include "drivers/plc/command_registers.h"
 
@@ -29,9 +30,10 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
   ReplayRows replay = config.robot.connection.replay;
   for (const MeasuredRow& row : table->rows) {
     ReplayRow& played = replay.rows.emplace_back();
-    played.q = row.q;
-    if (table->recorded.payload) played.payload_kg = row.payload_kg;
-    if (table->recorded.temperature) played.temp_C = row.temp_C;
+    const MeasuredPoint point = MeasuredPointOf(row, table->recorded);
+    played.q = point.q;
+    played.payload_kg = point.payload_kg;
+    played.temp_C = point.temp_C;
   }
   return replay;
 }

@@ -157,21 +157,21 @@ std::string ModelBody(const ViewState& state, int before) {
 }
 
 std::string ProbeBody(const ProbeRow& probe) {
-  const Vec3 residual_m = probe.measured_W - probe.predicted_W;
+  const Vec3 residual_m = *probe.measured_W - *probe.predicted_W;
   return TextOf({{"journal", probe.journal},
                  {"id", probe.id},
-                 {"source", probe.source},
+                 {"source", NameOf(probe.source)},
                  {"session", probe.session},
-                 {"model", probe.model_version},
-                 {"measured_mm", MillimetresOf(probe.measured_W)},
-                 {"predicted_mm", MillimetresOf(probe.predicted_W)},
+                 {"model", probe.model_version.value_or(0)},
+                 {"measured_mm", MillimetresOf(*probe.measured_W)},
+                 {"predicted_mm", MillimetresOf(*probe.predicted_W)},
                  {"residual_mm", MillimetresOf(residual_m)},
                  {"residual_size_mm", Millimetres(residual_m.norm())},
                  {"payload_kg", OptionalNumber(probe.payload_kg, 1e-3)},
                  {"temp_C", OptionalNumber(probe.temp_C, 1e-2)},
                  {"wild", probe.wild},
                  {"alarm", probe.alarm},
-                 {"quarantined", probe.quarantined}});
+                 {"quarantined", !probe.counts()}});
 }
 
 std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins) {

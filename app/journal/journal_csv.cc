@@ -8,6 +8,7 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
+#include "app/table/measured_point_of.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -196,23 +197,12 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
 }  // namespace
 
 std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
-  const RecordedColumns& recorded = table.recorded;
   std::vector<JournalRow> rows;
   for (const MeasuredRow& from : table.rows) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    row.q = from.q;
-    if (recorded.qd && from.qd.size() > 0) row.qd = from.qd;
-    if (recorded.qdd && from.qdd.size() > 0) row.qdd = from.qdd;
-    if (recorded.tau) row.tau = from.tau;
-    if (recorded.time) row.t_s = from.t_s;
-    if (recorded.payload) row.payload_kg = from.payload_kg;
-    if (recorded.temperature) row.temp_C = from.temp_C;
-    if (recorded.position && from.has_point) row.measured_W = from.p_WT;
-    if (recorded.range && from.has_range) row.range_m = from.range_m;
-    if (recorded.orientation && from.has_orientation) row.orientation_W = from.q_WT;
-    if (recorded.q_step) row.q_step_rad = from.q_step_rad;
+    static_cast<MeasuredPoint&>(row) = MeasuredPointOf(from, table.recorded);
   }
   return rows;
 }

@@ -101,6 +101,14 @@ const char* NameOf(JournalRow::Source source) {
   return "?";
 }
 
+JournalRow::Source SourceNamed(std::string_view name) {
+  using enum JournalRow::Source;
+  for (const JournalRow::Source source : {kPlc, kCamera}) {
+    if (name == NameOf(source)) return source;
+  }
+  return kImport;
+}
+
 bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints) {
   statement.Bind(1, std::string(NameOf(row.source)));
   statement.Bind(2, row.unix_ms);
@@ -135,10 +143,7 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
 
 std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
   JournalRow row;
-  const std::string source = s.Text(0);
-  row.source = source == "plc"      ? JournalRow::Source::kPlc
-               : source == "camera" ? JournalRow::Source::kCamera
-                                    : JournalRow::Source::kImport;
+  row.source = SourceNamed(s.Text(0));
   row.unix_ms = s.IntegerIfThere(1);
   row.t_s = s.NumberIfThere(2);
   row.session = s.Text(3);

@@ -25,7 +25,7 @@ struct MeasuredDistance {
 };
 
 /// A point of the table, where it is now.
-struct MeasuredPoint {
+struct PlacedPoint {
   std::string name;
   std::optional<Vec3> p_W;  ///< nothing: what carries it is not in place
 };
@@ -42,7 +42,7 @@ struct Measured {
   double took_s = 0;
   std::vector<MeasuredPair> pairs;
   std::vector<MeasuredDistance> distances;
-  std::vector<MeasuredPoint> points;
+  std::vector<PlacedPoint> points;
   std::vector<MeasuredSweep> sweeps;
 };
 
