@@ -56,7 +56,7 @@ struct Bench {
       entry.key = {"test camera", "mode", 100, std::nullopt};
       entry.lens = TrueLens(renderer::ZoomLens(2600));
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-      entry.image = lens_size;
+      entry.size = lens_size;
       entry.utc = "2026-01-01T00:00:00Z";
       REQUIRE(store.value().Append(entry));
     }
@@ -178,7 +178,7 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
     entry.key = {"test camera", "mode", 100, std::nullopt};
     entry.lens = TrueLens(renderer::ZoomLens(2600));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    entry.image = {1920, 1080};
+    entry.size = {1920, 1080};
     entry.utc = "2026-01-01T00:00:00Z";
     REQUIRE(store.value().Append(entry));
   }

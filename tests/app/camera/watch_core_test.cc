@@ -49,7 +49,7 @@ struct Watch {
     auto in_use = std::make_shared<LensInUse>();
     in_use->known.lens = lens;
     in_use->known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
-    in_use->size = {1920, 1080};
+    in_use->known.size = {1920, 1080};
     in_use->calibrated = true;
     in_use->id = id;
     return in_use;
