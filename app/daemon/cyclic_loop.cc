@@ -226,13 +226,13 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
     two_masters = begin_s < commands->two_masters_until_s;
     environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
   }
-  environment_.monitoring = *link_.told.Read();
+  environment_.monitoring = *link_.monitoring.Read();
   environment_.monitoring.model.applied = parts.model_version;
   const CellModel& cell = parts.machine.config().cell;
   environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
   environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    environment_.cameras[k] = *link_.cameras[k].told.Read();
+    environment_.cameras[k] = *link_.cameras[k].status.Read();
     input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
   }
   environment_.scene = *link_.scene.Read();

@@ -1,4 +1,4 @@
-// Between the cycle and what works beside it: probes one way, what the PLC is told the other.
+// Lock-free mailboxes between the control cycle and the threads beside it: probes out, status in.
 #pragma once
 
 #include <semaphore.h>
@@ -72,8 +72,8 @@ class LoopQueue {
 
 struct LoopLink {
   LoopQueue queue;
-  Latest<MonitoringStatus> told{
-      2, MonitoringStatus()};  ///< written by the worker, read by the cycle and the view
+  /// Written by the worker, read by the cycle and the view.
+  Latest<MonitoringStatus> monitoring{2, MonitoringStatus()};
   std::array<CameraLink, kMostCameras> cameras;
   Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the view, read by the cycle
 };

@@ -531,8 +531,8 @@ void LoopWorker::Tell() {
   status.model.applied = models_.applied;
   status.model.proposed = models_.proposed;
   status.model.declared = models_.declared;
-  link_.told.Begin() = status;
-  link_.told.Publish();
+  link_.monitoring.Begin() = status;
+  link_.monitoring.Publish();
 }
 
 void LoopWorker::Fail(const std::string& what) {

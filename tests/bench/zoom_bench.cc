@@ -56,7 +56,7 @@ void MakeState(const std::string& folder) {
 bool Await(CameraLink& link, bool stale, double patience_s) {
   const double give_up_s = MonotonicSeconds() + patience_s;
   while (MonotonicSeconds() < give_up_s) {
-    if (link.told.Read()->lens_stale == stale) return true;
+    if (link.status.Read()->lens_stale == stale) return true;
     std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   return false;

@@ -63,10 +63,10 @@ struct Working {
     link.queue.Push(event);
   }
   std::string File() const { return folder.path() + "/journal.sqlite"; }
-  MonitoringStatus Status() const { return *link.told.Read(); }
-  std::uint32_t Quarantined() const { return link.told.Read()->quarantined; }
-  bool Recording() const { return link.told.Read()->recording; }
-  std::uint32_t Recorded() const { return link.told.Read()->probes; }
+  MonitoringStatus Status() const { return *link.monitoring.Read(); }
+  std::uint32_t Quarantined() const { return link.monitoring.Read()->quarantined; }
+  bool Recording() const { return link.monitoring.Read()->recording; }
+  std::uint32_t Recorded() const { return link.monitoring.Read()->probes; }
   bool Told(const std::string& words) {
     const std::lock_guard lock(mutex);
     return told.find(words) != std::string::npos;
@@ -228,8 +228,8 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   REQUIRE(Working::Comes([&] { return working.Recorded() == 12 && working.Quarantined() == 12; }));
   CHECK(working.Status().quarantined > 0);
   CHECK_FALSE(working.Status().drift_alarm);
-  CHECK(working.link.told.Read()->residual_m.isZero());
-  CHECK(working.link.told.Read()->drift_statistic == 0);
+  CHECK(working.link.monitoring.Read()->residual_m.isZero());
+  CHECK(working.link.monitoring.Read()->drift_statistic == 0);
   CHECK(working.Told("probe quarantined: row 1 of the journal is (0.0, 0.0, 400.0) mm"));
   CHECK_FALSE(working.Told("row 2 of the journal"));  // once
 
@@ -352,9 +352,9 @@ TEST_CASE(
 
 TEST_CASE("whether probes are recorded is known only once the journal was opened, or not") {
   const LoopLink link;
-  CHECK_FALSE(link.told.Read()->settled);
+  CHECK_FALSE(link.monitoring.Read()->settled);
   const Working working;
-  CHECK(working.link.told.Read()->settled);
+  CHECK(working.link.monitoring.Read()->settled);
 }
 
 TEST_CASE(
