@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/lens_store/lens_row.h"
+#include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline {
 namespace {

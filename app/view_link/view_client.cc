@@ -150,7 +150,7 @@ bool ViewClient::CopyImages(View& view) const {
   return true;
 }
 
-void ViewClient::Tell(const PlcScene& scene) {
+void ViewClient::Tell(const SceneStatus& scene) {
   if (socket_ < 0) return;
   const SceneMessage message = BytesOfScene(scene);
   // What cannot be sent now is old by the next time; a connection that is gone shows in Read().

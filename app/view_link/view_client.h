@@ -9,6 +9,7 @@
 #include "app/view_link/view_state.h"
 #include "drivers/back_off.h"
 #include "firmware-like/result.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -39,7 +40,7 @@ class ViewClient {
   bool Read(double timeout_s, View& view);
 
   /// Says what was measured, where the daemon listens to this user; it is not waited for.
-  void Tell(const PlcScene& scene);
+  void Tell(const SceneStatus& scene);
 
   bool connected() const { return socket_ >= 0; }
   /// Why there is no state, in words that say what to do; empty while they come.

@@ -133,7 +133,7 @@ std::vector<Message> AnHour() {
     if (time_s < kHour_s * probes / kProbesPerHour) continue;
     ProbeRow probe;
     probe.id = ++probes;
-    probe.source = "plc";
+    probe.measured_W = probe.predicted_W = Vec3::Zero();
     messages.push_back({MessageKind::kProbe, 1, ProbeBody(probe)});
   }
   return messages;
