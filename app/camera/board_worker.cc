@@ -1,18 +1,13 @@
 #include "app/camera/board_worker.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 
 #include "app/camera/board_message.h"
@@ -24,25 +19,6 @@ namespace {
 constexpr int kSocket = 3, kMemory = 4;  ///< the worker's descriptors
 constexpr int kWorkerNice = 5;
 
-/// In the child between fork and exec: system calls only.
-[[noreturn]] void BecomeWorker(const char* program, int socket, int memory, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);
-  setpriority(PRIO_PROCESS, 0, kWorkerNice);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
-  // Out of each other's way first, then to their places.
-  const int socket_copy = fcntl(socket, F_DUPFD, 10), memory_copy = fcntl(memory, F_DUPFD, 10);
-  dup2(socket_copy, kSocket);
-  dup2(memory_copy, kMemory);
-  const int nothing = open("/dev/null", O_RDWR);
-  for (const int standard : {STDIN_FILENO, STDOUT_FILENO}) dup2(nothing, standard);
-  close_range(kMemory + 1, ~0U, 0);
-  execl(program, program, "board-worker", nullptr);
-  _exit(127);
-}
-
 }  // namespace
 
 BoardWorker::BoardWorker(std::string program, Clock clock)
@@ -51,7 +27,6 @@ BoardWorker::BoardWorker(std::string program, Clock clock)
 BoardWorker::~BoardWorker() {
   End();
   if (shared_ != nullptr) munmap(shared_, shared_bytes_);
-  if (memory_ >= 0) close(memory_);
 }
 
 std::optional<Error> BoardWorker::Start() {
@@ -59,30 +34,25 @@ std::optional<Error> BoardWorker::Start() {
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair.data()) != 0) {
     return Error{fmt::format("no socket for the worker: {}", std::strerror(errno))};
   }
+  Descriptor ours(pair[0]);
+  const Descriptor its(pair[1]);
   const int room = static_cast<int>(kLargestBoardMessage);
-  setsockopt(pair[1], SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
-  const pid_t parent = getpid();
-  const pid_t pid = fork();
-  if (pid == 0) BecomeWorker(program_.c_str(), pair[1], memory_, parent);
-  close(pair[1]);
-  if (pid < 0) {
-    close(pair[0]);
-    return Error{fmt::format("no process for the worker: {}", std::strerror(errno))};
-  }
-  pid_ = pid;
-  socket_ = pair[0];
+  setsockopt(its.get(), SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
+  auto child = ChildProcess::Start({.arguments = {program_, "board-worker"},
+                                    .descriptors = {{STDERR_FILENO, STDERR_FILENO},
+                                                    {kSocket, its.get()},
+                                                    {kMemory, memory_.get()}},
+                                    .nice = kWorkerNice});
+  if (!child) return Error{fmt::format("no process for the worker: {}", child.error())};
+  child_ = std::move(child).value();
+  socket_ = std::move(ours);
   answered_ = false;
   return std::nullopt;
 }
 
 void BoardWorker::End() {
-  if (pid_ > 0) {
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-    pid_ = -1;
-  }
-  if (socket_ >= 0) close(socket_);
-  socket_ = -1;
+  child_.End();
+  socket_.Reset();
   asked_s_.reset();
 }
 
@@ -91,13 +61,12 @@ std::optional<Error> BoardWorker::Share(const LumaView& image) {
   if (bytes > shared_bytes_) {
     End();  // it has mapped the smaller memory
     if (shared_ != nullptr) munmap(shared_, shared_bytes_);
-    if (memory_ >= 0) close(memory_);
     shared_ = nullptr;
     shared_bytes_ = 0;
-    memory_ = memfd_create("plumbline-board", MFD_CLOEXEC);
+    memory_.Reset(memfd_create("plumbline-board", MFD_CLOEXEC));
     void* at = MAP_FAILED;
-    if (memory_ >= 0 && ftruncate(memory_, static_cast<off_t>(bytes)) == 0) {
-      at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_, 0);
+    if (memory_ && ftruncate(memory_.get(), static_cast<off_t>(bytes)) == 0) {
+      at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
     }
     if (at == MAP_FAILED) {
       return Error{fmt::format("no memory for the worker's frames: {}", std::strerror(errno))};
@@ -114,11 +83,11 @@ std::optional<Error> BoardWorker::Share(const LumaView& image) {
 
 std::optional<Error> BoardWorker::Ask(const LumaView& image, const Board& board) {
   if (auto why = Share(image)) return why;
-  if (pid_ < 0) {
+  if (!child_.started()) {
     if (auto why = Start()) return why;
   }
   const Bytes request = BytesOfRequest({image.width, image.height, board});
-  if (send(socket_, request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
+  if (send(socket_.get(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
     const std::string why = std::strerror(errno);
     ++ended_;
     End();
@@ -138,7 +107,7 @@ Result<BoardView> BoardWorker::Failed(const std::string& why) {
 std::optional<Result<BoardView>> BoardWorker::Poll() {
   if (!asked_s_) return std::nullopt;
   Bytes bytes(kLargestBoardMessage);
-  const ssize_t got = recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  const ssize_t got = recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
     const double spent_s = clock_() - *asked_s_;
     if (spent_s < (answered_ ? kDeadline_s : kStart_s)) return std::nullopt;

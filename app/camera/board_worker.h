@@ -1,13 +1,13 @@
 // The detection of the board in a process of its own, which can be ended.
 #pragma once
 
-#include <sys/types.h>
-
 #include <optional>
 #include <string>
 
 #include "app/lens/board.h"
 #include "drivers/clock.h"
+#include "drivers/os/child_process.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
@@ -43,8 +43,8 @@ class BoardWorker {
 
   const std::string program_;
   const Clock clock_;
-  pid_t pid_ = -1;
-  int socket_ = -1, memory_ = -1;
+  ChildProcess child_;
+  Descriptor socket_, memory_;
   std::uint8_t* shared_ = nullptr;
   std::size_t shared_bytes_ = 0;
   std::optional<double> asked_s_;

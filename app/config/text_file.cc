@@ -11,6 +11,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "drivers/os/descriptor.h"
+#include "drivers/os/file_writing.h"
+
 namespace plumbline {
 namespace {
 
@@ -35,39 +38,15 @@ bool IsSpecial(const fs::path& file) {
   return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
 }
 
-bool WriteAll(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = write(fd, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
 Error Why() {
   return Error{std::strerror(errno)};
 }
 
 std::optional<Error> WriteSpecial(const fs::path& file, std::string_view text) {
-  const int fd = open(file.c_str(), O_WRONLY | O_CLOEXEC);
-  if (fd < 0) return Why();
-  const bool written = WriteAll(fd, text);
-  const Error why = Why();
-  close(fd);
-  return written ? std::nullopt : std::optional(why);
+  const Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!opened || !WriteAll(opened.get(), text)) return Why();
+  return std::nullopt;
 }
-
-struct Descriptor {
-  explicit Descriptor(int opened) : number(opened) {}
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  const int number;
-};
 
 /// A file that goes away again unless it was renamed.
 class TemporaryFile {
@@ -75,18 +54,18 @@ class TemporaryFile {
   explicit TemporaryFile(const fs::path& beside)
       : name_(beside.string() + ".XXXXXX"), fd_(mkostemp(name_.data(), O_CLOEXEC)) {}
   ~TemporaryFile() {
-    if (fd_ >= 0) close(fd_);
     if (created() && !renamed_) unlink(name_.c_str());
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  bool created() const { return fd_ >= 0; }
+  bool created() const { return static_cast<bool>(fd_); }
 
   bool Fill(std::string_view text) const {
     const mode_t mask = umask(0);
     umask(mask);
-    return fchmod(fd_, 0666 & ~mask) == 0 && WriteAll(fd_, text) && fsync(fd_) == 0;
+    return fchmod(fd_.get(), 0666 & ~mask) == 0 && WriteAll(fd_.get(), text) &&
+           fsync(fd_.get()) == 0;
   }
 
   bool RenameTo(const fs::path& file) {
@@ -96,23 +75,16 @@ class TemporaryFile {
 
  private:
   std::string name_;
-  int fd_;
+  Descriptor fd_;
   bool renamed_ = false;
 };
-
-/// The new name survives a power cut once its folder is synced; a file system that cannot do so
-/// (some network shares) has still renamed the file.
-void SyncFolder(const fs::path& folder) {
-  const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  static_cast<void>(fsync(fd));
-  close(fd);
-}
 
 /// Puts a new file in the place of whatever has that name.
 std::optional<Error> ReplaceFile(const fs::path& file, std::string_view text) {
   TemporaryFile temporary(file);
   if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
+  // The new name survives a power cut once its folder is synced; a file system that cannot do so
+  // (some network shares) has still renamed the file.
   SyncFolder(FolderOf(file));
   return std::nullopt;
 }
@@ -121,11 +93,11 @@ std::optional<Error> ReplaceFile(const fs::path& file, std::string_view text) {
 
 Result<std::string> ReadTextFile(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (file.number < 0) return Why();
+  if (!file) return Why();
   std::string text;
   char buffer[65536];
   while (true) {
-    const ssize_t count = read(file.number, buffer, sizeof buffer);
+    const ssize_t count = read(file.get(), buffer, sizeof buffer);
     if (count == 0) return text;
     if (count > 0) {
       text.append(buffer, static_cast<std::size_t>(count));
@@ -135,7 +107,7 @@ Result<std::string> ReadTextFile(const std::string& path) {
     }
     if (errno == EINTR) continue;
     if (errno != EAGAIN) return Why();
-    pollfd waiting{file.number, POLLIN, 0};
+    pollfd waiting{file.get(), POLLIN, 0};
     if (poll(&waiting, 1, kPipePatience_ms) == 0)
       return Error{"is a pipe, and nothing came for 1.5 s; check the program that writes it"};
   }

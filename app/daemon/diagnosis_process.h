@@ -1,12 +1,12 @@
 // The diagnosis as a child process at low priority.
 #pragma once
 
-#include <sys/types.h>
-
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "drivers/os/child_process.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -19,20 +19,15 @@ class DiagnosisProcess {
   /// @param arguments  the program's path first
   static Result<DiagnosisProcess> Start(const std::vector<std::string>& arguments,
                                         const std::string& output_file);
-  DiagnosisProcess(DiagnosisProcess&& other) noexcept;
-  DiagnosisProcess(const DiagnosisProcess&) = delete;
-  DiagnosisProcess& operator=(const DiagnosisProcess&) = delete;
-  DiagnosisProcess& operator=(DiagnosisProcess&&) = delete;
-  ~DiagnosisProcess() { Kill(); }
 
   /// Nothing while it runs; then how it ended, empty for exit code 0.
   std::optional<std::string> Poll();
-  void Kill();
+  void Kill() { child_.End(); }
 
  private:
-  DiagnosisProcess(pid_t pid, std::string output_file)
-      : pid_(pid), output_file_(std::move(output_file)) {}
-  pid_t pid_;
+  DiagnosisProcess(ChildProcess child, std::string output_file)
+      : child_(std::move(child)), output_file_(std::move(output_file)) {}
+  ChildProcess child_;
   std::string output_file_;
 };
 

@@ -1,12 +1,8 @@
 #include "app/daemon/plc_side.h"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netdb.h>
-#include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
 #include <tuple>
 
 #include "app/daemon/device_wait.h"
@@ -65,35 +61,23 @@ Result<std::unique_ptr<modbus::RtuSlave>> OpenLine(modbus::RtuSlaveOptions optio
   return modbus::RtuSlave::Start(options, handler);
 }
 
-/// Where a socket listens: "192.168.0.1", "::"; empty where it is none of the network.
-std::string BoundAddress(int fd) {
-  sockaddr_storage bound{};
-  socklen_t size = sizeof bound;
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  auto* const any = reinterpret_cast<sockaddr*>(&bound);
-  if (getsockname(fd, any, &size) != 0 ||
-      getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0) {
-    return "";
-  }
-  return text.data();
-}
-
 /// What the configuration asks for does not hold where the service manager has the socket.
-void TellWhereItDiffers(const modbus::TcpServerOptions& asked, int port) {
+/// @param at         where the server listens
+/// @param inherited  by the service manager's socket
+void TellWhereItDiffers(const modbus::TcpServerOptions& asked, const TcpEndpoint& at,
+                        bool inherited) {
   const auto tell = [](const std::string& key, const std::string& wanted, const std::string& is) {
     Log({Event::kPlcPortDiffers,
          fmt::format("plc.{} is {}, but the service manager's socket listens on {}, which is "
                      "served: set the same in both (systemctl edit plumbline.socket)",
                      key, wanted, is)});
   };
-  if (asked.port != 0 && port != asked.port) {
-    tell("port", fmt::format("{}", asked.port), fmt::format("{}", port));
+  if (asked.port != 0 && at.port != asked.port) {
+    tell("port", fmt::format("{}", asked.port), fmt::format("{}", at.port));
   }
-  if (asked.listen_fd < 0) return;
-  const std::string address = BoundAddress(asked.listen_fd);
-  if (address == asked.address || (IsEveryAddress(address) && IsEveryAddress(asked.address)))
-    return;
-  tell("listen", asked.address, IsEveryAddress(address) ? "every address" : address);
+  const bool every = IsEveryAddress(at.address);
+  if (!inherited || at.address == asked.address || (every && IsEveryAddress(asked.address))) return;
+  tell("listen", asked.address, every ? "every address" : at.address);
 }
 
 /// As many clients as leave descriptors for the rest of the daemon.
@@ -116,15 +100,16 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
   tcp.max_clients = ClientsThatFit(tcp.max_clients);
-  tcp.listen_fd = manager.TakeSocket(kListener);
-  tcp.connections = manager.TakeSockets(kConnection);
   tcp.offers_connections = manager.listens();
   tcp.on_event = TellClient;
   handler.ReportTwoMasters(TellTwoMasters);
-  auto server = modbus::TcpServer::Start(tcp, handler);
+  modbus::InheritedSockets inherited{manager.TakeSocket(kListener),
+                                     manager.TakeSockets(kConnection)};
+  const bool listener_inherited = static_cast<bool>(inherited.listener);
+  auto server = modbus::TcpServer::Start(tcp, handler, std::move(inherited));
   if (!server) return Error{server.error()};
   side->server_ = std::move(server).value();
-  TellWhereItDiffers(tcp, side->server_->port());
+  TellWhereItDiffers(tcp, side->server_->endpoint(), listener_inherited);
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);
     if (!slave) return Error{slave.error()};

@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "app/daemon/boot_counter.h"
+#include "drivers/os/descriptor.h"
 
 namespace plumbline {
 namespace {
@@ -43,18 +44,18 @@ std::string FaultText(int code, const std::string& directory) {
 
 /// 0, or errno of what failed.
 int TryToWrite(const std::string& file) {
-  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600);
-  if (fd < 0) return errno;
+  const Descriptor fd(
+      open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (!fd) return errno;
   const std::array<char, kTrialBytes> bytes{};
   int code = 0;
   for (std::size_t done = 0; done < bytes.size() && code == 0;) {
-    const ssize_t written = write(fd, bytes.data() + done, bytes.size() - done);
+    const ssize_t written = write(fd.get(), bytes.data() + done, bytes.size() - done);
     if (written > 0) done += static_cast<std::size_t>(written);
     if (written == 0) code = ENOSPC;
     if (written < 0 && errno != EINTR) code = errno;
   }
-  if (code == 0 && fsync(fd) != 0) code = errno;
-  close(fd);
+  if (code == 0 && fsync(fd.get()) != 0) code = errno;
   return code;
 }
 

@@ -19,6 +19,7 @@
 #include "app/service/utc_clock.h"
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
+#include "drivers/os/descriptor.h"
 #include "drivers/pulse.h"
 
 namespace plumbline {
@@ -161,10 +162,9 @@ struct BrokerLink::Shared {
       : config(mqtt), will(std::move(last_will)), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     news.problem = "not connected yet";
   }
-  ~Shared() { close(wake); }
   void Wake() const {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = write(wake, &one, sizeof one);
+    [[maybe_unused]] const ssize_t written = write(wake.get(), &one, sizeof one);
   }
   void Run();
   std::string Serve(BackOff& back_off);
@@ -172,7 +172,7 @@ struct BrokerLink::Shared {
 
   const MqttConfig config;
   const LastWill will;
-  const int wake;
+  const Descriptor wake;
   Pulse pulse;
   std::mutex mutex;  ///< of what follows
   std::condition_variable changed;
@@ -205,7 +205,7 @@ std::string BrokerLink::Shared::Serve(BackOff& back_off) {
   const double until_s = MonotonicSeconds() + kConnectPatience_s;
   while (problem.empty()) {
     pulse.Beat();
-    problem = connection.Round(wake, kRound_ms);
+    problem = connection.Round(wake.get(), kRound_ms);
     std::vector<Outgoing> messages;
     if (!Exchange(connection, number, messages)) {
       const std::lock_guard lock(mutex);
@@ -288,14 +288,13 @@ Result<bool> TryBroker(const MqttConfig& config, double patience_s) {
   other.client_id += "-doctor";  // the publisher's own would push it out
   Connection connection(other);
   std::string problem = connection.Begin("", "");
-  const int none = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  const Descriptor none(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   const double until_s = MonotonicSeconds() + patience_s;
   while (problem.empty() && !connection.up()) {
-    problem = connection.Round(none, kRound_ms);
+    problem = connection.Round(none.get(), kRound_ms);
     if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
   }
   if (problem.empty()) connection.End();
-  close(none);
   if (!problem.empty()) return Error{problem};
   return true;
 }

@@ -1,6 +1,5 @@
 #include "app/lens_store/lens_store.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "app/lens_store/lens_row.h"
+#include "drivers/os/file_writing.h"
 #include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline {
@@ -21,14 +21,6 @@ constexpr int kApplicationId = 0x504C4C31;  // "PLL1", told by file(1)
 
 std::string BackupOf(const std::string& path) {
   return path + ".backup";
-}
-
-bool Sync(const std::string& path, int flags) {
-  const int fd = open(path.c_str(), flags | O_CLOEXEC);
-  if (fd < 0) return false;
-  const bool synced = fsync(fd) == 0;
-  close(fd);
-  return synced;
 }
 
 bool PassesCheck(Database& database) {
@@ -207,8 +199,7 @@ Result<bool> LensStore::KeepBackup() {
   copy.Bind(1, fresh);
   if (!copy.Run()) return Failed("no backup made");
   const std::string folder = std::filesystem::absolute(backup).parent_path().string();
-  if (!Sync(fresh, O_RDWR) || std::rename(fresh.c_str(), backup.c_str()) != 0 ||
-      !Sync(folder, O_RDONLY | O_DIRECTORY)) {
+  if (!SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 || !SyncFolder(folder)) {
     return Error{fmt::format("{}: no backup made: {}", backup, std::strerror(errno))};
   }
   return true;

@@ -33,17 +33,15 @@ int OpenedNotToWait(int descriptor) {
 
 LogOutlet::LogOutlet(std::string journal_socket, int descriptor)
     : journal_socket_(std::move(journal_socket)),
-      own_fd_(OpenedNotToWait(descriptor)),
-      descriptor_(own_fd_ >= 0 ? own_fd_ : descriptor),
-      journal_fd_(journal_socket_.empty() ? -1 : socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
+      own_(OpenedNotToWait(descriptor)),
+      descriptor_(own_ ? own_.get() : descriptor),
+      journal_(journal_socket_.empty() ? -1 : socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
 
 LogOutlet::~LogOutlet() {
   for (int tries = 0; !waiting_.empty() && tries < kTriesAtEnd; ++tries) {
     Flush(0);
     if (!waiting_.empty()) poll(nullptr, 0, kBetweenTries_ms);
   }
-  if (journal_fd_ >= 0) close(journal_fd_);
-  if (own_fd_ >= 0) close(own_fd_);
 }
 
 void LogOutlet::Put(Line line, double now_s) {
@@ -77,7 +75,7 @@ std::optional<LogOutlet::HeldUp> LogOutlet::TakeHeldUp() {
 }
 
 LogOutlet::Went LogOutlet::Give(const Line& line) {
-  if (journal_fd_ >= 0 && !line.datagram.empty() && begun_ == 0) {
+  if (journal_ && !line.datagram.empty() && begun_ == 0) {
     bool refused = false;
     const Went went = GiveToJournal(line.datagram, refused);
     if (!refused) return went;
@@ -90,7 +88,7 @@ LogOutlet::Went LogOutlet::GiveToJournal(const std::string& datagram, bool& refu
   address.sun_family = AF_UNIX;
   journal_socket_.copy(address.sun_path, sizeof address.sun_path - 1);
   for (;;) {
-    if (sendto(journal_fd_, datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+    if (sendto(journal_.get(), datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                reinterpret_cast<const sockaddr*>(&address), sizeof address) >= 0) {
       return Went::kYes;
     }

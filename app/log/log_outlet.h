@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "drivers/os/descriptor.h"
+
 namespace plumbline {
 
 /// Lines go to journald's socket, or to a descriptor, in their order. A journald that hangs, a pipe
@@ -46,8 +48,9 @@ class LogOutlet {
   Went GivePlain(const std::string& text);
 
   std::string journal_socket_;
-  int own_fd_;  ///< of a terminal or a pipe, opened so that it never waits; else -1
-  int descriptor_, journal_fd_;
+  Descriptor own_;  ///< of a terminal or a pipe, opened so that it never waits
+  int descriptor_;  ///< written to: `own_`, or the one that was given
+  Descriptor journal_;
   std::deque<Line> waiting_;
   std::size_t begun_ = 0;  ///< bytes of the first that are written already
   std::optional<double> held_since_s_;

@@ -42,16 +42,14 @@ std::string UsedBy(std::optional<pid_t> holder) {
 }
 
 /// Debian 12's <sys/pidfd.h> is no C++, hence the system calls themselves.
-int OpenProcess(pid_t pid) {
-  return static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+Descriptor OpenProcess(pid_t pid) {
+  return Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
 }
 
 }  // namespace
 
 DaemonMark::~DaemonMark() {
-  if (fd_ < 0) return;
-  static_cast<void>(ftruncate(fd_, 0) == 0);  // the lock is what counts
-  close(fd_);
+  if (file_) static_cast<void>(ftruncate(file_.get(), 0) == 0);  // the lock is what counts
 }
 
 Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken) {
@@ -63,17 +61,16 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
     return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
   };
   if (taken != nullptr) *taken = false;
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
-  if (fd < 0) return failed("cannot be opened");
+  Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644));
+  const int fd = file.get();
+  if (!file) return failed("cannot be opened");
   struct flock lock = WholeFile();
   if (fcntl(fd, F_SETLK, &lock) != 0) {
     const bool held = errno == EAGAIN || errno == EACCES;
-    const Error why = held ? Error{UsedBy(HolderOf(fd))} : failed("cannot be locked");
-    close(fd);
     if (taken != nullptr) *taken = held;
-    return why;
+    return held ? Error{UsedBy(HolderOf(fd))} : failed("cannot be locked");
   }
-  DaemonMark mark(fd);
+  DaemonMark mark(std::move(file));
   const std::string text = fmt::format("{}\n", getpid());
   static_cast<void>(ftruncate(fd, 0) == 0);
   static_cast<void>(pwrite(fd, text.data(), text.size(), 0));
@@ -81,32 +78,25 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
 }
 
 std::optional<std::string> OtherDaemonOf(const std::string& state_directory) {
-  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-  if (fd < 0) return std::nullopt;
-  const std::optional<pid_t> holder = HolderOf(fd);
-  close(fd);
+  const Descriptor file(open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (!file) return std::nullopt;
+  const std::optional<pid_t> holder = HolderOf(file.get());
   if (!holder) return std::nullopt;
   return UsedBy(holder);
 }
 
 Result<Notified> NotifyDaemon(const std::string& state_directory) {
-  const int fd = open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-  if (fd < 0) return Notified::kNoDaemon;
-  const std::optional<pid_t> pid = HolderOf(fd);
-  const int process = pid.value_or(0) > 0 ? OpenProcess(*pid) : -1;
+  const Descriptor file(open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (!file) return Notified::kNoDaemon;
+  const std::optional<pid_t> pid = HolderOf(file.get());
+  const Descriptor process = pid.value_or(0) > 0 ? OpenProcess(*pid) : Descriptor();
   // The process that was opened is the holder only if it still is: a process id is given anew.
-  const bool same = HolderOf(fd) == pid;
-  close(fd);
-  if (!pid || !same) {
-    if (process >= 0) close(process);
-    return Notified::kNoDaemon;
-  }
+  if (!pid || HolderOf(file.get()) != pid) return Notified::kNoDaemon;
   if (*pid <= 0) return Error{"the daemon is that of another container, and cannot be told"};
-  const bool told =
-      process >= 0 && syscall(SYS_pidfd_send_signal, process, SIGHUP, nullptr, 0) == 0;
+  if (process && syscall(SYS_pidfd_send_signal, process.get(), SIGHUP, nullptr, 0) == 0) {
+    return Notified::kYes;
+  }
   const int why = errno;
-  if (process >= 0) close(process);
-  if (told) return Notified::kYes;
   if (why == ESRCH) return Notified::kNoDaemon;  // it has just ended
   return Error{
       fmt::format("the daemon (process {}) could not be told: {}", *pid, std::strerror(why))};

@@ -3,7 +3,9 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -15,16 +17,14 @@ namespace plumbline {
 /// lock.
 class DaemonMark {
  public:
-  DaemonMark(DaemonMark&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  DaemonMark(const DaemonMark&) = delete;
-  DaemonMark& operator=(const DaemonMark&) = delete;
+  DaemonMark(DaemonMark&&) = default;
   DaemonMark& operator=(DaemonMark&&) = delete;
   ~DaemonMark();
 
  private:
   friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken);
-  explicit DaemonMark(int fd) : fd_(fd) {}
-  int fd_;
+  explicit DaemonMark(Descriptor file) : file_(std::move(file)) {}
+  Descriptor file_;
 };
 
 /// Taken by the daemon for its whole life, after it blocked SIGHUP: it may be told at once.

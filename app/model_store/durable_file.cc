@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "drivers/files/open_failure.h"
+#include "drivers/os/file_writing.h"
 
 namespace plumbline {
 namespace {
@@ -23,16 +24,6 @@ namespace {
 Error Failed(const std::string& path, std::string_view what) {
   const int error = errno;
   return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
-}
-
-bool WriteAll(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = write(fd, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 /// The process that holds the lock on this file, as /proc/locks has it:
@@ -61,26 +52,23 @@ std::string HolderText(int fd) {
 Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
   const std::string temporary = path + ".new";
   unlink(temporary.c_str());  // of a write that was cut short; it may be read-only
-  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (fd < 0) return Failed(temporary, "cannot be created");
-  const bool written = WriteAll(fd, content) && fsync(fd) == 0;
-  if (close(fd) != 0 || !written) return Failed(temporary, "cannot be written");
+  Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+  if (!file) return Failed(temporary, "cannot be created");
+  if (!WriteAll(file.get(), content) || fsync(file.get()) != 0 || !file.CloseWritten()) {
+    return Failed(temporary, "cannot be written");
+  }
   if (std::rename(temporary.c_str(), path.c_str()) != 0) return Failed(path, "cannot be replaced");
   const std::string directory = std::filesystem::path(path).parent_path().string();
-  const int folder = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return Failed(directory, "cannot be opened");
-  const bool kept = fsync(folder) == 0;
-  close(folder);
-  if (!kept) return Failed(directory, "cannot be synced");
+  if (!SyncFolder(directory)) return Failed(directory, "cannot be synced");
   return true;
 }
 
 Result<FileLock> FileLock::Take(const std::string& path, const Patience& patience) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPoll{20};
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
+  FileLock lock(Descriptor(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644)));
+  const int fd = lock.file_.get();
   if (fd < 0) return Failed(path, "cannot be opened");
-  FileLock lock(fd);
   const Clock::time_point begin = Clock::now();
   bool reported = false;
   while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
@@ -100,10 +88,6 @@ Result<FileLock> FileLock::Take(const std::string& path, const Patience& patienc
     std::this_thread::sleep_for(kPoll);
   }
   return lock;
-}
-
-FileLock::~FileLock() {
-  if (fd_ >= 0) close(fd_);
 }
 
 }  // namespace plumbline

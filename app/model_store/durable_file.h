@@ -4,7 +4,9 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -28,15 +30,10 @@ class FileLock {
   /// Makes the file where there is none. A link in its place is an error. An error that is due to
   /// another process names it, where the kernel does.
   static Result<FileLock> Take(const std::string& path, const Patience& patience);
-  FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
-  FileLock& operator=(FileLock&&) = delete;
-  ~FileLock();
 
  private:
-  explicit FileLock(int fd) : fd_(fd) {}
-  int fd_;
+  explicit FileLock(Descriptor file) : file_(std::move(file)) {}
+  Descriptor file_;
 };
 
 }  // namespace plumbline

@@ -1,13 +1,9 @@
 #include "app/page/http_server.h"
 
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
@@ -19,26 +15,10 @@
 namespace plumbline {
 namespace {
 
-constexpr int kBacklog = 32;
 constexpr int kSendBuffer = 128 * 1024;  ///< more would be pictures that are old when they arrive
 constexpr int kPauseWithoutDescriptors_ms = 100;
 constexpr double kFarewell_s = 0.5;
 constexpr std::size_t kFarewellBytes = 64U << 10U;
-
-std::string TextOf(const sockaddr_storage& from) {
-  char text[INET6_ADDRSTRLEN] = "";
-  if (from.ss_family == AF_INET6) {
-    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(from);
-    if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
-      inet_ntop(AF_INET, &v6.sin6_addr.s6_addr[12], text, sizeof text);
-    } else {
-      inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
-    }
-  } else if (from.ss_family == AF_INET) {
-    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in&>(from).sin_addr, text, sizeof text);
-  }
-  return text;
-}
 
 void SendShort(int fd, const char* status) {
   const std::string answer =
@@ -82,60 +62,11 @@ void HttpFormat::Serve(httplib::Stream& stream) {
   });
 }
 
-Result<int> ListenForHttp(const std::string& address, int port) {
-  sockaddr_storage at{};
-  socklen_t size = 0;
-  auto& v4 = reinterpret_cast<sockaddr_in&>(at);
-  auto& v6 = reinterpret_cast<sockaddr_in6&>(at);
-  if (inet_pton(AF_INET, address.c_str(), &v4.sin_addr) == 1) {
-    v4.sin_family = AF_INET;
-    v4.sin_port = htons(static_cast<std::uint16_t>(port));
-    size = sizeof v4;
-  } else if (inet_pton(AF_INET6, address.c_str(), &v6.sin6_addr) == 1) {
-    v6.sin6_family = AF_INET6;
-    v6.sin6_port = htons(static_cast<std::uint16_t>(port));
-    size = sizeof v6;
-  } else {
-    return Error{fmt::format("{} is no address", address)};
-  }
-  const int fd = socket(at.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const int on = 1;
-  if (fd >= 0) setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&at), size) == 0 &&
-      listen(fd, kBacklog) == 0) {
-    return fd;
-  }
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  const char* const remedy = error == EADDRINUSE      ? "; another program has it: another port"
-                             : error == EADDRNOTAVAIL ? "; it is not an address of this computer"
-                             : error == EACCES ? "; a port below 1024 needs plumbline-view.socket"
-                                               : "";
-  return Error{fmt::format("port {} of {}: {}{}", port, address, std::strerror(error), remedy)};
-}
-
-ListeningAt WhereListens(int fd) {
-  sockaddr_storage at{};
-  socklen_t size = sizeof at;
-  if (getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) != 0) return {};
-  const int port = at.ss_family == AF_INET6
-                       ? ntohs(reinterpret_cast<const sockaddr_in6&>(at).sin6_port)
-                       : ntohs(reinterpret_cast<const sockaddr_in&>(at).sin_port);
-  return {TextOf(at), port};
-}
-
-std::string ListeningAt::Text() const {
-  const bool v6 = address.find(':') != std::string::npos;
-  return v6 ? fmt::format("[{}]:{}", address, port) : fmt::format("{}:{}", address, port);
-}
-
-HttpServer::HttpServer(int listen_fd, StreamLimits limits, HttpFormat::Answer answer)
+HttpServer::HttpServer(TcpListener listener, StreamLimits limits, HttpFormat::Answer answer)
     : format_(std::move(answer)),
       limits_(limits),
-      listen_fd_(listen_fd),
-      wake_fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  fcntl(listen_fd_, F_SETFL, fcntl(listen_fd_, F_GETFL) | O_NONBLOCK);
-}
+      listener_(std::move(listener)),
+      wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
 
 void HttpServer::Start() {
   thread_ = std::thread([this] { Run(); });
@@ -144,14 +75,12 @@ void HttpServer::Start() {
 
 HttpServer::~HttpServer() {
   format_.End();
-  eventfd_write(wake_fd_, 1);
+  eventfd_write(wake_.get(), 1);
   if (thread_.joinable()) thread_.join();
   for (Place& place : places_) {
-    if (place.fd >= 0) shutdown(place.fd, SHUT_RDWR);
+    if (place.socket) shutdown(place.socket.get(), SHUT_RDWR);
     Free(place);
   }
-  close(listen_fd_);
-  close(wake_fd_);
 }
 
 void HttpServer::Run() {
@@ -159,15 +88,12 @@ void HttpServer::Run() {
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals belong to the main thread
   for (;;) {
-    std::array<pollfd, 2> waiting{{{wake_fd_, POLLIN, 0}, {listen_fd_, POLLIN, 0}}};
+    std::array<pollfd, 2> waiting{{{wake_.get(), POLLIN, 0}, {listener_.fd(), POLLIN, 0}}};
     poll(waiting.data(), waiting.size(), -1);
     if (waiting[0].revents != 0) return;
     sockaddr_storage from{};
-    socklen_t size = sizeof from;
-    const int fd = accept4(listen_fd_, reinterpret_cast<sockaddr*>(&from), &size,
-                           SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (fd >= 0) {
-      Admit(fd, TextOf(from));
+    if (Descriptor socket = listener_.Accept(from)) {
+      Admit(std::move(socket), EndpointOf(from).address);
     } else if (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS) {
       poll(waiting.data(), 1, kPauseWithoutDescriptors_ms);
     }
@@ -176,11 +102,10 @@ void HttpServer::Run() {
 
 void HttpServer::Free(Place& place) {
   if (place.thread.joinable()) place.thread.join();
-  if (place.fd >= 0) close(place.fd);
-  place.fd = -1;
+  place.socket.Reset();
 }
 
-void HttpServer::Admit(int fd, const std::string& peer) {
+void HttpServer::Admit(Descriptor socket, const std::string& peer) {
   Place* free = nullptr;
   std::size_t of_peer = 0;
   for (Place& place : places_) {
@@ -193,12 +118,11 @@ void HttpServer::Admit(int fd, const std::string& peer) {
   }
   if (free == nullptr || of_peer >= kMostOfOnePeer) {
     ++turned_away_;
-    SendShort(fd, "503 Service Unavailable");
-    close(fd);
+    SendShort(socket.get(), "503 Service Unavailable");
     return;
   }
-  setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  free->fd = fd;
+  setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+  free->socket = std::move(socket);
   free->peer = peer;
   free->done = false;
   ++connections_;
@@ -207,7 +131,7 @@ void HttpServer::Admit(int fd, const std::string& peer) {
     pthread_setname_np(free->thread.native_handle(), "page-answer");
   } catch (const std::system_error&) {  // the limit of threads or memory
     ++turned_away_;
-    SendShort(fd, "503 Service Unavailable");
+    SendShort(free->socket.get(), "503 Service Unavailable");
     --connections_;
     free->done = true;
     Free(*free);
@@ -215,19 +139,19 @@ void HttpServer::Admit(int fd, const std::string& peer) {
 }
 
 void HttpServer::Serve(Place& place) {
-  HttpStream stream(place.fd, place.peer, limits_, MonotonicSeconds());
+  HttpStream stream(place.socket.get(), place.peer, limits_, MonotonicSeconds());
   try {
     format_.Serve(stream);
   } catch (const std::exception&) {
     // What made cpp-httplib give up gets no answer.
   }
   if (!stream.wrote() && stream.too_long()) {
-    SendShort(place.fd, "431 Request Header Fields Too Large");
+    SendShort(place.socket.get(), "431 Request Header Fields Too Large");
   } else if (!stream.wrote() && stream.too_slow()) {
-    SendShort(place.fd, "408 Request Timeout");
+    SendShort(place.socket.get(), "408 Request Timeout");
   }
-  Farewell(place.fd);
-  shutdown(place.fd, SHUT_RDWR);  // the descriptor itself is the accepting thread's
+  Farewell(place.socket.get());
+  shutdown(place.socket.get(), SHUT_RDWR);  // the descriptor itself is the accepting thread's
   --connections_;
   place.done = true;
 }

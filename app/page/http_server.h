@@ -11,7 +11,8 @@
 
 #include "app/page/http_library.h"
 #include "app/page/http_stream.h"
-#include "firmware-like/result.h"
+#include "drivers/os/descriptor.h"
+#include "drivers/os/tcp_listener.h"
 
 namespace plumbline {
 
@@ -28,25 +29,13 @@ class HttpFormat : public httplib::Server {
   void End() { svr_sock_ = INVALID_SOCKET; }
 };
 
-/// A socket that listens. @return  or why not, with a remedy
-Result<int> ListenForHttp(const std::string& address, int port);
-
-/// "192.168.0.3:8080" of a listening socket, its address alone, and its port.
-struct ListeningAt {
-  std::string address;
-  int port = 0;
-  std::string Text() const;
-};
-ListeningAt WhereListens(int fd);
-
 /// One request a connection, a thread for each, kMostConnections at a time and kMostOfOnePeer of
 /// one address; whoever comes beyond is told 503.
 class HttpServer {
  public:
   static constexpr std::size_t kMostConnections = 32, kMostOfOnePeer = 16;
 
-  /// @param listen_fd  owned from then on
-  HttpServer(int listen_fd, StreamLimits limits, HttpFormat::Answer answer);
+  HttpServer(TcpListener listener, StreamLimits limits, HttpFormat::Answer answer);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
@@ -59,17 +48,18 @@ class HttpServer {
   struct Place {
     std::thread thread;
     std::string peer;
-    int fd = -1;  ///< of the accepting thread
+    Descriptor socket;  ///< of the accepting thread
     std::atomic<bool> done{true};
   };
   void Run();
-  void Admit(int fd, const std::string& peer);
+  void Admit(Descriptor socket, const std::string& peer);
   void Serve(Place& place);
   static void Free(Place& place);
 
   HttpFormat format_;
   const StreamLimits limits_;
-  const int listen_fd_, wake_fd_;
+  const TcpListener listener_;
+  const Descriptor wake_;
   std::array<Place, kMostConnections> places_;
   std::atomic<int> connections_{0};
   std::atomic<std::uint64_t> turned_away_{0};

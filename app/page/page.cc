@@ -112,22 +112,20 @@ Page::Page(PageOptions options, Shown& shown, LogSink sink)
   own_names_.push_back(name + ".local");
 }
 
-Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, LogSink sink) {
-  int fd = options.listen_fd;
-  if (fd < 0) {
-    const Result<int> own = ListenForHttp(options.config.listen, options.config.port.value_or(0));
-    if (!own) return Error{own.error()};
-    fd = *own;
-  }
-  const ListeningAt at = WhereListens(fd);
-  if (options.config.token.empty() && !IsLoopback(at.address)) {
-    close(fd);
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, LogSink sink,
+                                          Descriptor listener) {
+  const PageConfig& config = options.config;
+  auto opened = listener ? Result(TcpListener(std::move(listener)))
+                         : TcpListener::Open(config.listen, config.port.value_or(0),
+                                             "a port below 1024 needs plumbline-view.socket");
+  if (!opened) return Error{opened.error()};
+  const TcpEndpoint at = opened.value().endpoint();
+  if (config.token.empty() && !IsLoopback(at.address)) {
     return Error{fmt::format(
         "{} is reached from other computers: it needs token = \"...\" under [page]", at.Text())};
   }
   if (!IsLoopback(at.address)) {
-    if (const auto why = WhyTokenWeak(options.config.token)) {
-      close(fd);
+    if (const auto why = WhyTokenWeak(config.token)) {
       return Error{fmt::format("{} is reached from other computers: {}", at.Text(), *why)};
     }
   }
@@ -137,7 +135,8 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
   // Browsers tell cookies of one computer's ports not apart.
   page->cookie_name_ = fmt::format("plumbline-{}", at.port);
   page->server_ = std::make_unique<HttpServer>(
-      fd, limits, [raw = page.get()](const httplib::Request& request, httplib::Response& response) {
+      std::move(opened).value(), limits,
+      [raw = page.get()](const httplib::Request& request, httplib::Response& response) {
         raw->Answer(request, response);
       });
   try {

@@ -14,6 +14,7 @@
 #include "app/page/log_tail.h"
 #include "app/page/metrics.h"
 #include "app/page/picture_feed.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline {
@@ -23,7 +24,6 @@ struct PageOptions {
   std::string state_directory;
   std::vector<Joint> joints;  ///< of the cell, for the journal's rows
   StreamLimits limits;
-  int listen_fd = -1;  ///< of the service manager, owned by the page from then on; -1: its own
 };
 
 /// Text that is made anew at most every so often, however many ask.
@@ -43,11 +43,13 @@ class Page {
  public:
   static constexpr int kMostViewers = 8;  ///< of the live picture
 
-  /// @return  or why it is not served, with a remedy: the port, or no token though other computers
-  ///          reach the socket
-  static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, LogSink sink);
+  /// @param listener  of the service manager; none: the page opens a socket of its own
+  /// @return          or why it is not served, with a remedy: the port, or no token though other
+  ///                  computers reach the socket
+  static Result<std::unique_ptr<Page>> Start(PageOptions options, Shown& shown, LogSink sink,
+                                             Descriptor listener = {});
 
-  const ListeningAt& at() const { return at_; }
+  const TcpEndpoint& at() const { return at_; }
 
   /// Gathers the messages of the newest state; where states arrive, also while nobody looks.
   void Remember();
@@ -87,7 +89,7 @@ class Page {
   std::shared_ptr<const ShownNow> remembered_;  ///< of the thread that calls Remember()
   KeptText trend_, reports_;
   std::vector<std::string> own_names_;
-  ListeningAt at_;
+  TcpEndpoint at_;
   std::string cookie_name_;
   const std::string start_;  ///< another one with every start
   std::atomic<std::uint64_t> requests_{0}, refused_{0};

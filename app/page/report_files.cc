@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "drivers/os/descriptor.h"
+
 namespace plumbline {
 namespace {
 
@@ -63,8 +65,9 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
   const ReportKind kind = ReportKindOf(name);
   if (kind == ReportKind::kNone) return Error{"no such report"};
   const std::string path = state_directory + FolderOf(kind) + "/" + FileOf(kind, name);
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (fd < 0) return Error{"no such report"};
+  const Descriptor opened(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const int fd = opened.get();
+  if (!opened) return Error{"no such report"};
   struct stat file {};
   std::string bytes;
   bool whole = false;
@@ -77,7 +80,6 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
     }
     whole = got == bytes.size();
   }
-  close(fd);
   if (!whole) {
     return Error{
         "that report cannot be read; it is being replaced, or is too large: reload the list"};

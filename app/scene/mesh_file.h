@@ -1,8 +1,6 @@
 // A mesh file read in a process of its own, which may die, stall or lie.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,6 +8,8 @@
 
 #include "app/scene/mesh_format.h"
 #include "app/scene/mesh_message.h"
+#include "drivers/os/child_process.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/scene/mesh_facts.h"
 
 namespace plumbline {
@@ -36,11 +36,10 @@ struct MeshFile {
 class MeshReader {
  public:
   explicit MeshReader(MeshLimits limits = {}, std::string program = MeshProgram());
-  ~MeshReader();
   MeshReader(const MeshReader&) = delete;
   MeshReader& operator=(const MeshReader&) = delete;
 
-  bool idle() const { return pid_ < 0; }
+  bool idle() const { return !child_.started(); }
   /// Begins to read; only while idle.
   /// @param unit_m  the length that 1 in the file stands for [m]
   /// @return        why there is nothing to begin: no such file, not regular, too large, no suffix
@@ -52,13 +51,13 @@ class MeshReader {
  private:
   std::optional<Error> StartProcess(int file);
   Result<MeshFile> Finish();
-  std::string WhyEnded(int status) const;
-  int End(double patience_s);  ///< and kills it where it has not ended by then; its status
+  std::string WhyEnded(const ChildEnd& end) const;
+  ChildEnd End(double patience_s);  ///< closes the pipe, too
 
   const MeshLimits limits_;
   const std::string program_;
-  pid_t pid_ = -1;
-  int pipe_ = -1;
+  Descriptor pipe_;
+  ChildProcess child_;
   double started_s_ = 0, unit_m_ = 1;
   MeshFile found_;
   std::vector<std::uint8_t> answer_;

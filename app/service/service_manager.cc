@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 #include <systemd/sd-daemon.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <ctime>
+#include <utility>
 
 namespace plumbline {
 namespace {
@@ -34,8 +33,8 @@ ServiceManager::ServiceManager() : listens_(std::getenv("NOTIFY_SOCKET") != null
   char** names = nullptr;
   const int count = sd_listen_fds_with_names(1, &names);
   for (int i = 0; i < count; ++i) {
-    held_.push_back(
-        {names != nullptr && names[i] != nullptr ? names[i] : "", SD_LISTEN_FDS_START + i});
+    held_.push_back({names != nullptr && names[i] != nullptr ? names[i] : "",
+                     Descriptor(SD_LISTEN_FDS_START + i)});
   }
   if (names == nullptr) return;
   for (char** name = names; *name != nullptr; ++name) std::free(*name);
@@ -66,30 +65,28 @@ void ServiceManager::Stopping() const {
   sd_notify(0, "STOPPING=1");
 }
 
-int ServiceManager::TakeSocket(const std::string& name) {
+Descriptor ServiceManager::TakeSocket(const std::string& name) {
   for (Held& held : held_) {
-    if (held.name != name || held.descriptor < 0) continue;
-    const int descriptor = held.descriptor;
-    held.descriptor = -1;
-    return descriptor;
+    if (held.name == name && held.descriptor) return std::move(held.descriptor);
   }
-  return -1;
+  return {};
 }
 
-std::vector<int> ServiceManager::TakeSockets(const std::string& name) {
-  std::vector<int> taken;
-  for (int fd = TakeSocket(name); fd >= 0; fd = TakeSocket(name)) taken.push_back(fd);
+std::vector<Descriptor> ServiceManager::TakeSockets(const std::string& name) {
+  std::vector<Descriptor> taken;
+  while (Descriptor socket = TakeSocket(name)) taken.push_back(std::move(socket));
   return taken;
 }
 
-void ServiceManager::Keep(const std::string& name, std::span<const int> descriptors) const {
+void ServiceManager::Keep(const std::string& name, std::vector<Descriptor> descriptors) const {
   const std::string message = fmt::format("FDSTORE=1\nFDNAME={}", name);
   for (std::size_t begin = 0; begin < descriptors.size(); begin += kDescriptorsInOne) {
-    const auto some =
-        descriptors.subspan(begin, std::min(kDescriptorsInOne, descriptors.size() - begin));
+    std::vector<int> some;
+    for (std::size_t k = begin; k < descriptors.size() && some.size() < kDescriptorsInOne; ++k) {
+      some.push_back(descriptors[k].get());
+    }
     sd_pid_notify_with_fds(0, 0, message.c_str(), some.data(), static_cast<unsigned>(some.size()));
   }
-  for (const int descriptor : descriptors) close(descriptor);
 }
 
 }  // namespace plumbline

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
+
+#include "drivers/os/descriptor.h"
 
 namespace plumbline {
 
@@ -30,23 +31,23 @@ class ServiceManager {
   void Reloading() const;
   void Stopping() const;
 
-  /// The listening socket that the service manager holds under this name, once; -1: none. It
+  /// The listening socket that the service manager holds under this name, once, or none. It
   /// outlives the daemon: clients that come during a restart wait instead of being refused.
-  int TakeSocket(const std::string& name);
+  Descriptor TakeSocket(const std::string& name);
   /// Every one under this name that is not taken yet.
-  std::vector<int> TakeSockets(const std::string& name);
+  std::vector<Descriptor> TakeSockets(const std::string& name);
 
   /// Hands it descriptors to keep under this name, and closes them here; whoever is started after
   /// this process, however that ended, takes them with TakeSockets(). A connection that is shut
   /// down it lets go by itself [sd_pid_notify_with_fds(3), FDSTORE=1].
-  void Keep(const std::string& name, std::span<const int> descriptors) const;
+  void Keep(const std::string& name, std::vector<Descriptor> descriptors) const;
 
  private:
   bool listens_ = false;
   std::optional<double> feed_period_s_;
   struct Held {
     std::string name;
-    int descriptor;
+    Descriptor descriptor;
   };
   std::vector<Held> held_;
 };

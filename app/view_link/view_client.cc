@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -28,10 +27,10 @@ constexpr std::size_t kLargestMessage = 1 << 21;
 /// Slots larger than an image of the largest camera are somebody else's memory.
 constexpr std::uint64_t kLargestSlot = std::uint64_t{1} << 30;
 
-/// One message, with the descriptor that came along or -1.
+/// One message, with the descriptor that came along.
 struct Received {
   ssize_t bytes = 0;
-  int descriptor = -1;
+  Descriptor descriptor;
 };
 
 Received ReceiveFrom(int socket, std::vector<char>& message) {
@@ -48,7 +47,9 @@ Received ReceiveFrom(int socket, std::vector<char>& message) {
   if (received.bytes < 0) return received;
   for (cmsghdr* at = CMSG_FIRSTHDR(&header); at != nullptr; at = CMSG_NXTHDR(&header, at)) {
     if (at->cmsg_level != SOL_SOCKET || at->cmsg_type != SCM_RIGHTS) continue;
-    std::memcpy(&received.descriptor, CMSG_DATA(at), sizeof received.descriptor);
+    int descriptor = -1;
+    std::memcpy(&descriptor, CMSG_DATA(at), sizeof descriptor);
+    received.descriptor.Reset(descriptor);
   }
   return received;
 }
@@ -60,8 +61,7 @@ ViewClient::~ViewClient() {
 }
 
 void ViewClient::Disconnect(std::string problem) {
-  if (socket_ >= 0) close(socket_);
-  socket_ = -1;
+  socket_.Reset();
   if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
   at_ = nullptr;
   problem_ = std::move(problem);
@@ -69,7 +69,7 @@ void ViewClient::Disconnect(std::string problem) {
 }
 
 bool ViewClient::Connect() {
-  if (socket_ >= 0) return true;
+  if (socket_) return true;
   if (!back_off_.Due(MonotonicSeconds())) return false;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -78,9 +78,9 @@ bool ViewClient::Connect() {
     return false;
   }
   std::memcpy(address.sun_path, path_.c_str(), path_.size() + 1);
-  socket_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (socket_ < 0 ||
-      connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  socket_.Reset(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const auto* const where = reinterpret_cast<const sockaddr*>(&address);
+  if (!socket_ || connect(socket_.get(), where, sizeof address) != 0) {
     Disconnect(fmt::format("{}: {}; is plumblined running, and may this user look?", path_,
                            std::strerror(errno)));
     return false;
@@ -89,20 +89,17 @@ bool ViewClient::Connect() {
   return true;
 }
 
-bool ViewClient::TakeMemory(int memory, std::size_t slot_bytes) {
+bool ViewClient::TakeMemory(const Descriptor& memory, std::size_t slot_bytes) {
   if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
   at_ = nullptr;
-  if (!images_) {
-    close(memory);
-    return true;
-  }
+  if (!images_) return true;
   struct stat about {};
   const std::size_t bytes = ViewPublisher::kSlots * slot_bytes;
   const bool enough = slot_bytes >= kViewPixels && slot_bytes <= kLargestSlot &&
-                      fstat(memory, &about) == 0 &&
+                      fstat(memory.get(), &about) == 0 &&
                       static_cast<std::size_t>(about.st_size) >= bytes;
-  void* const at = enough ? mmap(nullptr, bytes, PROT_READ, MAP_SHARED, memory, 0) : MAP_FAILED;
-  close(memory);
+  void* const at =
+      enough ? mmap(nullptr, bytes, PROT_READ, MAP_SHARED, memory.get(), 0) : MAP_FAILED;
   if (at == MAP_FAILED) return false;
   at_ = static_cast<const std::uint8_t*>(at);
   bytes_ = bytes;
@@ -151,11 +148,11 @@ bool ViewClient::CopyImages(View& view) const {
 }
 
 void ViewClient::Tell(const SceneStatus& scene) {
-  if (socket_ < 0) return;
+  if (!socket_) return;
   const SceneMessage message = BytesOfScene(scene);
   // What cannot be sent now is old by the next time; a connection that is gone shows in Read().
   [[maybe_unused]] const ssize_t sent =
-      send(socket_, message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+      send(socket_.get(), message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
 bool ViewClient::Read(double timeout_s, View& view) {
@@ -168,27 +165,23 @@ bool ViewClient::Read(double timeout_s, View& view) {
   std::string newest;
   for (;;) {
     const double left_s = newest.empty() ? deadline_s - MonotonicSeconds() : 0;
-    pollfd waiting{socket_, POLLIN, 0};
+    pollfd waiting{socket_.get(), POLLIN, 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::ceil(1e3 * std::max(0.0, left_s))));
     if (ready <= 0) break;
-    const Received got = ReceiveFrom(socket_, message_);
+    const Received got = ReceiveFrom(socket_.get(), message_);
     if (got.bytes < 0 && (errno == EAGAIN || errno == EINTR)) continue;
     if (got.bytes <= 0) {
       Disconnect("the daemon has ended the connection");
       break;
     }
-    if (got.descriptor < 0) {
+    if (!got.descriptor) {
       newest.assign(message_.data(), static_cast<std::size_t>(got.bytes));
       continue;
     }
     ViewMemory memory;
     const bool known = static_cast<std::size_t>(got.bytes) == sizeof memory &&
                        std::memcmp(message_.data(), memory.magic, sizeof memory.magic) == 0;
-    if (known) {
-      std::memcpy(&memory, message_.data(), sizeof memory);
-    } else {
-      close(got.descriptor);
-    }
+    if (known) std::memcpy(&memory, message_.data(), sizeof memory);
     if (!known || !TakeMemory(got.descriptor, memory.slot_bytes)) {
       Disconnect("the daemon hands over images in a way not known here: another version?");
       return false;

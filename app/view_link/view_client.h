@@ -8,6 +8,7 @@
 
 #include "app/view_link/view_state.h"
 #include "drivers/back_off.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 #include "firmware-like/status/scene_status.h"
 
@@ -42,20 +43,20 @@ class ViewClient {
   /// Says what was measured, where the daemon listens to this user; it is not waited for.
   void Tell(const SceneStatus& scene);
 
-  bool connected() const { return socket_ >= 0; }
+  bool connected() const { return static_cast<bool>(socket_); }
   /// Why there is no state, in words that say what to do; empty while they come.
   const std::string& problem() const { return problem_; }
 
  private:
   bool Connect();
   void Disconnect(std::string problem);
-  bool TakeMemory(int memory, std::size_t slot_bytes);
+  bool TakeMemory(const Descriptor& memory, std::size_t slot_bytes);
   bool CopyImages(View& view) const;
   bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
 
   const std::string path_;
   const bool images_;
-  int socket_ = -1;
+  Descriptor socket_;
   const std::uint8_t* at_ = nullptr;
   std::size_t bytes_ = 0, slot_bytes_ = 0;
   int memory_ = 0;  ///< counts up with each that was handed over

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "app/view_link/view_json.h"
 #include "drivers/clock.h"
@@ -30,15 +31,13 @@ std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
 /// Lets the daemon's group connect. chmod() would follow a link that somebody put in the place of
 /// the socket since it was bound.
 bool OpenToGroup(const std::string& path) {
-  const int at = open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC);
-  if (at < 0) return false;
+  const Descriptor at(open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+  if (!at) return false;
   struct stat about {};
-  const bool is_socket = fstat(at, &about) == 0 && S_ISSOCK(about.st_mode);
-  const bool changed = is_socket && chmod(fmt::format("/proc/self/fd/{}", at).c_str(), 0660) == 0;
+  const bool is_socket = fstat(at.get(), &about) == 0 && S_ISSOCK(about.st_mode);
+  const bool changed =
+      is_socket && chmod(fmt::format("/proc/self/fd/{}", at.get()).c_str(), 0660) == 0;
   if (!is_socket) errno = ELOOP;
-  const int why = errno;
-  close(at);
-  errno = why;
   return changed;
 }
 
@@ -52,29 +51,24 @@ Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& pa
                              sizeof address.sun_path - 1)};
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  const int made = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (made < 0) return Error{fmt::format("{}: no socket: {}", path, std::strerror(errno))};
+  Descriptor made(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!made) return Error{fmt::format("{}: no socket: {}", path, std::strerror(errno))};
   struct stat about {};
   if (lstat(path.c_str(), &about) == 0 && S_ISSOCK(about.st_mode)) unlink(path.c_str());
   const auto* const where = reinterpret_cast<const sockaddr*>(&address);
-  if (bind(made, where, sizeof address) != 0 || !OpenToGroup(path) ||
-      listen(made, kMostViewers) != 0) {
-    const std::string why = std::strerror(errno);
-    close(made);
-    return Error{fmt::format("{}: {}", path, why)};
+  if (bind(made.get(), where, sizeof address) != 0 || !OpenToGroup(path) ||
+      listen(made.get(), kMostViewers) != 0) {
+    return Error{fmt::format("{}: {}", path, std::strerror(errno))};
   }
-  return std::unique_ptr<ViewPublisher>(new ViewPublisher(path, made));
+  return std::unique_ptr<ViewPublisher>(new ViewPublisher(path, std::move(made)));
 }
 
-ViewPublisher::ViewPublisher(std::string path, int socket)
-    : path_(std::move(path)), socket_(socket) {}
+ViewPublisher::ViewPublisher(std::string path, Descriptor socket)
+    : path_(std::move(path)), socket_(std::move(socket)) {}
 
 ViewPublisher::~ViewPublisher() {
-  for (const Viewer& viewer : viewers_) close(viewer.socket);
-  close(socket_);
   unlink(path_.c_str());
   if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
-  if (memory_ >= 0) close(memory_);
 }
 
 bool ViewPublisher::Watched() {
@@ -89,7 +83,7 @@ bool ViewPublisher::Watched() {
 bool ViewPublisher::Hear(const Viewer& viewer) {
   for (int messages = 0; messages < kMostHeard; ++messages) {
     std::array<std::uint8_t, kSceneMessageBytes + 1> bytes;  // one more: a longer one is seen
-    const ssize_t got = recv(viewer.socket, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    const ssize_t got = recv(viewer.socket.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (got < 0) return errno == EAGAIN || errno == EINTR;
     if (got == 0) return false;
     if (!viewer.may_tell) continue;
@@ -103,43 +97,36 @@ bool ViewPublisher::Hear(const Viewer& viewer) {
 
 void ViewPublisher::Accept() {
   for (;;) {
-    const int viewer = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (viewer < 0) return;
-    if (viewers_.size() >= kMostViewers) {
-      close(viewer);
-      continue;
-    }
-    setsockopt(viewer, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+    Descriptor viewer(accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!viewer) return;
+    if (viewers_.size() >= kMostViewers) continue;
+    setsockopt(viewer.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
     ucred peer{};
     socklen_t size = sizeof peer;
-    const bool same =
-        getsockopt(viewer, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == geteuid();
-    viewers_.push_back({viewer, -1, same});
+    const bool same = getsockopt(viewer.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
+                      peer.uid == geteuid();
+    viewers_.push_back({std::move(viewer), -1, same});
   }
 }
 
 void ViewPublisher::Drop(std::size_t index) {
-  close(viewers_[index].socket);
   viewers_.erase(viewers_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
 bool ViewPublisher::Reserve(std::size_t bytes) {
   if (bytes <= slot_bytes_) return true;
   const std::size_t slot = (bytes + 4095) / 4096 * 4096;
-  const int fresh = memfd_create("plumbline-view", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-  if (fresh < 0) return false;
-  void* const at = ftruncate(fresh, static_cast<off_t>(kSlots * slot)) == 0
-                       ? mmap(nullptr, kSlots * slot, PROT_READ | PROT_WRITE, MAP_SHARED, fresh, 0)
-                       : MAP_FAILED;
+  Descriptor fresh(memfd_create("plumbline-view", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (!fresh) return false;
+  void* const at =
+      ftruncate(fresh.get(), static_cast<off_t>(kSlots * slot)) == 0
+          ? mmap(nullptr, kSlots * slot, PROT_READ | PROT_WRITE, MAP_SHARED, fresh.get(), 0)
+          : MAP_FAILED;
   // Sealed after it was mapped here: viewers can map it for reading only, and cannot cut it off.
-  if (at == MAP_FAILED ||
-      fcntl(fresh, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL)) {
-    close(fresh);
-    return false;
-  }
+  constexpr int kSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
+  if (at == MAP_FAILED || fcntl(fresh.get(), F_ADD_SEALS, kSeals) != 0) return false;
   if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
-  if (memory_ >= 0) close(memory_);
-  memory_ = fresh;
+  memory_ = std::move(fresh);
   ++memory_number_;
   at_ = static_cast<std::uint8_t*>(at);
   slot_bytes_ = slot;
@@ -187,8 +174,9 @@ bool ViewPublisher::HandMemory(Viewer& viewer) {
   head->cmsg_level = SOL_SOCKET;
   head->cmsg_type = SCM_RIGHTS;
   head->cmsg_len = CMSG_LEN(sizeof(int));
-  std::memcpy(CMSG_DATA(head), &memory_, sizeof memory_);
-  if (sendmsg(viewer.socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return false;
+  const int handed = memory_.get();
+  std::memcpy(CMSG_DATA(head), &handed, sizeof handed);
+  if (sendmsg(viewer.socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return false;
   viewer.memory_handed = memory_number_;
   return true;
 }
@@ -197,11 +185,12 @@ void ViewPublisher::Send(const ViewState& state) {
   const std::string text = JsonOfView(state);
   for (std::size_t k = viewers_.size(); k-- > 0;) {
     Viewer& viewer = viewers_[k];
-    if (memory_ >= 0 && viewer.memory_handed != memory_number_ && !HandMemory(viewer)) {
+    if (memory_ && viewer.memory_handed != memory_number_ && !HandMemory(viewer)) {
       if (errno != EAGAIN) Drop(k);
       continue;
     }
-    const ssize_t sent = send(viewer.socket, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t sent =
+        send(viewer.socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent < 0 && errno != EAGAIN && errno != EINTR) Drop(k);
   }
 }

@@ -11,6 +11,7 @@
 
 #include "app/view_link/scene_message.h"
 #include "app/view_link/view_state.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
@@ -56,20 +57,21 @@ class ViewPublisher {
 
  private:
   struct Viewer {
-    int socket = -1;
+    Descriptor socket;
     int memory_handed = -1;  ///< which memory it knows
     bool may_tell = false;   ///< it runs as the daemon's own user
   };
-  ViewPublisher(std::string path, int socket);
+  ViewPublisher(std::string path, Descriptor socket);
   bool Reserve(std::size_t bytes);
   void Accept();
   bool HandMemory(Viewer& viewer);
   void Drop(std::size_t index);
 
   const std::string path_;
-  const int socket_;
+  const Descriptor socket_;
   std::vector<Viewer> viewers_;
-  int memory_ = -1, memory_number_ = 0;
+  Descriptor memory_;
+  int memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
   std::array<int, kMostCameras> next_{};  ///< of the camera's own slots

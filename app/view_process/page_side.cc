@@ -31,7 +31,7 @@ void PageSide::Open(const DaemonConfig& config) {
   used_ = std::move(used);
   file_ = config.file;
   problem_.clear();
-  if (held_fd_ >= 0 || used_->page.port) Try();
+  if (held_ || used_->page.port) Try();
 }
 
 void PageSide::Round(double now_s) {
@@ -48,8 +48,8 @@ void PageSide::Try() {
   options.config = used_->page;
   options.state_directory = used_->state_directory;
   options.joints = used_->joints;
-  if (held_fd_ >= 0) options.listen_fd = fcntl(held_fd_, F_DUPFD_CLOEXEC, 3);
-  auto page = Page::Start(std::move(options), shown_, sink_);
+  Descriptor listener(held_ ? fcntl(held_.get(), F_DUPFD_CLOEXEC, 3) : -1);
+  auto page = Page::Start(std::move(options), shown_, sink_, std::move(listener));
   if (!page) {
     if (problem_ != page.error()) {
       sink_(
@@ -64,7 +64,7 @@ void PageSide::Try() {
   WarnOfReaders();
   sink_({Event::kPageServed, fmt::format("the page is served on http://{}/", page_->at().Text())});
   const int port = used_->page.port.value_or(0);
-  if (held_fd_ >= 0 && port != 0 && port != page_->at().port) {
+  if (held_ && port != 0 && port != page_->at().port) {
     sink_({Event::kPageFault,
            fmt::format("page.port is {}, but the service manager's socket listens on {}, which "
                        "is served: set the same in both (systemctl edit plumbline-view.socket)",

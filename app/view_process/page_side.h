@@ -8,6 +8,7 @@
 
 #include "app/config/daemon_config.h"
 #include "app/page/page.h"
+#include "drivers/os/descriptor.h"
 
 namespace plumbline {
 
@@ -17,9 +18,9 @@ class PageSide {
  public:
   static constexpr double kRetry_s = 5;
 
-  /// @param held_fd  the service manager's listening socket, kept open; -1: none
-  PageSide(Shown& shown, int held_fd, LogSink sink)
-      : shown_(shown), held_fd_(held_fd), sink_(std::move(sink)) {}
+  /// @param held  the service manager's listening socket, kept open; or none
+  PageSide(Shown& shown, Descriptor held, LogSink sink)
+      : shown_(shown), held_(std::move(held)), sink_(std::move(sink)) {}
 
   /// At the start, and again when the configuration was read anew: a page that changes is closed
   /// and opened, one that is not served is tried at once.
@@ -41,7 +42,7 @@ class PageSide {
   void WarnOfReaders() const;
 
   Shown& shown_;
-  const int held_fd_;
+  const Descriptor held_;
   const LogSink sink_;
   std::optional<Used> used_;  ///< of the last Open()
   std::string file_;          ///< of the configuration

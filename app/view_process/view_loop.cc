@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
-#include <sys/mman.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <csignal>
-#include <fstream>
 
 #include "app/config/daemon_config_reader.h"
 #include "app/log/fault_log.h"
@@ -35,24 +32,6 @@ const char* KindOf(OverlayConfig::Display display) {
   return display == OverlayConfig::Display::kKms           ? "kms"
          : display == OverlayConfig::Display::kFramebuffer ? "framebuffer"
                                                            : "none";
-}
-
-/// Pages of large libraries' code that was needed once: llvmpipe's compiler, which works when a
-/// shader is new. They come back from the file where they are needed again.
-void GiveBackCode() {
-  constexpr std::uintptr_t kLarge = std::uintptr_t{16} << 20;
-  std::ifstream maps("/proc/self/maps");
-  for (std::string line; std::getline(maps, line);) {
-    if (line.find(" r-xp ") == std::string::npos || line.find(".so") == std::string::npos) continue;
-    std::uintptr_t begin = 0, end = 0;  // "7f00a000-7f00b000 r-xp ..."
-    const char* const last = line.data() + line.size();
-    const auto first = std::from_chars(line.data(), last, begin, 16);
-    if (first.ptr == last || std::from_chars(first.ptr + 1, last, end, 16).ec != std::errc())
-      continue;
-    if (end - begin >= kLarge) {
-      madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
-    }
-  }
 }
 
 }  // namespace
@@ -122,10 +101,7 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
   if (!drawn) return;
   if (show) TellDisplay(display_->Show(drawing_.renderer()));
   if (now_s - trimmed_s_ >= kTrimPeriod_s) {
-    if (trimmed_s_ > 0) {
-      malloc_trim(0);
-      GiveBackCode();
-    }
+    if (trimmed_s_ > 0) malloc_trim(0);
     trimmed_s_ = now_s;
   }
   const bool keep = alarms_->Due(now_s);

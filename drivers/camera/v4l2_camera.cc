@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -59,15 +58,10 @@ Result<std::unique_ptr<Camera>> V4l2Camera::Create(const V4l2CameraOptions& opti
 V4l2Camera::V4l2Camera(V4l2CameraOptions options, Clock clock)
     : options_(std::move(options)), clock_(clock), path_(options_.device) {}
 
-V4l2Camera::~V4l2Camera() {
-  Close();
-}
-
 void V4l2Camera::Close() {
   raw_.bytes = {};
   stream_.reset();
-  if (fd_ >= 0) close(fd_);
-  fd_ = -1;
+  fd_.Reset();
 }
 
 CameraResult V4l2Camera::Lost(const std::string& why) {
@@ -92,15 +86,15 @@ std::optional<Error> V4l2Camera::Open() {
   const auto device = SelectV4l2Device(options_.device, all);
   if (!device) return Error{device.error()};
   path_ = device->path;
-  fd_ = open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd_ < 0) {
+  fd_.Reset(open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  if (!fd_) {
     return Error{CannotBeOpened(errno, kCameraDevice)};
   }
   if (auto why = SetMode(*device)) return why;
-  for (std::string& remark : ApplySettings(fd_, options_.settings)) {
+  for (std::string& remark : ApplySettings(fd_.get(), options_.settings)) {
     remarks_.push_back(fmt::format("{}: {}", path_, remark));
   }
-  auto stream = V4l2Stream::Start(fd_);
+  auto stream = V4l2Stream::Start(fd_.get());
   if (!stream) return Error{stream.error()};
   stream_ = std::move(stream).value();
   // Once a name has needed its port it keeps one, also while the other camera is away.
@@ -115,7 +109,7 @@ std::optional<Error> V4l2Camera::Open() {
 
 std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
   v4l2_capability capability{};
-  if (IoctlAgain(fd_, VIDIOC_QUERYCAP, &capability) != 0) return Error{"is no camera"};
+  if (IoctlAgain(fd_.get(), VIDIOC_QUERYCAP, &capability) != 0) return Error{"is no camera"};
   const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                                  ? capability.device_caps
                                  : capability.capabilities;
@@ -127,7 +121,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
   if ((caps & kNeeded) != kNeeded) {
     return Error{"does not stream images through shared memory; see plumbline cameras"};
   }
-  const auto choice = ChooseMode(ModesOf(fd_), options_.mode);
+  const auto choice = ChooseMode(ModesOf(fd_.get()), options_.mode);
   if (!choice) return Error{choice.error()};
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -135,7 +129,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
   format.fmt.pix.height = static_cast<std::uint32_t>(choice->size.height);
   format.fmt.pix.pixelformat = FourccOf(choice->format);
   format.fmt.pix.field = V4L2_FIELD_NONE;
-  if (IoctlAgain(fd_, VIDIOC_S_FMT, &format) != 0) {
+  if (IoctlAgain(fd_.get(), VIDIOC_S_FMT, &format) != 0) {
     return Error{fmt::format("the mode is refused: {}{}", std::strerror(errno),
                              errno == EBUSY ? "; does another program use the camera?" : "")};
   }
@@ -158,7 +152,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
     rate.parm.capture.timeperframe.numerator = 1000;
     rate.parm.capture.timeperframe.denominator =
         static_cast<std::uint32_t>(std::lround(1000 * choice->rate_hz));
-    if (IoctlAgain(fd_, VIDIOC_S_PARM, &rate) == 0 &&
+    if (IoctlAgain(fd_.get(), VIDIOC_S_PARM, &rate) == 0 &&
         rate.parm.capture.timeperframe.numerator > 0) {
       rate_hz_ = static_cast<double>(rate.parm.capture.timeperframe.denominator) /
                  rate.parm.capture.timeperframe.numerator;
@@ -174,7 +168,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
 
 bool V4l2Camera::WaitForFrame(double deadline_s) const {
   const double left_s = std::clamp(deadline_s - clock_(), 0.0, kLongestWait_s);
-  pollfd wait{.fd = fd_, .events = POLLIN, .revents = 0};
+  pollfd wait{.fd = fd_.get(), .events = POLLIN, .revents = 0};
   // An error of poll itself, a signal among them, is no word on the device.
   if (poll(&wait, 1, static_cast<int>(std::ceil(1e3 * left_s))) <= 0) return true;
   return (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0;
@@ -192,7 +186,7 @@ void V4l2Camera::Complete(const V4l2Frame& taken, const LumaView& luma, CameraFr
 }
 
 CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
-  if (fd_ < 0) {
+  if (!fd_) {
     if (!back_off_.Due(clock_())) return CameraResult::kWaiting;
     if (const auto why = Open()) return Lost(why->message);
   }

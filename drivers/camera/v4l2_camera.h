@@ -15,6 +15,7 @@
 #include "drivers/camera/v4l2_modes.h"
 #include "drivers/camera/v4l2_stream.h"
 #include "drivers/clock.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -38,7 +39,6 @@ class V4l2Camera : public Camera {
   /// Refuses an empty device, a negative size, a rate outside 0.01..1000 Hz and settings that no
   /// camera has.
   static Result<std::unique_ptr<Camera>> Create(const V4l2CameraOptions& options, Clock clock);
-  ~V4l2Camera() override;
 
   CameraResult Read(double timeout_s, CameraFrame& frame) override;
   const CameraIdentity& identity() const override { return identity_; }
@@ -58,7 +58,7 @@ class V4l2Camera : public Camera {
 
   const V4l2CameraOptions options_;
   const Clock clock_;
-  int fd_ = -1;
+  Descriptor fd_;  ///< outlives the stream
   BackOff back_off_;
   std::string path_;        ///< of the open device, or what was asked for
   RawImage raw_;            ///< format, size, stride as agreed; bytes of the last frame

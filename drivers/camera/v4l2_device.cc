@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/videodev2.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,6 +15,7 @@
 
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
+#include "drivers/os/descriptor.h"
 
 namespace plumbline {
 namespace {
@@ -54,14 +54,12 @@ std::string TextOf(const unsigned char (&field)[kSize]) {
 
 /// Asks the device itself. @return whether it captures images, or nothing where it cannot be asked
 std::optional<bool> AskDevice(V4l2Device& device) {
-  const int fd = open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   v4l2_capability capability{};
-  if (fd < 0 || IoctlAgain(fd, VIDIOC_QUERYCAP, &capability) != 0) {
+  if (!fd || IoctlAgain(fd.get(), VIDIOC_QUERYCAP, &capability) != 0) {
     device.problem = CannotBeOpened(errno, kCameraDevice);
-    if (fd >= 0) close(fd);
     return std::nullopt;
   }
-  close(fd);
   device.name = TextOf(capability.card);
   device.driver = TextOf(capability.driver);
   if (device.port.empty()) device.port = TextOf(capability.bus_info);

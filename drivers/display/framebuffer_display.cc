@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <linux/fb.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -37,8 +36,8 @@ Result<std::unique_ptr<Display>> FramebufferDisplay::Create(const FramebufferOpt
 std::string FramebufferDisplay::ReadMode(Mode& mode) const {
   fb_var_screeninfo var{};
   fb_fix_screeninfo fix{};
-  if (IoctlAgain(fd_, FBIOGET_VSCREENINFO, &var) != 0 ||
-      IoctlAgain(fd_, FBIOGET_FSCREENINFO, &fix) != 0) {
+  if (IoctlAgain(fd_.get(), FBIOGET_VSCREENINFO, &var) != 0 ||
+      IoctlAgain(fd_.get(), FBIOGET_FSCREENINFO, &fix) != 0) {
     return fmt::format("is no framebuffer, or went away: {}", std::strerror(errno));
   }
   const auto bits = [](const fb_bitfield& field) { return ColourBits{field.offset, field.length}; };
@@ -60,12 +59,13 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
 }
 
 std::string FramebufferDisplay::Open() {
-  fd_ = open(options_.device.c_str(), O_RDWR | O_CLOEXEC);
-  if (fd_ < 0) {
+  fd_.Reset(open(options_.device.c_str(), O_RDWR | O_CLOEXEC));
+  if (!fd_) {
     return CannotBeOpened(errno, kDisplayDevice);
   }
   if (std::string why = ReadMode(mode_); !why.empty()) return why;
-  void* memory = mmap(nullptr, mode_.memory_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
+  void* memory =
+      mmap(nullptr, mode_.memory_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd_.get(), 0);
   if (memory == MAP_FAILED) return fmt::format("cannot be mapped: {}", std::strerror(errno));
   memory_ = static_cast<std::uint8_t*>(memory);
   layout_ = mode_.layout;
@@ -74,9 +74,8 @@ std::string FramebufferDisplay::Open() {
 
 void FramebufferDisplay::Close() {
   if (memory_ != nullptr) munmap(memory_, mode_.memory_bytes);
-  if (fd_ >= 0) close(fd_);
   memory_ = nullptr;
-  fd_ = -1;
+  fd_.Reset();
 }
 
 DisplayResult FramebufferDisplay::Lost(const std::string& why) {
@@ -90,12 +89,12 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
   const double left_s = next_s_ - clock_();
   if (left_s > 0) sleep_(std::clamp(left_s, 0.0, std::max(timeout_s, 0.0)));
   if (left_s > timeout_s) return DisplayResult::kBusy;
-  if (fd_ >= 0) {
+  if (fd_) {
     Mode now;
     if (const std::string why = ReadMode(now); !why.empty()) return Lost(why);
     if (now != mode_) Close();
   }
-  if (fd_ < 0) {
+  if (!fd_) {
     if (!back_off_.Due(clock_())) {
       sleep_(std::max(timeout_s, 0.0));
       return DisplayResult::kWaiting;
@@ -107,7 +106,7 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
 }
 
 DisplayResult FramebufferDisplay::Show(DrawnPicture& picture) {
-  if (fd_ < 0) return DisplayResult::kLost;
+  if (!fd_) return DisplayResult::kLost;
   if (picture.size() != layout_.size) return DisplayResult::kOtherSize;
   PackDrawn(picture, layout_, {memory_ + mode_.offset, mode_.memory_bytes - mode_.offset});
   next_s_ = NextPicture_s(next_s_, clock_(), 1 / options_.rate_hz);

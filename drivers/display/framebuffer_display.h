@@ -10,6 +10,7 @@
 #include "drivers/clock.h"
 #include "drivers/display/display.h"
 #include "drivers/display/pixel_packing.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -52,7 +53,7 @@ class FramebufferDisplay : public Display {
   const FramebufferOptions options_;
   const Clock clock_;
   const Sleep sleep_;
-  int fd_ = -1;
+  Descriptor fd_;
   Mode mode_;
   PixelLayout layout_;
   std::uint8_t* memory_ = nullptr;

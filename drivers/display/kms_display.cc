@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <unistd.h>
 #include <xf86drm.h>
 
 #include <algorithm>
@@ -26,10 +25,6 @@ void OnFlipped(int, unsigned, unsigned, unsigned, unsigned, void* user) {
 KmsDisplay::KmsDisplay(KmsOptions options, Clock clock, Sleep sleep)
     : options_(std::move(options)), clock_(clock), sleep_(sleep) {}
 
-KmsDisplay::~KmsDisplay() {
-  Close();
-}
-
 Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, Clock clock,
                                                     Sleep sleep) {
   if (options.card.empty()) return Error{"the card of the display is empty"};
@@ -41,18 +36,18 @@ Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, C
 
 /// @return why there is no display; empty: there is
 std::string KmsDisplay::Open() {
-  card_ = open(options_.card.c_str(), O_RDWR | O_CLOEXEC);
-  if (card_ < 0) {
+  card_.Reset(open(options_.card.c_str(), O_RDWR | O_CLOEXEC));
+  if (!card_) {
     return CannotBeOpened(errno, kDisplayDevice);
   }
-  if (drmSetClientCap(card_, DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
-      drmSetClientCap(card_, DRM_CLIENT_CAP_ATOMIC, 1) != 0) {
+  if (drmSetClientCap(card_.get(), DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
+      drmSetClientCap(card_.get(), DRM_CLIENT_CAP_ATOMIC, 1) != 0) {
     return "has no atomic mode setting; use the display kind \"framebuffer\"";
   }
-  auto output = ChooseKmsOutput(card_, options_.connector, options_.size);
+  auto output = ChooseKmsOutput(card_.get(), options_.connector, options_.size);
   if (!output) return output.error();
   for (auto& buffer : buffers_) {
-    auto made = DumbBuffer::Make(card_, output->size());
+    auto made = DumbBuffer::Make(card_.get(), output->size());
     if (!made) return made.error();
     buffer = std::move(made).value();
   }
@@ -65,8 +60,7 @@ void KmsDisplay::Close() {
   for (auto& buffer : buffers_) buffer.reset();
   output_.reset();
   mode_is_set_ = flipping_ = false;
-  if (card_ >= 0) close(card_);
-  card_ = -1;
+  card_.Reset();
 }
 
 DisplayResult KmsDisplay::Lost(const std::string& why) {
@@ -78,12 +72,12 @@ DisplayResult KmsDisplay::Lost(const std::string& why) {
 
 DisplayResult KmsDisplay::WaitForFlip(double timeout_s) {
   const double left_s = std::clamp(timeout_s, 0.0, kFlipPatience_s);
-  pollfd waited{.fd = card_, .events = POLLIN, .revents = 0};
+  pollfd waited{.fd = card_.get(), .events = POLLIN, .revents = 0};
   if (poll(&waited, 1, static_cast<int>(1e3 * left_s)) > 0) {
     drmEventContext events{};
     events.version = 3;
     events.page_flip_handler2 = OnFlipped;
-    if ((waited.revents & POLLIN) == 0 || drmHandleEvent(card_, &events) != 0) {
+    if ((waited.revents & POLLIN) == 0 || drmHandleEvent(card_.get(), &events) != 0) {
       return Lost("the card went away");
     }
   }
@@ -104,7 +98,7 @@ DisplayResult KmsDisplay::Wait(double timeout_s) {
   }
   if (now_s - looked_s_ > kLookPeriod_s) {
     looked_s_ = now_s;
-    if (!IsStillConnected(card_, output_->connector)) return Lost("the monitor is gone");
+    if (!IsStillConnected(card_.get(), output_->connector)) return Lost("the monitor is gone");
   }
   return flipping_ ? WaitForFlip(timeout_s) : DisplayResult::kReady;
 }
@@ -115,7 +109,7 @@ DisplayResult KmsDisplay::Show(DrawnPicture& picture) {
   if (picture.size() != size()) return DisplayResult::kOtherSize;
   DumbBuffer& buffer = *buffers_[next_];
   buffer.Fill(picture);
-  const int error = FlipTo(card_, *output_, buffer.framebuffer(), !mode_is_set_, &flipping_);
+  const int error = FlipTo(card_.get(), *output_, buffer.framebuffer(), !mode_is_set_, &flipping_);
   if (error == EBUSY) return DisplayResult::kBusy;
   if (error == EACCES || error == EPERM) {
     return Lost("another program holds the display; stop the desktop");

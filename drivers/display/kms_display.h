@@ -11,6 +11,7 @@
 #include "drivers/display/display.h"
 #include "drivers/display/dumb_buffer.h"
 #include "drivers/display/kms_output.h"
+#include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -32,7 +33,6 @@ class KmsDisplay : public Display {
   /// Refuses an empty card and negative sizes.
   static Result<std::unique_ptr<Display>> Create(const KmsOptions& options, Clock clock,
                                                  Sleep sleep = SleepSeconds);
-  ~KmsDisplay() override;
 
   DisplayResult Wait(double timeout_s) override;
   ImageSize size() const override { return output_ ? output_->size() : ImageSize{}; }
@@ -49,7 +49,7 @@ class KmsDisplay : public Display {
   const KmsOptions options_;
   const Clock clock_;
   const Sleep sleep_;
-  int card_ = -1;
+  Descriptor card_;  ///< outlives what was made of it, below
   std::optional<KmsOutput> output_;
   std::array<std::unique_ptr<DumbBuffer>, 2> buffers_;
   std::size_t next_ = 0;  ///< the buffer that is not on the screen

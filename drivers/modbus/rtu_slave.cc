@@ -79,7 +79,7 @@ Result<std::unique_ptr<RtuSlave>> RtuSlave::Start(const RtuSlaveOptions& options
     return Error{"unit id " + std::to_string(options.unit_id) + " is outside 1..247"};
   }
   std::unique_ptr<RtuSlave> slave(new RtuSlave(options, handler));
-  if (slave->stop_fd_ < 0) return Error{"cannot start the RTU slave: " + ErrnoText()};
+  if (!slave->stop_) return Error{"cannot start the RTU slave: " + ErrnoText()};
   slave->thread_ = std::thread([raw = slave.get()] { raw->Run(); });
   ::pthread_setname_np(slave->thread_.native_handle(), "modbus line");
   return slave;
@@ -90,15 +90,12 @@ RtuSlave::RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler)
       silence_s_(RtuSilence_s(options.baud)),
       handler_(handler),
       receiver_(options.unit_id),
-      stop_fd_(::eventfd(0, EFD_CLOEXEC)) {}
+      stop_(::eventfd(0, EFD_CLOEXEC)) {}
 
 RtuSlave::~RtuSlave() {
-  if (thread_.joinable()) {
-    ::eventfd_write(stop_fd_, 1);
-    thread_.join();
-  }
-  if (fd_ >= 0) ::close(fd_);
-  if (stop_fd_ >= 0) ::close(stop_fd_);
+  if (!thread_.joinable()) return;
+  ::eventfd_write(stop_.get(), 1);
+  thread_.join();
 }
 
 RtuSlaveCounters RtuSlave::counters() const {
@@ -126,8 +123,8 @@ void RtuSlave::Run() {
 }
 
 bool RtuSlave::OpenDevice() {
-  fd_ = ::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd_ < 0 || !ConfigureLine(fd_, options_)) {
+  line_.Reset(::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!line_ || !ConfigureLine(line_.get(), options_)) {
     Lost(CannotBeOpened(errno, kSerialLine));
     return false;
   }
@@ -142,7 +139,7 @@ bool RtuSlave::OpenDevice() {
 bool RtuSlave::SleepUnlessStopped(double time_s) {
   while (time_s > 0) {
     pulse_.Beat();
-    pollfd stop{.fd = stop_fd_, .events = POLLIN, .revents = 0};
+    pollfd stop{.fd = stop_.get(), .events = POLLIN, .revents = 0};
     if (Poll(&stop, 1, std::min(time_s, Pulse::kLongestRest_s))) return false;
     time_s -= Pulse::kLongestRest_s;
   }
@@ -153,8 +150,8 @@ void RtuSlave::ServeUntilLost() {
   double wait_s = -1;
   for (;;) {
     pulse_.Beat();
-    std::array<pollfd, 2> fds{pollfd{.fd = fd_, .events = POLLIN, .revents = 0},
-                              pollfd{.fd = stop_fd_, .events = POLLIN, .revents = 0}};
+    std::array<pollfd, 2> fds{pollfd{.fd = line_.get(), .events = POLLIN, .revents = 0},
+                              pollfd{.fd = stop_.get(), .events = POLLIN, .revents = 0}};
     const bool any = Poll(fds.data(), fds.size(), wait_s < 0 ? Pulse::kLongestRest_s : wait_s);
     if (fds[1].revents != 0) return;
     if (any && fds[0].revents != 0) {
@@ -174,7 +171,7 @@ void RtuSlave::ServeUntilLost() {
 /// @return false when the line is lost
 bool RtuSlave::ReadBytes() {
   std::array<std::uint8_t, kMaxRtuFrameBytes> bytes;
-  const ssize_t size = ::read(fd_, bytes.data(), bytes.size());
+  const ssize_t size = ::read(line_.get(), bytes.data(), bytes.size());
   if (size > 0) {
     receiver_.Push({bytes.data(), static_cast<std::size_t>(size)});
     return true;
@@ -201,20 +198,19 @@ void RtuSlave::HandleFrames() {
 /// A line that takes nothing for half a second loses the answer; the next read tells if it is gone.
 void RtuSlave::WriteReply(std::span<const std::uint8_t> reply) const {
   while (!reply.empty()) {
-    const ssize_t written = ::write(fd_, reply.data(), reply.size());
+    const ssize_t written = ::write(line_.get(), reply.data(), reply.size());
     if (written > 0) {
       reply = reply.subspan(static_cast<std::size_t>(written));
       continue;
     }
-    pollfd line{.fd = fd_, .events = POLLOUT, .revents = 0};
+    pollfd line{.fd = line_.get(), .events = POLLOUT, .revents = 0};
     if (written < 0 && errno != EAGAIN && errno != EINTR) return;
     if (::poll(&line, 1, kWritePatience_ms) <= 0) return;
   }
 }
 
 void RtuSlave::Lost(const std::string& reason) {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = -1;
+  line_.Reset();
   if (!told_lost_ && options_.on_change) options_.on_change(reason);
   told_lost_ = true;
 }

@@ -12,6 +12,7 @@
 
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
+#include "drivers/os/descriptor.h"
 #include "drivers/pulse.h"
 #include "firmware-like/result.h"
 
@@ -73,7 +74,7 @@ class RtuSlave {
   const double silence_s_;
   RequestHandler& handler_;
   RtuReceiver receiver_;
-  int fd_ = -1, stop_fd_ = -1;
+  Descriptor line_, stop_;
   bool told_lost_ = false;
   AtomicCounters counters_;
   Pulse pulse_;

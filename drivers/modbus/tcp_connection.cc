@@ -1,11 +1,11 @@
 #include "drivers/modbus/tcp_connection.h"
 
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "drivers/modbus/pdu.h"
 
@@ -16,9 +16,9 @@ constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, fo
 
 }  // namespace
 
-void TcpConnection::Open(int fd, const IpAddress& address, std::int64_t now_ns) {
-  fd_ = fd;
-  client_ = {address, PeerPort(fd)};
+void TcpConnection::Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns) {
+  client_ = {address, PeerPort(socket.get())};
+  socket_ = std::move(socket);
   asked_ = sending_ = false;
   last_request_ns_ = now_ns;
   deadline_ns_ = 0;
@@ -26,19 +26,18 @@ void TcpConnection::Open(int fd, const IpAddress& address, std::int64_t now_ns) 
 }
 
 void TcpConnection::Close() {
-  ::shutdown(fd_, SHUT_RDWR);
+  ::shutdown(socket_.get(), SHUT_RDWR);
   LetGo();
 }
 
 void TcpConnection::LetGo() {
-  ::close(fd_);
-  fd_ = -1;
+  socket_.Reset();
   deadline_ns_ = 0;
 }
 
 TcpConnection::Received TcpConnection::Receive() {
   const std::size_t room = in_.size() - in_size_;
-  const ssize_t received = ::recv(fd_, in_.data() + in_size_, room, 0);
+  const ssize_t received = ::recv(socket_.get(), in_.data() + in_size_, room, 0);
   if (received < 0 && errno == EAGAIN) return Received::kAll;
   if (received < 0 && errno == EINTR) return Received::kMore;
   if (received <= 0) return Received::kEnded;
@@ -86,7 +85,8 @@ void TcpConnection::Answer(const TcpFrame& frame, RequestHandler& handler, std::
 
 bool TcpConnection::Send(std::int64_t now_ns) {
   if (out_end_ == 0) return true;
-  const ssize_t sent = ::send(fd_, out_.data() + out_begin_, out_end_ - out_begin_, MSG_NOSIGNAL);
+  const ssize_t sent =
+      ::send(socket_.get(), out_.data() + out_begin_, out_end_ - out_begin_, MSG_NOSIGNAL);
   if (sent < 0 && errno != EAGAIN && errno != EINTR) return false;
   if (sent > 0) out_begin_ += static_cast<std::size_t>(sent);
   const bool all = out_begin_ == out_end_;

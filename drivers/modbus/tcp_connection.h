@@ -8,6 +8,7 @@
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
 #include "drivers/modbus/tcp_socket.h"
+#include "drivers/os/descriptor.h"
 
 namespace plumbline::modbus {
 
@@ -26,14 +27,14 @@ class TcpConnection {
   };
 
   /// Takes a socket that does not block.
-  void Open(int fd, const IpAddress& address, std::int64_t now_ns);
+  void Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns);
   /// Ends the connection, whoever else holds it.
   void Close();
   /// Gives the descriptor back; the connection goes on where somebody else holds it.
   void LetGo();
 
-  bool open() const { return fd_ >= 0; }
-  int fd() const { return fd_; }
+  bool open() const { return static_cast<bool>(socket_); }
+  int fd() const { return socket_.get(); }
   const IpAddress& address() const { return client_.address; }
   bool asked() const { return asked_; }      ///< has made a request
   bool sending() const { return sending_; }  ///< answers wait to be sent
@@ -60,7 +61,7 @@ class TcpConnection {
 
   void Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
 
-  int fd_ = -1;
+  Descriptor socket_;
   Client client_;
   bool asked_ = false, sending_ = false;
   std::int64_t last_request_ns_ = 0;

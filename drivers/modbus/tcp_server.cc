@@ -38,7 +38,8 @@ void Add(std::atomic<std::uint64_t>& counter, std::uint64_t amount) {
 }  // namespace
 
 Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& options,
-                                                    RequestHandler& handler) {
+                                                    RequestHandler& handler,
+                                                    InheritedSockets inherited) {
   std::vector<IpAddress> allow;
   for (const std::string& text : options.allow) {
     const Result<IpAddress> address = ParseIpAddress(text);
@@ -46,21 +47,22 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
     if (std::find(allow.begin(), allow.end(), *address) == allow.end()) allow.push_back(*address);
   }
   if (options.max_clients < 1) return Error{"max_clients is below 1"};
-  const Result<int> listen_fd = options.listen_fd >= 0 ? Result<int>(options.listen_fd)
-                                                       : ListenOn(options.address, options.port);
-  if (!listen_fd) return Error{listen_fd.error()};
-  std::unique_ptr<TcpServer> server(new TcpServer(options, std::move(allow), *listen_fd, handler));
-  if (server->epoll_fd_ < 0 || server->wake_fd_ < 0 || server->spare_fd_ < 0) {
+  auto listener = inherited.listener ? Result(TcpListener(std::move(inherited.listener)))
+                                     : TcpListener::Open(options.address, options.port);
+  if (!listener) return Error{listener.error()};
+  std::unique_ptr<TcpServer> server(
+      new TcpServer(options, std::move(allow), std::move(listener).value(), handler));
+  if (!server->epoll_ || !server->wake_ || !server->spare_) {
     return Error{"cannot start the Modbus server: " + ErrnoText()};
   }
-  server->TakeOver(options.connections);
+  server->TakeOver(std::move(inherited.connections));
   server->thread_ = std::thread([raw = server.get()] { raw->Run(); });
   ::pthread_setname_np(server->thread_.native_handle(), "modbus");
   return server;
 }
 
-TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
-                     RequestHandler& handler)
+TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow,
+                     TcpListener listener, RequestHandler& handler)
     : handler_(handler),
       unit_id_(options.unit_id),
       allow_(std::move(allow)),
@@ -68,22 +70,20 @@ TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> all
       offers_connections_(options.offers_connections),
       clients_(std::max(static_cast<std::size_t>(options.max_clients), allow_.size())),
       offered_(clients_.size()),
-      listen_fd_(listen_fd),
-      epoll_fd_(::epoll_create1(EPOLL_CLOEXEC)),
-      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
-      spare_fd_(::open("/dev/null", O_RDONLY | O_CLOEXEC)) {
+      listener_(std::move(listener)),
+      epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      spare_(::open("/dev/null", O_RDONLY | O_CLOEXEC)) {
   for (std::atomic<int>& slot : offered_) slot = -1;
-  ::fcntl(listen_fd_, F_SETFL, ::fcntl(listen_fd_, F_GETFL) | O_NONBLOCK);
-  port_ = BoundPort(listen_fd_);
   epoll_event event{.events = EPOLLIN, .data = {.u32 = kListenerTag}};
-  ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, listen_fd_, &event);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.fd(), &event);
   event.data.u32 = kWakeTag;
-  ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, wake_fd_, &event);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, wake_.get(), &event);
 }
 
 TcpServer::~TcpServer() {
   if (thread_.joinable()) {
-    ::eventfd_write(wake_fd_, 1);
+    ::eventfd_write(wake_.get(), 1);
     thread_.join();
   }
   for (TcpConnection& client : clients_) {
@@ -94,9 +94,6 @@ TcpServer::~TcpServer() {
     } else {
       client.Close();  // its stream could not be followed from the middle
     }
-  }
-  for (const int fd : {listen_fd_, epoll_fd_, wake_fd_, spare_fd_}) {
-    if (fd >= 0) ::close(fd);
   }
 }
 
@@ -111,26 +108,26 @@ TcpServerCounters TcpServer::counters() const {
           .requests = get(counters_.requests)};
 }
 
-std::vector<int> TcpServer::TakeOffered() {
-  std::vector<int> taken;
+std::vector<Descriptor> TcpServer::TakeOffered() {
+  std::vector<Descriptor> taken;
   for (std::atomic<int>& slot : offered_) {
     if (slot.load(std::memory_order_relaxed) < 0) continue;
-    if (const int fd = slot.exchange(-1); fd >= 0) taken.push_back(fd);
+    if (Descriptor copy(slot.exchange(-1)); copy) taken.push_back(std::move(copy));
   }
   return taken;
 }
 
 /// Before the thread runs. What a client sent meanwhile waits in its socket and is answered first.
-void TcpServer::TakeOver(const std::vector<int>& connections) {
+void TcpServer::TakeOver(std::vector<Descriptor> connections) {
   now_ns_ = Now_ns();
-  for (const int fd : connections) {
+  for (Descriptor& connection : connections) {
+    const int fd = connection.get();
     sockaddr_storage peer{};
     socklen_t size = sizeof peer;
     const bool alive = ::getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) == 0;
     ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
-    if (alive && Admit(fd, IpAddressFromSocket(peer))) continue;
-    ::shutdown(fd, SHUT_RDWR);
-    ::close(fd);
+    if (alive && Admit(connection, IpAddressFromSocket(peer))) continue;
+    ::shutdown(fd, SHUT_RDWR);  // for whoever else holds it, too
   }
 }
 
@@ -141,7 +138,7 @@ void TcpServer::Run() {
   std::array<epoll_event, 64> events;
   for (;;) {
     const int count =
-        ::epoll_wait(epoll_fd_, events.data(), static_cast<int>(events.size()), WaitTime_ms());
+        ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), WaitTime_ms());
     pulse_.Beat();
     now_ns_ = Now_ns();
     bool newcomers = false;
@@ -160,23 +157,18 @@ void TcpServer::Run() {
   }
 }
 
-int TcpServer::Accept(IpAddress& peer) const {
+Descriptor TcpServer::Accept(IpAddress& peer) const {
   sockaddr_storage from{};
-  socklen_t size = sizeof from;
-  const int fd = ::accept4(listen_fd_, reinterpret_cast<sockaddr*>(&from), &size,
-                           SOCK_NONBLOCK | SOCK_CLOEXEC);
+  Descriptor socket = listener_.Accept(from);
   peer = IpAddressFromSocket(from);
-  return fd;
+  return socket;
 }
 
 void TcpServer::AcceptNewcomers() {
   for (int i = 0; i < kAcceptsPerRound; ++i) {
     IpAddress peer;
-    const int fd = Accept(peer);
-    if (fd >= 0) {
-      if (Admit(fd, peer)) continue;
-      Add(counters_.refused, 1);
-      ::close(fd);
+    if (Descriptor socket = Accept(peer)) {
+      if (!Admit(socket, peer)) Add(counters_.refused, 1);
     } else if (errno == EMFILE || errno == ENFILE) {
       RefuseForLackOfDescriptors();
       return;
@@ -189,7 +181,8 @@ void TcpServer::AcceptNewcomers() {
   }
 }
 
-bool TcpServer::Admit(int fd, const IpAddress& address) {
+/// @return whether it has become a client's; if not, the caller still owns the socket
+bool TcpServer::Admit(Descriptor& socket, const IpAddress& address) {
   if (!allow_.empty() && std::find(allow_.begin(), allow_.end(), address) == allow_.end()) {
     Tell(TcpServerEvent::Kind::kStranger, address);
     return false;
@@ -199,8 +192,8 @@ bool TcpServer::Admit(int fd, const IpAddress& address) {
     Tell(TcpServerEvent::Kind::kNoRoom, address);
     return false;
   }
-  ConfigureClientSocket(fd);
-  client->Open(fd, address, now_ns_);
+  ConfigureClientSocket(socket.get());
+  client->Open(std::move(socket), address, now_ns_);
   Watch(*client, EPOLL_CTL_ADD, kReadable);
   Add(counters_.accepted, 1);
   Add(counters_.clients, 1);
@@ -243,16 +236,17 @@ TcpConnection* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
 /// Without a free descriptor the newcomer would stay in the queue and wake the loop for ever: the
 /// spare one is given up for the moment that it takes to accept and close it.
 void TcpServer::RefuseForLackOfDescriptors() {
-  if (spare_fd_ >= 0) ::close(spare_fd_);
+  spare_.Reset();
   IpAddress peer;
-  const int fd = Accept(peer);
-  if (fd >= 0) {
+  Descriptor socket = Accept(peer);
+  const bool accepted = static_cast<bool>(socket);
+  if (accepted) {
     Add(counters_.refused, 1);
     Tell(TcpServerEvent::Kind::kOutOfDescriptors, peer);
-    ::close(fd);
+    socket.Reset();  // makes room for the spare one
   }
-  spare_fd_ = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (fd < 0 || spare_fd_ < 0) WatchListener(false);
+  spare_.Reset(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  if (!accepted || !spare_) WatchListener(false);
 }
 
 void TcpServer::Serve(TcpConnection& client, std::uint32_t events) {
@@ -296,7 +290,7 @@ void TcpServer::Offer(const TcpConnection& client) {
 }
 
 void TcpServer::Withdraw(const TcpConnection& client) {
-  if (const int fd = offered_[SlotOf(client)].exchange(-1); fd >= 0) ::close(fd);
+  const Descriptor closed(offered_[SlotOf(client)].exchange(-1));
 }
 
 std::size_t TcpServer::SlotOf(const TcpConnection& client) const {
@@ -307,7 +301,7 @@ void TcpServer::Close(TcpConnection& client) {
   if (!client.open()) return;
   Withdraw(client);
   // Closing does not take it out of the set as long as somebody keeps it.
-  ::epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, client.fd(), nullptr);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, client.fd(), nullptr);
   client.Close();
   Add(counters_.clients, static_cast<std::uint64_t>(-1));
 }
@@ -350,7 +344,7 @@ void TcpServer::WatchListener(bool on) {
     earliest_ns_ = listen_again_ns_;
   }
   epoll_event event{.events = on ? EPOLLIN : 0U, .data = {.u32 = kListenerTag}};
-  ::epoll_ctl(epoll_fd_, EPOLL_CTL_MOD, listen_fd_, &event);
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, listener_.fd(), &event);
 }
 
 void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const {
@@ -361,7 +355,7 @@ void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const 
 
 void TcpServer::Watch(const TcpConnection& client, int operation, std::uint32_t events) const {
   epoll_event event{.events = events, .data = {.u32 = static_cast<std::uint32_t>(SlotOf(client))}};
-  ::epoll_ctl(epoll_fd_, operation, client.fd(), &event);
+  ::epoll_ctl(epoll_.get(), operation, client.fd(), &event);
 }
 
 }  // namespace plumbline::modbus

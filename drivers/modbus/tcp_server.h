@@ -18,6 +18,8 @@
 #include "drivers/modbus/request_handler.h"
 #include "drivers/modbus/tcp_connection.h"
 #include "drivers/modbus/tcp_socket.h"
+#include "drivers/os/descriptor.h"
+#include "drivers/os/tcp_listener.h"
 #include "drivers/pulse.h"
 #include "firmware-like/result.h"
 
@@ -41,13 +43,17 @@ struct TcpServerEvent {
 struct TcpServerOptions {
   std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "::" takes both
   int port = 502;                     ///< 0: the kernel chooses
-  int listen_fd = -1;                 ///< an open listening socket instead; the server owns it then
-  std::vector<int> connections{};     ///< open ones of a server before; the server owns them then
   bool offers_connections = false;    ///< whether TakeOffered() is called
   std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
   int max_clients = 32;               ///< raised to the size of `allow` where that is more
   std::vector<std::string> allow{};   ///< client addresses; empty: any
   std::function<void(const TcpServerEvent&)> on_event{};  ///< in the server's thread, or in Start()
+};
+
+/// What an earlier process left open.
+struct InheritedSockets {
+  Descriptor listener{};                  ///< serves instead of a socket of the server's own
+  std::vector<Descriptor> connections{};  ///< of clients
 };
 
 struct TcpServerCounters {
@@ -62,31 +68,33 @@ class TcpServer {
  public:
   /// Opens the socket and starts the thread. @return the server, or why not with a remedy
   static Result<std::unique_ptr<TcpServer>> Start(const TcpServerOptions& options,
-                                                  RequestHandler& handler);
+                                                  RequestHandler& handler,
+                                                  InheritedSockets inherited = {});
   /// Joins the thread and closes all connections; those that were taken stay open with their taker.
   ~TcpServer();
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
 
-  int port() const { return port_; }
+  const TcpEndpoint& endpoint() const { return listener_.endpoint(); }
+  int port() const { return endpoint().port; }
   /// Any thread.
   TcpServerCounters counters() const;
   const Pulse& pulse() const { return pulse_; }
 
   /// A second descriptor of each connection that has made its first request since the last call,
-  /// for whoever keeps it open until a next server takes it over. The caller owns them. A
-  /// connection that this server ends is ended for the keeper too. Any one thread.
-  std::vector<int> TakeOffered();
+  /// for whoever keeps it open until a next server takes it over. A connection that this server
+  /// ends is ended for the keeper too. Any one thread.
+  std::vector<Descriptor> TakeOffered();
 
  private:
-  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, int listen_fd,
+  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, TcpListener listener,
             RequestHandler& handler);
 
   void Run();
-  void TakeOver(const std::vector<int>& connections);
+  void TakeOver(std::vector<Descriptor> connections);
   void AcceptNewcomers();
-  int Accept(IpAddress& peer) const;
-  bool Admit(int fd, const IpAddress& address);
+  Descriptor Accept(IpAddress& peer) const;
+  bool Admit(Descriptor& socket, const IpAddress& address);
   TcpConnection* FindSlot(const IpAddress& newcomer);
   TcpConnection* ChooseEvicted(const IpAddress& newcomer);
   void RefuseForLackOfDescriptors();
@@ -114,8 +122,9 @@ class TcpServer {
   const bool offers_connections_;
   std::vector<TcpConnection> clients_;
   std::vector<std::atomic<int>> offered_;  ///< for each slot: not taken yet; -1: none
-  int listen_fd_, epoll_fd_ = -1, wake_fd_ = -1, spare_fd_ = -1;
-  int port_ = 0;
+  const TcpListener listener_;
+  const Descriptor epoll_, wake_;
+  Descriptor spare_;
   std::int64_t now_ns_ = 0;       ///< of this round
   std::int64_t earliest_ns_ = 0;  ///< no deadline lies before it; 0: there is none
   std::int64_t listen_again_ns_ = 0;

@@ -3,11 +3,10 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstring>
-#include <system_error>
+
+#include "drivers/os/tcp_listener.h"
 
 namespace plumbline::modbus {
 namespace {
@@ -28,15 +27,6 @@ IpAddress MappedFromV4(const in_addr& v4) {
 std::uint16_t PortOf(const sockaddr_storage& end) {
   return ntohs(end.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(end).sin6_port
                                          : reinterpret_cast<const sockaddr_in&>(end).sin_port);
-}
-
-Error CannotListen(const std::string& place, int reason) {
-  std::string message =
-      "cannot listen on " + place + ": " + std::generic_category().message(reason);
-  if (reason == EACCES) message += " (ports below 1024 need CAP_NET_BIND_SERVICE)";
-  if (reason == EADDRINUSE) message += " (another program holds the port; see ss -ltnp)";
-  if (reason == EADDRNOTAVAIL) message += " (no interface of this machine has it; see ip address)";
-  return Error{message};
 }
 
 }  // namespace
@@ -74,42 +64,7 @@ std::array<char, 46> IpAddressText(const IpAddress& address) {
 
 std::string TextOf(const Client& client) {
   if (client == Client()) return "the serial line";
-  const std::string address = IpAddressText(client.address).data();
-  const bool is_v6 = address.find(':') != std::string::npos;
-  return (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(client.port);
-}
-
-Result<int> ListenOn(const std::string& address, int port) {
-  const std::string place = address + " port " + std::to_string(port);
-  if (port < 0 || port > 65535) {
-    return Error{"cannot listen on " + place + ": the port is outside 0..65535"};
-  }
-  sockaddr_in v4{};
-  sockaddr_in6 v6{};
-  const bool is_v4 = ::inet_pton(AF_INET, address.c_str(), &v4.sin_addr) == 1;
-  if (!is_v4 && ::inet_pton(AF_INET6, address.c_str(), &v6.sin6_addr) != 1) {
-    return Error{"cannot listen on " + place + ": neither an IPv4 nor an IPv6 address"};
-  }
-  v4.sin_family = AF_INET;
-  v6.sin6_family = AF_INET6;
-  v4.sin_port = v6.sin6_port = htons(static_cast<std::uint16_t>(port));
-  const int fd = ::socket(is_v4 ? AF_INET : AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return CannotListen(place, errno);
-  SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
-  if (!is_v4) SetOption(fd, IPPROTO_IPV6, IPV6_V6ONLY, 0);
-  const int bound = is_v4 ? ::bind(fd, reinterpret_cast<const sockaddr*>(&v4), sizeof v4)
-                          : ::bind(fd, reinterpret_cast<const sockaddr*>(&v6), sizeof v6);
-  if (bound == 0 && ::listen(fd, SOMAXCONN) == 0) return fd;
-  const int reason = errno;
-  ::close(fd);
-  return CannotListen(place, reason);
-}
-
-int BoundPort(int fd) {
-  sockaddr_storage bound{};
-  socklen_t size = sizeof bound;
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&bound), &size);
-  return PortOf(bound);
+  return TcpEndpoint{IpAddressText(client.address).data(), client.port}.Text();
 }
 
 std::uint16_t PeerPort(int fd) {

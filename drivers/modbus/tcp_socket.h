@@ -1,4 +1,4 @@
-// Addresses and the listening socket of the TCP server.
+// Addresses and connections of the TCP server.
 #pragma once
 
 #include <sys/socket.h>
@@ -19,14 +19,6 @@ IpAddress IpAddressFromSocket(const sockaddr_storage& peer);
 
 /// As text, IPv4 in dots; no heap.
 std::array<char, 46> IpAddressText(const IpAddress& address);
-
-/// An open listening socket. @return its descriptor, or why not with a remedy
-/// @param address  IPv4 or IPv6; "::" takes both
-/// @param port     0: the kernel chooses
-Result<int> ListenOn(const std::string& address, int port);
-
-/// The port a socket is bound to.
-int BoundPort(int fd);
 
 /// The port of a connection's other end; 0 where it has ended already.
 std::uint16_t PeerPort(int fd);

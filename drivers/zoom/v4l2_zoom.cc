@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
@@ -51,13 +50,8 @@ Result<std::unique_ptr<ZoomSensor>> V4l2Zoom::Create(const V4l2ZoomOptions& opti
 V4l2Zoom::V4l2Zoom(V4l2ZoomOptions options, Clock clock)
     : options_(std::move(options)), clock_(clock) {}
 
-V4l2Zoom::~V4l2Zoom() {
-  if (fd_ >= 0) close(fd_);
-}
-
 ZoomResult V4l2Zoom::Lost(const std::string& why) {
-  if (fd_ >= 0) close(fd_);
-  fd_ = -1;
+  fd_.Reset();
   back_off_.Failed(clock_());
   problem_ = fmt::format("{}: {}", options_.device, why);
   return ZoomResult::kLost;
@@ -68,7 +62,7 @@ bool V4l2Zoom::Subscribe(std::uint32_t control) const {
   subscription.type = V4L2_EVENT_CTRL;
   subscription.id = control;
   subscription.flags = V4L2_EVENT_SUB_FL_SEND_INITIAL;
-  return IoctlAgain(fd_, VIDIOC_SUBSCRIBE_EVENT, &subscription) == 0;
+  return IoctlAgain(fd_.get(), VIDIOC_SUBSCRIBE_EVENT, &subscription) == 0;
 }
 
 bool V4l2Zoom::Open() {
@@ -81,17 +75,17 @@ bool V4l2Zoom::Open() {
     }
     path = camera.value().path;
   }
-  fd_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd_ < 0) {
+  fd_.Reset(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  if (!fd_) {
     Lost(CannotBeOpened(errno, kCameraDevice));
     return false;
   }
-  if (!HasControl(fd_, V4L2_CID_ZOOM_ABSOLUTE)) {
+  if (!HasControl(fd_.get(), V4L2_CID_ZOOM_ABSOLUTE)) {
     Lost("has no zoom control; see v4l2-ctl --list-ctrls");
     return false;
   }
   last_ = ZoomReading{};
-  has_focus_ = HasControl(fd_, V4L2_CID_FOCUS_ABSOLUTE);
+  has_focus_ = HasControl(fd_.get(), V4L2_CID_FOCUS_ABSOLUTE);
   // A camera without events is read all the same.
   Subscribe(V4L2_CID_ZOOM_ABSOLUTE);
   if (has_focus_) Subscribe(V4L2_CID_FOCUS_ABSOLUTE);
@@ -101,27 +95,27 @@ bool V4l2Zoom::Open() {
 bool V4l2Zoom::ReadControls() {
   v4l2_control control{};
   control.id = V4L2_CID_ZOOM_ABSOLUTE;
-  if (IoctlAgain(fd_, VIDIOC_G_CTRL, &control) != 0) return false;
+  if (IoctlAgain(fd_.get(), VIDIOC_G_CTRL, &control) != 0) return false;
   last_.zoom_counts = control.value;
   if (!has_focus_) return true;
   control.id = V4L2_CID_FOCUS_ABSOLUTE;
-  if (IoctlAgain(fd_, VIDIOC_G_CTRL, &control) == 0) last_.focus_counts = control.value;
+  if (IoctlAgain(fd_.get(), VIDIOC_G_CTRL, &control) == 0) last_.focus_counts = control.value;
   return true;
 }
 
 ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
-  if (fd_ < 0) {
+  if (!fd_) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
   }
   const bool first = !last_.zoom_counts;
-  pollfd wait{.fd = fd_, .events = POLLPRI, .revents = 0};
+  pollfd wait{.fd = fd_.get(), .events = POLLPRI, .revents = 0};
   const int wait_ms = first ? 0 : static_cast<int>(std::ceil(1e3 * options_.timeout_s));
   bool told = false;
   if (poll(&wait, 1, wait_ms) > 0 && (wait.revents & POLLPRI) != 0) {
     v4l2_event event{};
     do {
-      if (IoctlAgain(fd_, VIDIOC_DQEVENT, &event) != 0) break;
+      if (IoctlAgain(fd_.get(), VIDIOC_DQEVENT, &event) != 0) break;
       if (ReadingFromEvent(event, last_)) told = told || event.id == V4L2_CID_ZOOM_ABSOLUTE;
     } while (event.pending > 0);
   }

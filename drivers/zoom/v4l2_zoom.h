@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/os/descriptor.h"
 #include "drivers/zoom/zoom.h"
 #include "firmware-like/result.h"
 
@@ -27,7 +28,6 @@ class V4l2Zoom : public ZoomSensor {
  public:
   /// Refuses a time-out outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(const V4l2ZoomOptions& options, Clock clock);
-  ~V4l2Zoom() override;
 
   ZoomResult Read(ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
@@ -42,7 +42,7 @@ class V4l2Zoom : public ZoomSensor {
 
   const V4l2ZoomOptions options_;
   const Clock clock_;
-  int fd_ = -1;
+  Descriptor fd_;
   BackOff back_off_;
   bool has_focus_ = false;
   ZoomReading last_;

@@ -72,25 +72,20 @@ Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& option
 ViscaZoom::ViscaZoom(ViscaOptions options, Clock clock)
     : options_(std::move(options)), clock_(clock) {}
 
-ViscaZoom::~ViscaZoom() {
-  if (fd_ >= 0) close(fd_);
-}
-
 ZoomResult ViscaZoom::Fail(ZoomResult result, const std::string& why) {
   problem_ = fmt::format("{}: camera {}: {}", options_.device, options_.address, why);
   return result;
 }
 
 ZoomResult ViscaZoom::Lost(const std::string& why) {
-  if (fd_ >= 0) close(fd_);
-  fd_ = -1;
+  fd_.Reset();
   back_off_.Failed(clock_());
   return Fail(ZoomResult::kLost, why);
 }
 
 bool ViscaZoom::Open() {
-  fd_ = open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd_ < 0 || !ConfigureLine(fd_, options_.baud)) {
+  fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!fd_ || !ConfigureLine(fd_.get(), options_.baud)) {
     Lost(CannotBeOpened(errno, kSerialLine));
     return false;
   }
@@ -101,7 +96,7 @@ bool ViscaZoom::Open() {
 
 ZoomResult ViscaZoom::Read(ZoomReading& reading) {
   const double deadline_s = clock_() + options_.timeout_s;
-  if (fd_ < 0) {
+  if (!fd_) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
   }
@@ -124,7 +119,7 @@ ZoomResult ViscaZoom::Read(ZoomReading& reading) {
 ZoomResult ViscaZoom::Drain() {
   std::array<std::uint8_t, 256> bytes;
   for (;;) {
-    const ssize_t size = read(fd_, bytes.data(), bytes.size());
+    const ssize_t size = read(fd_.get(), bytes.data(), bytes.size());
     if (size < 0 && errno == EINTR) continue;
     if (size < 0 && errno == EAGAIN) break;
     if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
@@ -186,13 +181,13 @@ ZoomResult ViscaZoom::AskPosition(const visca::Request& request, double deadline
 bool ViscaZoom::Send(const visca::Request& request, double deadline_s) {
   std::span<const std::uint8_t> rest = request.span();
   while (!rest.empty()) {
-    const ssize_t written = write(fd_, rest.data(), rest.size());
+    const ssize_t written = write(fd_.get(), rest.data(), rest.size());
     if (written > 0) {
       rest = rest.subspan(static_cast<std::size_t>(written));
       continue;
     }
     if (written < 0 && errno != EAGAIN && errno != EINTR) return false;
-    if (WaitFor(fd_, POLLOUT, deadline_s - clock_()) <= 0) return false;
+    if (WaitFor(fd_.get(), POLLOUT, deadline_s - clock_()) <= 0) return false;
   }
   return true;
 }
@@ -207,13 +202,13 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
   int malformed = 0, other = 0;  // other: the address that an answer came from instead
   for (;;) {
     const double left_s = deadline_s - clock_();
-    const int ready = left_s > 0 ? WaitFor(fd_, POLLIN, left_s) : 0;
+    const int ready = left_s > 0 ? WaitFor(fd_.get(), POLLIN, left_s) : 0;
     if (ready < 0 && errno == EINTR) continue;
     if (ready < 0) return Lost("hung up");
     if (ready == 0) break;
     // One byte at a time: what follows the answer stays for the next question's Drain().
     std::uint8_t byte = 0;
-    const ssize_t size = read(fd_, &byte, 1);
+    const ssize_t size = read(fd_.get(), &byte, 1);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
     if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
     const std::optional<Reply> reply = receiver_.Push(byte);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/os/descriptor.h"
 #include "drivers/zoom/visca_codec.h"
 #include "drivers/zoom/zoom.h"
 #include "firmware-like/result.h"
@@ -30,7 +31,6 @@ class ViscaZoom : public ZoomSensor {
   /// Refuses an unknown speed, an address outside 1..7, a time-out outside 0.01..10 s. A missing
   /// device is no error here.
   static Result<std::unique_ptr<ZoomSensor>> Create(const ViscaOptions& options, Clock clock);
-  ~ViscaZoom() override;
 
   ZoomResult Read(ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
@@ -53,7 +53,7 @@ class ViscaZoom : public ZoomSensor {
 
   const ViscaOptions options_;
   const Clock clock_;
-  int fd_ = -1;
+  Descriptor fd_;
   BackOff back_off_;
   visca::Receiver receiver_;
   bool addressed_ = false;

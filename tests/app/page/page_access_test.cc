@@ -108,46 +108,43 @@ TEST_CASE("without a token the page listens for this computer alone") {
   REQUIRE_FALSE(refused);
   CHECK_THAT(refused.error(), Contains("is reached from other computers: it needs token"));
   // A service manager's socket, too, whatever the configuration says.
-  const Result<int> held = ListenForHttp("0.0.0.0", 0);
+  auto held = TcpListener::Open("0.0.0.0", 0);
   REQUIRE(held);
   options = scene.Options();
-  options.listen_fd = *held;
-  CHECK_FALSE(Page::Start(options, scene.shown, nullptr));
+  CHECK_FALSE(Page::Start(options, scene.shown, nullptr, Descriptor(dup(held.value().fd()))));
   options = scene.Options();
-  const Result<int> local = ListenForHttp("127.0.0.1", 0);
+  auto local = TcpListener::Open("127.0.0.1", 0);
   REQUIRE(local);
-  const int port = WhereListens(*local).port;
-  options.listen_fd = *local;
-  scene.Start(options);
+  const int port = local.value().endpoint().port;
+  scene.Start(options, Descriptor(dup(local.value().fd())));
   CHECK(scene.port() == port);
   CHECK(scene.Get("/").status == 200);
   options = scene.Options();
   options.config.port = port;
   const auto taken = Page::Start(options, scene.shown, nullptr);
   REQUIRE_FALSE(taken);
-  CHECK_THAT(taken.error(), Contains("another program has it"));
+  CHECK_THAT(taken.error(), Contains("another program holds the port"));
 }
 
 TEST_CASE("a socket that somebody else holds listens on when the page has ended") {
   PageScene scene;
-  const Result<int> held = ListenForHttp("127.0.0.1", 0);
+  auto held = TcpListener::Open("127.0.0.1", 0);
   REQUIRE(held);
   for (int run = 0; run < 2; ++run) {
     PageOptions options = scene.Options();
-    options.listen_fd = dup(*held);
+    Descriptor listener(dup(held.value().fd()));
     if (run == 1) {
       // Who comes while nobody serves waits.
-      PageConnection early(WhereListens(*held).port);
+      PageConnection early(held.value().endpoint().port);
       early.Send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
-      scene.Start(options);
+      scene.Start(options, std::move(listener));
       CHECK(PageAnswer(early.Read()).status == 503);
     } else {
-      scene.Start(options);
+      scene.Start(options, std::move(listener));
     }
     CHECK(scene.Get("/").status == 200);
     scene.page.reset();
   }
-  close(*held);
 }
 
 TEST_CASE("another site's name that leads here is refused; so is a request without one") {

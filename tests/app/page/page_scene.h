@@ -7,6 +7,7 @@
 
 #include "app/page/page.h"
 #include "drivers/clock.h"
+#include "drivers/os/descriptor.h"
 #include "tests/app/page/page_client.h"
 #include "tests/app/view/view_scene.h"
 
@@ -45,11 +46,12 @@ struct PageScene {
     options.joints = scene.model->config.machine.cell.robot.joints;
     return options;
   }
-  void Start(PageOptions options) {
-    auto started = Page::Start(std::move(options), shown, [this](const LogEntry& entry) {
+  void Start(PageOptions options, Descriptor listener = {}) {
+    const auto tell = [this](const LogEntry& entry) {
       const std::lock_guard lock(told_mutex);
       told.push_back(entry.text);
-    });
+    };
+    auto started = Page::Start(std::move(options), shown, tell, std::move(listener));
     INFO((started ? std::string() : started.error()));
     REQUIRE(started);
     page = std::move(started).value();

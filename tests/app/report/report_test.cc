@@ -194,7 +194,7 @@ TEST_CASE("what gnuplot cannot do is told") {
     const char* says;
   };
   const Case cases[] = {{"#!/bin/sh\ncat > /dev/null; echo broken >&2; exit 3\n", "broken"},
-                        {"#!/bin/sh\nexec sleep 60\n", "did not end in its time"},
+                        {"#!/bin/sh\nexec sleep 60\n", "did not end within 0.7 s"},
                         {"#!/bin/sh\nexec < /dev/null; echo '<svg></svg>'\n", ""}};
   for (const Case& c : cases) {
     CAPTURE(c.script);

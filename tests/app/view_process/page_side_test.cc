@@ -9,7 +9,7 @@ TEST_CASE("a page whose port is taken is told once, tried again, and served when
   PageScene scene;
   scene.Start(scene.Options());  // has the port
   std::vector<std::string> bad, good;
-  PageSide side(scene.shown, -1, [&](const LogEntry& entry) {
+  PageSide side(scene.shown, {}, [&](const LogEntry& entry) {
     (entry.event == Event::kPageFault ? bad : good).push_back(entry.text);
   });
   DaemonConfig config;
@@ -19,7 +19,7 @@ TEST_CASE("a page whose port is taken is told once, tried again, and served when
   double now_s = MonotonicSeconds();
   for (int k = 0; k < 3; ++k) side.Round(now_s += 2 * PageSide::kRetry_s);
   REQUIRE(bad.size() == 1);
-  CHECK(bad[0].find("another program has it") != std::string::npos);
+  CHECK(bad[0].find("another program holds the port") != std::string::npos);
   CHECK(side.page() == nullptr);
   scene.page.reset();
   side.Round(MonotonicSeconds());
@@ -33,7 +33,7 @@ TEST_CASE("a reload tries a page that is not served at once, and keeps one that 
   PageScene scene;
   scene.Start(scene.Options());
   int served = 0;
-  PageSide side(scene.shown, -1, [&](const LogEntry& entry) {
+  PageSide side(scene.shown, {}, [&](const LogEntry& entry) {
     served += entry.event == Event::kPageServed ? 1 : 0;
   });
   DaemonConfig config;

@@ -37,13 +37,13 @@ struct Served {
   std::vector<Kind> events;
   std::unique_ptr<TcpServer> server;
 
-  explicit Served(TcpServerOptions options = {}) {
+  explicit Served(TcpServerOptions options = {}, InheritedSockets inherited = {}) {
     options.port = 0;
     options.on_event = [this](const TcpServerEvent& event) {
       const std::lock_guard lock(mutex);
       events.push_back(event.kind);
     };
-    auto started = TcpServer::Start(options, device.handler);
+    auto started = TcpServer::Start(options, device.handler, std::move(inherited));
     if (!started) FAIL(started.error());
     server = std::move(started).value();
   }
@@ -304,22 +304,21 @@ TEST_CASE("TCP server: a connection that somebody keeps is served by the next se
   const RawClient plc(served->port()), silent(served->port()), gone(served->port());
   REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
   const auto take = [](TcpServer& server, std::size_t count) {
-    std::vector<int> all;
+    std::vector<Descriptor> all;
     for (int wait = 0; wait < 500 && all.size() < count; ++wait) {
-      const std::vector<int> some = server.TakeOffered();
-      all.insert(all.end(), some.begin(), some.end());
+      for (Descriptor& one : server.TakeOffered()) all.push_back(std::move(one));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return all;
   };
-  std::vector<int> kept = take(*served->server, 1);
+  std::vector<Descriptor> kept = take(*served->server, 1);
   REQUIRE(kept.size() == 1);                        // whoever has asked nothing is not offered
   for (const std::uint8_t number : Bytes{2, 22}) {  // the second answer comes after the first's end
     REQUIRE(plc.Ask(Frame(number, kRead), 11) == Frame(number, kReadReply));
   }
   CHECK(served->server->TakeOffered().empty());  // nor anybody twice
   REQUIRE(gone.Ask(Frame(3, kRead), 11) == Frame(3, kReadReply));
-  for (const int fd : take(*served->server, 1)) kept.push_back(fd);
+  for (Descriptor& one : take(*served->server, 1)) kept.push_back(std::move(one));
   REQUIRE(kept.size() == 2);
 
   served.reset();
@@ -327,19 +326,17 @@ TEST_CASE("TCP server: a connection that somebody keeps is served by the next se
   plc.Send(Frame(4, kRead));  // while nobody serves
   ::shutdown(gone.fd(), SHUT_RDWR);
 
-  options.connections = kept;
-  Served next(options);
+  Served next(options, {.connections = std::move(kept)});
   CHECK(plc.Receive(11) == Frame(4, kReadReply));
   CHECK(plc.Ask(Frame(5, kRead), 11) == Frame(5, kReadReply));
   for (int wait = 0; wait < 500 && next.server->counters().clients != 1; ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   CHECK(next.server->counters().clients == 1);
-  const std::vector<int> again = take(*next.server, 1);
+  const std::vector<Descriptor> again = take(*next.server, 1);
   REQUIRE(again.size() == 1);
   plc.Send({0, 1, 0, 1, 0, 0, 0});  // not Modbus: ended for the keeper too
   CHECK(plc.WaitUntilClosed());
-  for (const int fd : again) ::close(fd);
 }
 
 TEST_CASE("TCP server: a kept connection whose address is no longer allowed is ended",
@@ -347,18 +344,17 @@ TEST_CASE("TCP server: a kept connection whose address is no longer allowed is e
   auto served = std::make_unique<Served>(TcpServerOptions{.offers_connections = true});
   const RawClient plc(served->port(), "127.0.0.2");
   REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
-  std::vector<int> kept;
+  std::vector<Descriptor> kept;
   for (int wait = 0; wait < 500 && kept.empty(); ++wait) {
     kept = served->server->TakeOffered();
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   REQUIRE(kept.size() == 1);
-  const int keeper = ::dup(kept[0]);
+  const Descriptor keeper(::dup(kept[0].get()));
   served.reset();
-  Served next({.connections = kept, .allow = {"127.0.0.1"}});
+  Served next({.allow = {"127.0.0.1"}}, {.connections = std::move(kept)});
   CHECK(plc.WaitUntilClosed());
   CHECK(next.Saw(Kind::kStranger));
-  ::close(keeper);
 }
 
 TEST_CASE("TCP server: who makes room when all slots are taken", "[modbus][tcp]") {
@@ -436,13 +432,14 @@ TEST_CASE("TCP server: without a free descriptor the newcomer is refused, later 
 
 TEST_CASE("TCP server: an open listening socket can be handed over", "[modbus][tcp]") {
   TestDevice device;
-  const auto fd = ListenOn("::", 0);
-  if (!fd) {
-    WARN("skipped, no IPv6 here: " << fd.error());
+  auto listener = TcpListener::Open("::", 0);
+  if (!listener) {
+    WARN("skipped, no IPv6 here: " << listener.error());
     return;
   }
-  const int port = BoundPort(*fd);
-  const auto server = TcpServer::Start({.listen_fd = *fd, .allow = {"127.0.0.1"}}, device.handler);
+  const int port = listener->endpoint().port;
+  const auto server = TcpServer::Start({.allow = {"127.0.0.1"}}, device.handler,
+                                       {.listener = Descriptor(::dup(listener->fd()))});
   REQUIRE(server.ok());
   CHECK((*server)->port() == port);
   CHECK(Answers(port));

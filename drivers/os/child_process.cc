@@ -1,0 +1,167 @@
+#include "drivers/os/child_process.h"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+
+#include "drivers/clock.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kPollPeriod_s = 1e-3;
+
+/// Everything that the child needs, allocated before the fork: between fork and exec a child of a
+/// process with several threads may make system calls only [signal-safety(7)].
+struct ExecPlan {
+  std::vector<char*> arguments;
+  std::vector<int> descriptors;  ///< by their number in the child; -1: none
+  int nice = 0;
+  bool own_group = false;
+  pid_t parent = 0;
+};
+
+ExecPlan PlanOf(const ChildOptions& options) {
+  ExecPlan plan;
+  plan.arguments.reserve(options.arguments.size() + 1);
+  for (const std::string& argument : options.arguments) {
+    plan.arguments.push_back(const_cast<char*>(argument.c_str()));  // execv writes nothing
+  }
+  plan.arguments.push_back(nullptr);
+  plan.descriptors.assign(STDERR_FILENO + 1, -1);
+  for (const ChildOptions::Handed& handed : options.descriptors) {
+    const auto number = static_cast<std::size_t>(handed.number);
+    if (plan.descriptors.size() <= number) plan.descriptors.resize(number + 1, -1);
+    plan.descriptors[number] = handed.descriptor;
+  }
+  plan.nice = options.nice;
+  plan.own_group = options.own_group;
+  plan.parent = getpid();
+  return plan;
+}
+
+/// Raw descriptors: no destructor runs in this process, and exec ends it.
+void PlaceDescriptors(std::vector<int>& descriptors) {
+  const int above = static_cast<int>(descriptors.size());
+  const int nothing = fcntl(open("/dev/null", O_RDWR), F_DUPFD, above);
+  // Out of each other's way first, then to their places.
+  for (int& descriptor : descriptors) {
+    if (descriptor >= 0) descriptor = fcntl(descriptor, F_DUPFD, above);
+  }
+  for (int number = 0; number < above; ++number) {
+    const int descriptor = descriptors[static_cast<std::size_t>(number)];
+    if (descriptor >= 0) {
+      dup2(descriptor, number);
+    } else if (number <= STDERR_FILENO) {
+      dup2(nothing, number);
+    } else {
+      close(number);
+    }
+  }
+  close_range(static_cast<unsigned>(above), ~0U, 0);
+}
+
+[[noreturn]] void BecomeProgram(ExecPlan& plan) {
+  if (plan.own_group) setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // A process that ended before the line above is noticed here; a thread is not.
+  if (getppid() != plan.parent) _exit(ChildEnd::kNotRun);
+  if (plan.nice != 0) setpriority(PRIO_PROCESS, 0, plan.nice);
+  signal(SIGPIPE, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  PlaceDescriptors(plan.descriptors);
+  execv(plan.arguments[0], plan.arguments.data());
+  _exit(ChildEnd::kNotRun);
+}
+
+/// Nothing where a signal came in between or the child runs on.
+/// @param flags  of waitpid()
+std::optional<ChildEnd> WaitFor(pid_t pid, int flags) {
+  int status = 0;
+  const pid_t waited = waitpid(pid, &status, flags);
+  if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
+  ChildEnd end;
+  if (waited > 0 && WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
+  if (waited > 0 && WIFSIGNALED(status)) end.signal = WTERMSIG(status);
+  return end;
+}
+
+}  // namespace
+
+Result<ChildProcess> ChildProcess::Start(const ChildOptions& options) {
+  ExecPlan plan = PlanOf(options);
+  const pid_t pid = fork();
+  if (pid == 0) BecomeProgram(plan);
+  if (pid < 0) return Error{std::strerror(errno)};
+  if (options.own_group) setpgid(pid, pid);  // whoever is first; a kill of the group must find it
+  return ChildProcess(pid, options.own_group);
+}
+
+ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
+  if (this == &other) return *this;
+  End();
+  pid_ = std::exchange(other.pid_, -1);
+  own_group_ = other.own_group_;
+  return *this;
+}
+
+void ChildProcess::Kill() const {
+  if (own_group_) {
+    killpg(pid_, SIGKILL);
+  } else {
+    kill(pid_, SIGKILL);
+  }
+}
+
+std::optional<ChildEnd> ChildProcess::Poll() {
+  if (!started()) return std::nullopt;
+  const std::optional<ChildEnd> end = WaitFor(pid_, WNOHANG);
+  if (!end) return std::nullopt;
+  if (own_group_) Kill();  // what it has left behind
+  pid_ = -1;
+  return end;
+}
+
+ChildEnd ChildProcess::End(double patience_s, int signal) {
+  constexpr ChildEnd kKilled{.exit_code = std::nullopt, .signal = SIGKILL};
+  if (!started()) return kKilled;
+  if (signal != 0) kill(pid_, signal);
+  const double until_s = MonotonicSeconds() + patience_s;
+  for (;;) {
+    if (const std::optional<ChildEnd> end = Poll()) return *end;
+    if (MonotonicSeconds() >= until_s) break;
+    SleepSeconds(kPollPeriod_s);
+  }
+  Kill();
+  for (;;) {
+    if (const std::optional<ChildEnd> end = WaitFor(pid_, 0)) {
+      pid_ = -1;
+      return *end;
+    }
+  }
+}
+
+std::string FindProgram(const std::string& name) {
+  const auto runs = [](const std::string& path) { return access(path.c_str(), X_OK) == 0; };
+  if (name.find('/') != std::string::npos) return runs(name) ? name : "";
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
+    if (runs(candidate)) return candidate;
+  }
+  return "";
+}
+
+}  // namespace plumbline

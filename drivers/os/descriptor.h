@@ -1,0 +1,49 @@
+// File descriptor that closes itself.
+#pragma once
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace plumbline {
+
+/// Owns one descriptor of the process, or none (-1). Closing leaves errno as it was, so that an
+/// early return can still report why the call before it failed.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int fd) : fd_(fd) {}  ///< takes ownership; negative: none
+  Descriptor(Descriptor&& other) noexcept : fd_(other.Release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    Reset(other.Release());
+    return *this;
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { Reset(); }
+
+  explicit operator bool() const { return fd_ >= 0; }
+  int get() const { return fd_; }  ///< -1: none
+
+  /// Closes the descriptor and owns `fd` instead.
+  void Reset(int fd = -1) {
+    const int old = std::exchange(fd_, fd < 0 ? -1 : fd);
+    if (old < 0) return;
+    const int error = errno;
+    close(old);
+    errno = error;
+  }
+
+  /// Closes a file that was written: a network share may report only now that a write was lost.
+  /// @return false with errno set
+  bool CloseWritten() { return close(Release()) == 0; }
+
+  /// Gives ownership to the caller. @return -1: there was none
+  [[nodiscard]] int Release() { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_ = -1;
+};
+
+}  // namespace plumbline
