@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
 
   std::atomic<bool> stop{false};
   std::thread feed([&] {
-    for (double time_s = 0; !stop; time_s += kFeedPeriod_s) {
+    while (!stop) {
       if (publisher.value()->Watched()) publisher.value()->Send(StateAt(0));
       SleepSeconds(kFeedPeriod_s);
     }
