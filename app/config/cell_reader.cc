@@ -191,6 +191,9 @@ void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
       table.AddFault(key, fmt::format("needs {} beside it", other));
     }
   }
+  if (table.Has("distant_sigma_mm") && !table.Has("residual_sigma_mm")) {
+    table.AddFault("distant_sigma_mm", "needs residual_sigma_mm beside it");
+  }
   if (!poses) return;
   if (poses->rows() == 0 || poses->cols() != robot.size()) {
     table.AddFault("poses_deg",

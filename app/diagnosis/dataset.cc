@@ -314,17 +314,20 @@ Dataset Thinned(const Dataset& data, const FitRows& rows) {
   thin.session_of.clear();
   thin.cluster_of.clear();
   for (RecordedSignal& signal : thin.signals) signal.values.clear();
+  std::map<ClusterIndex, ClusterIndex> renumbered;
   for (const RowIndex row : rows) {
     thin.table.rows.push_back(data.measured(row));
     thin.conditions.push_back(data.conditions[row]);
     thin.payloads.push_back(data.payloads[row]);
     thin.numbers.push_back(data.numbers[row]);
     thin.session_of.push_back(data.session_of[row]);
-    thin.cluster_of.push_back(data.cluster_of[row]);
+    thin.cluster_of.push_back(
+        renumbered.emplace(data.cluster_of[row], ClusterIndex(renumbered.size())).first->second);
     for (const SignalIndex signal : data.signals.indices()) {
       thin.signals[signal].values.push_back(data.signals[signal].values[row]);
     }
   }
+  thin.clusters = static_cast<int>(renumbered.size());
   return thin;
 }
 

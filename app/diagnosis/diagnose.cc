@@ -162,7 +162,7 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {
-    if (fit.problem.weights[row] >= kOutlierWeight) continue;
+    if (fit.problem.weights[row] >= kOutlierWeight || data.numbers[row].count == 0) continue;
     diagnosis.outlier_rows.push_back(data.measured(row).line);
   }
 }
@@ -185,8 +185,8 @@ void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              Diagnosis& diagnosis) {
   task.Report(0.65, "judging rivals");
-  const FindingsContext context{found.fit, *found.pool,  found.best,
-                                fit.refit, found.ranked, task.options};
+  const FindingsContext context{found.fit,        *found.pool,  found.best,  fit.refit,
+                                found.refit.chi2, found.ranked, task.options};
   AddFindings(context, diagnosis);
   std::vector<Explanation> rivals;
   if (!found.unknown && !found.best.blocks.empty()) {
@@ -265,7 +265,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
                                  Diagnosis& diagnosis) {
   task.Report(0.8, "fitting a discrepancy model");
   const std::optional<DiscrepancyModel> offered =
-      DiscrepancyModelOf(*found.pool, found.best, found.candidates, {});
+      DiscrepancyModelOf(*found.pool, found.best, found.candidates);
   if (task.Interrupted()) return Task::InterruptedError();
   task.Report(0.85, "held-out rows");
   const HeldOutInput input{
@@ -340,9 +340,9 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
 }
 
 /// How far newly measured points lie from the written model, near the measured poses and away.
-void AddSpread(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
-               Diagnosis& diagnosis) {
-  const auto spread = SpreadOf(corrected.validation, fit.problem, diagnosis.withheld.empty());
+void AddSpread(const Task& task, const Identified& found, const FitOfAllRows& fit,
+               const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  const auto spread = SpreadOf(corrected.validation, found.fit, diagnosis.withheld.empty());
   if (!spread) return;
   diagnosis.domain.residual_sigma_m = spread->near_m;
   // Half a turn away, where d is 2, it would add less than half a percent.
@@ -353,14 +353,15 @@ void AddSpread(const Task& task, const FitOfAllRows& fit, const CorrectedModel& 
   for (const RowIndex row : task.data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
-  diagnosis.domain.poses = KeptPoses(task.data, accepted);
+  diagnosis.domain.poses =
+      KeptPoses(CellOf(task.data, corrected.model, SessionIndex(0)), task.data, accepted);
 }
 
 /// Frames, and the domain in which the written model was validated.
-void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
-               Diagnosis& diagnosis) {
+void AddDomain(const Task& task, const Identified& found, const FitOfAllRows& fit,
+               const CorrectedModel& corrected, Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  AddSpread(task, fit, corrected, diagnosis);
+  AddSpread(task, found, fit, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
@@ -407,7 +408,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
-  AddDomain(task, *fit, corrected, diagnosis);
+  AddDomain(task, *found, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;
 }

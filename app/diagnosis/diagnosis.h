@@ -146,7 +146,7 @@ struct Diagnosis {
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id; detectable.h
   double rms_before_m = 0, rms_after_m = 0;
-  double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma
+  double noise_floor_m = 0;  ///< 3-D: sigma times the root of the lengths that a row measures
   double sigma_m = 0;        ///< one axis, as used
   /// What remains is far above the declared noise, and no repeats bear that noise out: then it is
   /// too small, and 3-D `noise_in_use_m` goes before `noise_floor_m`.

@@ -118,8 +118,7 @@ RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& d
 }
 
 std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
-                                                   const Candidates& candidates,
-                                                   const Eigen::VectorXd& start) {
+                                                   const Candidates& candidates) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
   DiscrepancyDesign design = DesignFor(pool, named, candidates);
@@ -148,9 +147,10 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
   of_named.square = left.squaredNorm();
   const std::vector<int> named_group = Renumbered(design.group, own);
   const ShrunkenFit alone = Shrink(of_named, named_group, {}, false);
-  const ShrunkenFit whole = Shrink(equations, design.group, start, true);
+  const ShrunkenFit whole = Shrink(equations, design.group, {}, true);
   const double by_curves = problem.freedom() * std::log(equations.square / of_named.square);
-  // A fit of everything makes no choice, but has more variances, each told by its group's columns.
+  // A fit of everything makes no choice, but has more variances, each estimated from its group's
+  // columns.
   const double gain =
       whole.gain - VarianceCost(whole, design.group) -
       (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
@@ -165,7 +165,6 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
     discrepancy.sizes[column] = whole.values[at++];
   for (CurveTerm& term : discrepancy.curves) term.value = whole.values[at++];
   discrepancy.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
-  discrepancy.ratio = whole.ratio;
   discrepancy.held = whole.held.sum();
   discrepancy.gain = gain;
   return discrepancy;

@@ -28,22 +28,19 @@ struct DiscrepancyModel {
   std::vector<CurveTerm> curves;
   Eigen::MatrixXd covariance;                                         ///< of sizes, then curves
   std::vector<std::pair<BlockIndex, BlockColumnIndex>> size_columns;  ///< of each size
-  Eigen::VectorXd ratio;  ///< prior variances over the noise's, to start a fit of fewer rows from
-  double held = 0;        ///< parameters that the data hold
-  double gain = 0;        ///< of 2 ln(marginal likelihood), beside the named effects
+  double held = 0;  ///< parameters that the data hold
+  double gain = 0;  ///< of 2 ln(marginal likelihood), beside the named effects
 };
 
 /// True of a named block that is not shrunk again: it has shapes of its own, or follows a signal.
-/// A curve of a joint along its own angle does not stay: the discrepancy's takes its place.
+/// A curve of a joint along its own angle does not stay: that of the discrepancy model replaces it.
 bool Stays(const Block& block);
 
-/// Fits all sizes at once, each kind shrunk by marginal likelihood, frames projected out. The rest
-/// must deserve it: beside the named effects, left unshrunk, its gain has to exceed ln(clusters)
-/// for each group that holds anything, and a margin.
-/// @param start  ratios of a former fit, or empty
+/// Fits all sizes at once, each kind shrunk by marginal likelihood, frames projected out. Absent
+/// where the named effects, left unshrunk, do as well: its gain over them has to exceed
+/// ln(1 + columns) for each group with a variance, and a margin.
 std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
-                                                   const Candidates& candidates,
-                                                   const Eigen::VectorXd& start);
+                                                   const Candidates& candidates);
 
 /// What multiplies a curve term's influence where its signal has a value.
 double FactorAt(const Dataset& data, const CurveTerm& term, double value);

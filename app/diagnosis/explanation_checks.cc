@@ -87,16 +87,14 @@ std::optional<std::pair<int, int>> MostLines(const EffectTerm& term) {
   return std::pair(most->second, most->first);
 }
 
-/// Two lines of one joint draw, near enough, any curve of its angle, whatever causes it.
 std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
-  constexpr int kMostLines = 1;
   const auto most = MostLines(finding.effect.term);
   if (!most) return std::nullopt;
   ExplanationCheck check;
   check.name = "lines_of_one_joint";
   check.figure = most->first;
-  check.limit = kMostLines;
-  check.passed = most->first <= kMostLines;
+  check.limit = kMostLinesOfAJoint;
+  check.passed = most->first <= kMostLinesOfAJoint;
   check.sentence = check.passed
                        ? "no joint has more than one line"
                        : fmt::format(
@@ -188,9 +186,11 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   const FitProblem& problem = evidence.problem;
   std::map<ClusterIndex, Sum> clusters;
   Sum total;
+  double predicted = 0;  // of every fold: each trains on the rows of the others
   for (const RowIndex row : problem.data.row_indices()) {
     const double weight = problem.weights[row];
     if (!evidence.held_out.predicted[row] || weight < kOutlierWeight) continue;
+    predicted += weight;
     if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
       continue;
     Sum& of = clusters[problem.data.cluster_of[row]];
@@ -206,7 +206,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   const double variance = problem.sigma_m * problem.sigma_m * lengths;
   found.ratio = total.square / total.weight / variance;
   const double freedom = lengths * static_cast<double>(clusters.size());
-  const double of_training = kTrainingShare * lengths * total.weight;
+  const double of_training = kTrainingShare * lengths * predicted;
   found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;

@@ -20,11 +20,12 @@ std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int mos
   return chosen;
 }
 
-std::vector<JointVector> KeptPoses(const Dataset& data, const FitRows& rows) {
+std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data,
+                                   const FitRows& rows) {
   std::vector<JointVector> measured, kept;
   for (const RowIndex row : rows) measured.push_back(data.measured(row).q);
   for (const Eigen::Index pose :
-       FarthestColumns(DistanceFrom(data.cell, measured).features(), kMostPosesKept)) {
+       FarthestColumns(DistanceFrom(cell, measured).features(), kMostPosesKept)) {
     kept.push_back(measured[static_cast<std::size_t>(pose)]);
   }
   return kept;

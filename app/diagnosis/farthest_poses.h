@@ -19,7 +19,8 @@ inline constexpr int kMostPosesKept = 48;
 std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int most);
 
 /// The poses of `rows` that a model fitted to them keeps to count distances from.
-std::vector<JointVector> KeptPoses(const Dataset& data, const FitRows& rows);
+/// @param cell  with the frames of that model
+std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data, const FitRows& rows);
 
 /// Distances of the tip of `cell` from poses; see pose_distance.h.
 PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses);

@@ -12,7 +12,8 @@ struct FindingsContext {
   const FitProblem& problem;
   const Pool& pool;
   const Explanation& best;
-  const Refit& refit;
+  const Refit& refit;    ///< of all rows: values and covariance
+  double searched_chi2;  ///< of the same effects refitted to the rows of `problem`
   const std::vector<Explanation>& ranked;
   const DiagnosisOptions& options;
 };

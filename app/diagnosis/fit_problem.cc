@@ -9,7 +9,9 @@ FitLayout FitProblem::layout() const {
 }
 
 FitProblem FitOfEveryRow(const Dataset& data, int threads) {
-  return {data, EveryRow(data), PerRow<double>(data.table.rows.size(), 1.0), data.sigma_m, threads};
+  PerRow<double> weights;
+  for (const RowNumbers& of_row : data.numbers) weights.push_back(of_row.count > 0 ? 1 : 0);
+  return {data, EveryRow(data), std::move(weights), data.sigma_m, threads};
 }
 
 }  // namespace plumbline

@@ -170,13 +170,14 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   fold.open = LeftOpen(pool, best, fold.test);
   fold.searched = true;
   if (!input.with_discrepancy) return;
-  const std::optional<DiscrepancyModel> rest = DiscrepancyModelOf(pool, best, input.candidates, {});
-  if (!rest) return;
+  const std::optional<DiscrepancyModel> discrepancy =
+      DiscrepancyModelOf(pool, best, input.candidates);
+  if (!discrepancy) return;
   fold.after = y;
   Subtract(input, held, pool, best, false, fold.after);
   const Dataset by_signals = HeldAtRange(input.problem.data, fold.training, false);
   for (const RowIndex row : fold.after.indices()) {
-    fold.after[row] -= DisplacementBy(*rest, by_signals, *input.linear, row);
+    fold.after[row] -= DisplacementBy(*discrepancy, by_signals, *input.linear, row);
   }
 }
 
@@ -193,6 +194,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
                  HeldOut& result) {
   const Dataset& data = input.problem.data;
   const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
+  const bool on_own_rows = result.other_sessions && free_numbers > 0;
   Indexed<SessionIndex, int> numbers_of_session(data.sessions.size(), 0);
   for (const RowIndex row : fold.framed) {
     if (input.problem.weights[row] < kOutlierWeight) continue;
@@ -202,18 +204,25 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   const auto frames = [&](const PerRow<RowResidual>& residuals) {
     return FramesFor(framed, *input.linear, residuals);
   };
-  const PoseDistance distance = DistanceFrom(data.cell, KeptPoses(data, Inliers(input, fold)));
+  const CellModel cell = CellOf(data, input.model, SessionIndex(0));
+  const PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, Inliers(input, fold)));
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
-    if (numbers_of_session[session] < free_numbers || fold.open[row]) continue;
-    if (data.numbers[row].count == 0) continue;
+    const int numbers = numbers_of_session[session];
+    if (numbers < free_numbers || (on_own_rows && numbers == free_numbers)) continue;
+    if (fold.open[row] || data.numbers[row].count == 0) continue;
+    // Frames that were fitted to the same rows took so much of their errors.
+    const double share_left =
+        on_own_rows ? 1 - static_cast<double>(free_numbers) / static_cast<double>(numbers) : 1;
+    const double scale = 1 / std::sqrt(share_left);
     const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
     result.distance[row] = distance.Of(data.measured(row).q);
-    result.before[row] = LengthsOf(y[row] - derivative * before[session]);
-    result.after[row] = LengthsOf(fold.after[row] - derivative * after[session]);
-    result.after_named[row] = LengthsOf(fold.after_named[row] - derivative * named[session]);
+    result.before[row] = scale * LengthsOf(y[row] - derivative * before[session]);
+    result.after[row] = scale * LengthsOf(fold.after[row] - derivative * after[session]);
+    result.after_named[row] =
+        scale * LengthsOf(fold.after_named[row] - derivative * named[session]);
   }
 }
 

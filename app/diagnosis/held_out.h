@@ -1,4 +1,4 @@
-// Errors on rows that took part neither in choosing nor in fitting.
+// Errors on rows that took part neither in choosing nor in fitting the effects.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,9 @@
 
 namespace plumbline {
 
-/// What every fold starts from. What all rows share are the robust weights, sigma and the point of
-/// linearisation, which come from the fit of all rows; a fold takes nothing else from it.
+/// What every fold starts from. From the fit of all rows come the robust weights, sigma, the point
+/// of linearisation, how many effects a fold may combine, and whether it may use empirical terms
+/// and a discrepancy model; which effects, joints, shapes and values is each fold's own choice.
 struct HeldOutInput {
   const FitProblem& problem;
   std::shared_ptr<const Linearisation> linear;

@@ -178,8 +178,8 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
     const bool settled =
         std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma && before == found.fit.weights;
+    if (stands && settled) return found;  // with the sigma that its chi2 is in
     found.fit.sigma_m = sigma;
-    if (stands && settled) return found;
   }
   // The last choice with the last weights.
   const Result<Refit> refit = SearchAndRefit(kMostBlocks, true, options, found);

@@ -27,7 +27,8 @@ CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
 using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
-/// d prediction / d (base shift, base turn, tip) of one row, shape (its residuals, 9).
+/// d prediction / d (base shift, base turn, tip) of one row, shape (its residuals, 9). The arm
+/// moves rigidly: that gravity turns in it with the base is left out, a thousandth of the turn.
 using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
 /// A row at the present model.

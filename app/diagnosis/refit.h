@@ -21,7 +21,8 @@ struct RefitOptions {
   bool frames_only = false;  ///< effects stay as they are
 };
 
-/// Minimises sum_k w_k |measured - predicted|^2 / sigma^2 over effects and free frames by
+/// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2, r_k a row's residuals and C_k their covariance
+/// (RowNumbers), over effects and free frames by
 /// Levenberg-Marquardt (Ceres) with analytic derivatives, from the given model.
 Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options);

@@ -21,7 +21,8 @@ using RowResidual = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kM
 
 /// What one row measures.
 struct RowNumbers {
-  int count = 0;  ///< of its residuals, 0..6
+  /// Of its residuals: 0 (joints alone), 1 (a range), 3 (a position) or 6 (a pose).
+  int count = 0;
   /// Covariance of the residuals over the squared noise of the fit (one axis): 1, or [rad^2/m^2]
   /// of an orientation. Shape (count, count), positive definite; empty: the unit matrix.
   Eigen::MatrixXd covariance;

@@ -28,8 +28,8 @@ struct ResidualSpread {
 /// - as a whole, until the held-out rows do not refute the 95 % radius, those among them that the
 ///   fit rejected: a robot that misses one point in ten by a millimetre will miss one of the next
 ///   ten, too.
-/// Absent where no region could be held out: nothing then says how the model does away from its
-/// poses.
+/// Absent where neither a region nor a session could be held out: nothing then says how the model
+/// does away from its poses.
 /// @param problem    its weights: rows of outliers count in the last step alone
 /// @param corrected  whether the correction is written; else the declared model's errors count
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,

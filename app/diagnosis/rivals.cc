@@ -71,20 +71,21 @@ class RivalSearch {
     const Result<Refit> refit = RefitModel(context_.problem, start, {});
     if (!refit) return;
     refitted_.insert(*exchange);
-    const double gap = refit->chi2 + CostOf(other) - (context_.refit.chi2 + CostOf(context_.best));
+    const double gap =
+        refit->chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
     if (gap > kRivalGap) return;
     Add(*exchange, other, refit->model, gap);
-    told_.push_back(other);
-    told_.back().score = context_.best.score + gap;
+    found_.push_back(other);
+    found_.back().score = context_.best.score + gap;
   }
 
-  std::vector<Explanation> Told() && {
+  std::vector<Explanation> Found() && {
     if (!left_.empty()) {
       diagnosis_.notes.push_back(fmt::format(
           "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
           kMostRefits, left_.size()));
     }
-    return std::move(told_);
+    return std::move(found_);
   }
 
  private:
@@ -126,7 +127,7 @@ class RivalSearch {
   const Result<Linearisation> own_;
   std::set<Exchange> refitted_, left_;
   std::set<std::pair<EffectKey, EffectKey>> named_;
-  std::vector<Explanation> told_;
+  std::vector<Explanation> found_;
 };
 
 }  // namespace
@@ -138,7 +139,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
     if (other.score > context.best.score + kWorthRefitting) break;
     search.Judge(other);
   }
-  return std::move(search).Told();
+  return std::move(search).Found();
 }
 
 }  // namespace plumbline

@@ -41,17 +41,13 @@ double MedianOfChi(int count) {
 }
 
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
-  // Rows of other kinds count by what they would be of the first kind.
-  std::vector<double> sizes;
-  double middle = 0;
+  std::vector<double> sigmas;  // by each row alone
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
     if (numbers.count == 0) continue;
-    const double own = MedianOfChi(numbers.count);
-    if (sizes.empty()) middle = own;
-    sizes.push_back(SizeOf(numbers, residuals[row]) * (middle / own));
+    sigmas.push_back(SizeOf(numbers, residuals[row]) / MedianOfChi(numbers.count));
   }
-  return sizes.empty() ? 0 : MedianOf(sizes) / middle;
+  return sigmas.empty() ? 0 : MedianOf(sigmas);
 }
 
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
@@ -98,7 +94,9 @@ PerRow<double> HampelWeights(const Dataset& data, const PerRow<RowResidual>& res
   PerRow<double> weights;
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
-    weights.push_back(HampelWeight(numbers.count, SizeOf(numbers, residuals[row]) / sigma_m));
+    weights.push_back(numbers.count == 0
+                          ? 0
+                          : HampelWeight(numbers.count, SizeOf(numbers, residuals[row]) / sigma_m));
   }
   return weights;
 }

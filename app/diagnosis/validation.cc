@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/diagnosis/robust.h"
@@ -54,12 +55,18 @@ void AddError(double lost_m, Validation& validation) {
 }
 
 bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weights) {
-  const std::size_t first = validation.ways.size() > 1 ? 1 : 0;
-  for (std::size_t way = first; way < validation.ways.size(); ++way) {
-    const auto [with, without] = SquaresOf(validation.ways[way], weights);
-    if (with > 0 && !(with < without)) return false;
+  const auto lowers = [&](const HeldOut& way) {
+    const auto [with, without] = SquaresOf(way, weights);
+    return with < without;
+  };
+  bool beyond = false;  // regions or sessions were predicted
+  for (std::size_t way = 1; way < validation.ways.size(); ++way) {
+    const PerRow<bool>& predicted = validation.ways[way].predicted;
+    if (std::find(predicted.begin(), predicted.end(), true) == predicted.end()) continue;
+    if (!lowers(validation.ways[way])) return false;
+    beyond = true;
   }
-  return !validation.ways.empty();
+  return beyond || (!validation.ways.empty() && lowers(validation.ways.front()));
 }
 
 Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation) {
@@ -74,9 +81,13 @@ std::string ReasonToWithhold(const Validation& validation, bool empirical) {
            "measure "
            "more poses, spread over the cell";
   }
+  const auto between_rows = [&](const HeldOutError& error) {
+    return error.by == validation.ways.front().by;
+  };
+  const bool any_between =
+      std::any_of(validation.errors.begin(), validation.errors.end(), between_rows);
   for (const HeldOutError& error : validation.errors) {
-    const bool between_rows = error.by == validation.ways.front().by;
-    if (!empirical && !between_rows) continue;
+    if (!empirical && any_between && !between_rows(error)) continue;
     if (error.after_m <= error.before_m) continue;
     return fmt::format(
         "held out by {}, the corrected model errs by {} mm, the declared one by {} mm: no "

@@ -225,6 +225,11 @@ TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows 
   by_region.after_named.assign(weights.size(), Vec3(0.5e-4, 0, 0));
   CHECK(AdmitsDiscrepancy({{by_time}, {}}, weights));
   CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
+  // Ways of which no row was predicted neither admit nor refuse.
+  by_region.predicted.assign(weights.size(), false);
+  CHECK(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
+  by_time.predicted.assign(weights.size(), false);
+  CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
 }
 
 TEST_CASE("a correction worse than none is withheld") {
