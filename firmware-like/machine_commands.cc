@@ -207,7 +207,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   probe.unix_ms = input.unix_ms;
   probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
-  probe.q_resolution = snapshot_.robot.q_resolution;
+  probe.q_step_rad = snapshot_.robot.q_resolution;
   probe.payload_kg = payload->mass_kg;
   probe.temp_C = snapshot_.robot.temp_C;
   probe.predicted_W = state.p_read_W;
@@ -221,9 +221,9 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   told.code = CorrectionCode::kOk;
   told.q = probe.q;
   told.X_BP_command = state.X_BT;
-  told.translation_B = arm.X_WB().R.transpose() * (probe.measured_W - probe.predicted_W);
+  told.translation_B = arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
   told.rotation_B.setZero();
-  told.extrapolated = OutsideDomain(config_.cell, probe.q, probe.payload_kg, probe.temp_C,
+  told.extrapolated = OutsideDomain(config_.cell, probe.q, payload->mass_kg, probe.temp_C,
                                     ConditionsOf(*payload).t_s);
   StateUncertainty(*payload, Vec3::Zero(), told);
   return probe.quarantined ? CorrectionCode::kProbeQuarantined : CorrectionCode::kOk;

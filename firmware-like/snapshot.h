@@ -8,6 +8,7 @@
 #include "firmware-like/cell_health.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/correction/point_posture.h"
+#include "firmware-like/model/measured_point.h"
 #include "firmware-like/model/plc_command.h"
 #include "firmware-like/plausibility.h"
 #include "firmware-like/probe_check.h"
@@ -87,20 +88,14 @@ struct CommandResult {
   Correction correction;
 };
 
-/// A measured tip with what was known at that moment.
-struct Probe {
+/// A measured tip that the PLC or a camera gave, and what the model in force said of it.
+struct Probe : MeasuredPoint {
   std::uint16_t sequence = 0;  ///< of the command
   std::int64_t unix_ms = 0;
-  double utc_s = 0;         ///< since 1970, even within a run of the daemon
-  JointVector q;            ///< as the controller counts them
-  double q_resolution = 0;  ///< step of their registers [rad]; 0: finer than matters
-  double payload_kg = 0;
-  std::optional<double> temp_C;
+  double utc_s = 0;                 ///< since 1970, even within a run of the daemon
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip by the model in force [m]
-  Vec3 measured_W = Vec3::Zero();
-  std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
-  std::uint16_t cameras = 0;         ///< that saw it; bit k: the k-th
-  bool quarantined = false;          ///< contradicts the model: kept, and used once accepted
+  std::uint16_t cameras = 0;        ///< that saw it; bit k: the k-th
+  bool quarantined = false;         ///< contradicts the model: kept, and used once accepted
 };
 
 /// What became of the probes since the start.

@@ -1,4 +1,4 @@
-// Between the cycle and the camera's watch: what the PLC is told, and its wishes.
+// Lock-free mailboxes between the control cycle and a camera's watch: status out, requests in.
 #pragma once
 
 #include <atomic>
@@ -6,15 +6,16 @@
 #include <cstdint>
 
 #include "drivers/latest.h"
-#include "drivers/plc/plc_camera.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 
-/// Nobody waits. The counts are raised by the cycle; the watch obeys when one has changed.
+/// Nobody waits. The cycle raises the counts; the watch handles a request when one has changed.
 struct CameraLink {
-  Latest<PlcCamera> told{2, PlcCamera()};  ///< written by the watch, read by the cycle and the view
+  /// Written by the watch, read by the cycle and the view.
+  Latest<CameraStatus> status{2, CameraStatus()};
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
-  std::atomic<double> temp_C{NAN};  ///< of the robot, by the cycle; NAN: not told
+  std::atomic<double> temp_C{NAN};  ///< of the robot, by the cycle; NAN: not known
 };
 
 }  // namespace plumbline

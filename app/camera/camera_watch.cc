@@ -207,13 +207,14 @@ void CameraWatch::TakeFrame(const CameraFrame& frame) {
 
 void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
   const LensInUse* const lens = asked.lens.get();
-  const bool fits = lens != nullptr && lens->size == frame.luma.size();
+  const bool fits = lens != nullptr && lens->known.size == frame.luma.size();
   if (lens != nullptr && !fits && !odd_size_) {
     sink_(
         {Event::kCameraSize,
          fmt::format("camera: its images have {} x {} px, the lens is of {} x {}; not measured in: "
                      "set the camera to that size, or calibrate in this one",
-                     frame.luma.width, frame.luma.height, lens->size.width, lens->size.height)});
+                     frame.luma.width, frame.luma.height, lens->known.size.width,
+                     lens->known.size.height)});
   }
   odd_size_ = lens != nullptr && !fits;
   const TrackedFrame& tracked =
@@ -261,8 +262,7 @@ void CameraWatch::LookUp(const WatchOrders& asked) {
   if (*found) {
     const LensFound& entry = **found;
     lens = std::make_shared<LensInUse>();
-    lens->known = {entry.entry.lens, entry.entry.covariance};
-    lens->size = entry.entry.image;
+    lens->known = entry.entry;
     lens->calibrated = entry.how == LensFound::How::kCalibrated;
     lens->id = lens->calibrated ? entry.entry.id : 0;
     lens->log_focal_sd = entry.log_focal_sd;
@@ -327,8 +327,7 @@ void CameraWatch::FinishBoard() {
   }
   const LensCalibration& solved = *session.calibration();
   LensInUse lens;
-  lens.known = {solved.lens, solved.covariance};
-  lens.size = solved.size;
+  lens.known = solved;
   lens.calibrated = true;
   const WatchOrders asked = Orders();
   const bool taken = WithCore([&](WatchCore& core) {
@@ -341,9 +340,7 @@ void CameraWatch::KeepLens(const BoardSession& session, const WatchOrders& asked
   const LensCalibration& solved = *session.calibration();
   LensEntry entry;
   entry.key = KeyOf(asked);
-  entry.lens = solved.lens;
-  entry.covariance = solved.covariance;
-  entry.image = solved.size;
+  static_cast<KnownLens&>(entry) = solved;
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);

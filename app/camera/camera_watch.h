@@ -67,8 +67,8 @@ class CameraWatch {
     struct Published {
       CameraWatch& watch;
       ~Published() {
-        watch.link_.told.Begin() = watch.core_.Told();
-        watch.link_.told.Publish();
+        watch.link_.status.Begin() = watch.core_.Status();
+        watch.link_.status.Publish();
       }
     } const published{*this};
     return does(core_);
@@ -83,7 +83,7 @@ class CameraWatch {
   const LogSink sink_;
   const Show show_;
 
-  std::mutex mutex_;  ///< of core_, stop_ and the writer's side of link_.told
+  std::mutex mutex_;  ///< of core_, stop_ and the writer's side of link_.status
   std::condition_variable wake_;
   WatchCore core_;
   bool stop_ = false;

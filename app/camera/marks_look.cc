@@ -37,7 +37,7 @@ MarksLook FirstLook(const LensInUse& lens, const Body& cell, const std::vector<S
   }
   if (judged.verdict != MarksVerdict::kGood) return look;
   if (!lens.calibrated) {
-    const double uncertain_px = UncertaintyOf(used.lens, used.covariance, lens.size).max_px;
+    const double uncertain_px = UncertaintyOf(used.lens, used.covariance, used.size).max_px;
     if (uncertain_px > acceptable_px) {
       look.verdict = MarksVerdict::kBad;
       look.words = fmt::format(
@@ -80,7 +80,8 @@ MarksLook LookAtMarks(const LensInUse& lens, const MarksMemory* memory, const Bo
       break;
     case MarksVerdict::kZoomDrifted: {
       const KnownLens drifted = Drifted(lens.known, judged.log_focal, judged.log_focal_sd);
-      const double uncertain_px = UncertaintyOf(drifted.lens, drifted.covariance, lens.size).max_px;
+      const double uncertain_px =
+          UncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
       if (uncertain_px > acceptable_px) {
         look.verdict = MarksVerdict::kBad;
         look.words =

@@ -12,7 +12,6 @@ namespace plumbline {
 /// The lens that frames are computed with.
 struct LensInUse {
   KnownLens known;
-  ImageSize size;
   std::int64_t id = 0;                      ///< of the store; 0: not kept
   bool calibrated = false;                  ///< at this zoom; else interpolated, and only a start
   double log_focal_sd = 0;                  ///< of an interpolated one: of ln f

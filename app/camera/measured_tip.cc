@@ -19,7 +19,7 @@ Mat6 NoiseOf(const PoseEstimate& pose, const LensCovariance& lens) {
 
 }  // namespace
 
-MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
+PointByCamera MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
                            const Vec3& p_TQ, const LensCovariance& lens, double time_s,
                            const PlaceErrors& places) {
   const Vec3 turned_C = tool.X_CK.R * p_TQ;  // from the tool's origin, along the camera's axes
@@ -30,7 +30,7 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   // The cell's pose moved by (delta, phi) moves the point by the opposite, as seen from the cell.
   by_cell << -R_WC, R_WC * CrossMatrix(p_CQ - cell.X_CK.p);
   const Eigen::Matrix<double, 3, 9> by_lens = by_tool * tool.by_lens + by_cell * cell.by_lens;
-  MeasuredPoint point;
+  PointByCamera point;
   point.p_W = X_WK * (cell.X_CK.Inverse() * p_CQ);
   point.covariance_W = by_tool * NoiseOf(tool, lens) * by_tool.transpose() +
                        by_cell * NoiseOf(cell, lens) * by_cell.transpose() +
@@ -42,7 +42,7 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   return point;
 }
 
-void Standing::Take(const MeasuredPoint& point) {
+void Standing::Take(const PointByCamera& point) {
   const bool gap = count_ > 0 && point.time_s - looks_[kLooks - 1].time_s > kLongestGap_s;
   if (gap || !point.p_W.allFinite() || !point.covariance_W.allFinite()) count_ = 0;
   if (!point.p_W.allFinite() || !point.covariance_W.allFinite()) return;
@@ -51,12 +51,12 @@ void Standing::Take(const MeasuredPoint& point) {
   count_ = std::min(count_ + 1, kLooks);
 }
 
-std::optional<MeasuredPoint> Standing::Point() const {
+std::optional<PointByCamera> Standing::Point() const {
   if (count_ < kLooks) return std::nullopt;
-  MeasuredPoint mean = looks_.back();
+  PointByCamera mean = looks_.back();
   mean.p_W.setZero();
-  for (const MeasuredPoint& a : looks_) {
-    for (const MeasuredPoint& b : looks_) {
+  for (const PointByCamera& a : looks_) {
+    for (const PointByCamera& b : looks_) {
       const Vec3 apart = a.p_W - b.p_W;
       const Vec3 variance = a.covariance_W.diagonal() + b.covariance_W.diagonal();
       const Vec3 limit = kDeviations * variance.cwiseMax(0).cwiseSqrt() + Vec3::Constant(kShared_m);

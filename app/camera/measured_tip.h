@@ -9,7 +9,7 @@
 namespace plumbline {
 
 /// Where a point of a body is in the measurement frame W.
-struct MeasuredPoint {
+struct PointByCamera {
   Vec3 p_W = Vec3::Zero();
   Mat3 covariance_W = Mat3::Zero();  ///< by the image's noise and the lens [m^2]
   Mat3 places_W = Mat3::Zero();      ///< besides, by errors of the tags' declared places [m^2]
@@ -28,7 +28,7 @@ struct PlaceErrors {
 /// are the same in every image that shows the same tags from there, and no mean makes them less.
 /// @param X_WK  the cell's body in the measurement frame, as declared
 /// @param p_TQ  the point on the tool's body [m]
-MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
+PointByCamera MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
                            const Vec3& p_TQ, const LensCovariance& lens, double time_s,
                            const PlaceErrors& places = {});
 
@@ -37,13 +37,13 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
 class Standing {
  public:
   static constexpr std::size_t kLooks = 3;
-  void Take(const MeasuredPoint& point);
+  void Take(const PointByCamera& point);
   void Forget() { count_ = 0; }
   /// The mean of the last looks, its covariance that of one: what they share does not average out.
-  std::optional<MeasuredPoint> Point() const;
+  std::optional<PointByCamera> Point() const;
 
  private:
-  std::array<MeasuredPoint, kLooks> looks_;
+  std::array<PointByCamera, kLooks> looks_;
   std::size_t count_ = 0;
 };
 

@@ -88,7 +88,7 @@ void WatchCore::ForgetLens() {
 
 void WatchCore::ForgetBodies() {
   tip_.Forget();
-  for (PlcCamera::Body& body : bodies_) body.valid = false;
+  for (CameraStatus::Body& body : bodies_) body.valid = false;
 }
 
 bool WatchCore::IsOf(const WatchOrders& asked) const {
@@ -226,12 +226,12 @@ void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders&
   };
   for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
     const SeenBody* const body = Find(seen, settings_.bodies[k]);
-    PlcCamera::Body& told = bodies_[k];
+    CameraStatus::Body& told = bodies_[k];
     told.valid = body != nullptr && cell != nullptr;
     if (!told.valid) continue;
     told.ambiguous = body->ambiguous || cell->ambiguous;
     told.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
+    const PointByCamera origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                               Vec3::Zero(), lens, image_s, places(*body));
     told.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
     told.time_s = image_s;
@@ -313,42 +313,39 @@ void WatchCore::NoteStoreFault(const std::string& fault) {
   store_fault_ = fault;
 }
 
-PlcCamera WatchCore::Told() const {
-  PlcCamera told;
-  told.configured = true;
-  told.name = settings_.name;
-  told.state = state();
-  told.reason = supervision_.reason();
-  const auto set = [&told](std::uint16_t bit, bool on) {
-    if (on) told.bits = static_cast<std::uint16_t>(told.bits | bit);
-  };
-  set(camera_bits::kLensStale, state() != ZoomState::kValid);
-  set(camera_bits::kCameraLost, camera_ != CameraResult::kFrame);
-  set(camera_bits::kSensorLost, state() == ZoomState::kUnknown);
-  set(camera_bits::kBoardWanted, supervision_.ask() == ZoomAsk::kBoard);
-  set(camera_bits::kMarksHidden, told.reason == ZoomReason::kMarksNotVisible);
-  set(camera_bits::kMarkMoved, mark_moved_);
-  set(camera_bits::kStoreFault, !store_fault_.empty());
-  told.prompt = prompt_;
-  if (told.prompt == BoardPrompt::kNone && supervision_.ask() == ZoomAsk::kBoard) {
-    told.prompt = BoardPrompt::kShowBoard;
+CameraStatus WatchCore::Status() const {
+  CameraStatus status;
+  status.configured = true;
+  status.name = settings_.name;
+  status.state = state();
+  status.reason = supervision_.reason();
+  status.lens_stale = state() != ZoomState::kValid;
+  status.camera_lost = camera_ != CameraResult::kFrame;
+  status.zoom_unknown = state() == ZoomState::kUnknown;
+  status.board_wanted = supervision_.ask() == ZoomAsk::kBoard;
+  status.fiducials_hidden = status.reason == ZoomReason::kMarksNotVisible;
+  status.fiducial_moved = mark_moved_;
+  status.store_fault = !store_fault_.empty();
+  status.prompt = prompt_;
+  if (status.prompt == BoardPrompt::kNone && status.board_wanted) {
+    status.prompt = BoardPrompt::kShowBoard;
   }
-  told.board_views = static_cast<std::uint16_t>(board_views_);
-  told.zoom_counts = zoom_counts_;
-  told.focus_counts = focus_counts_;
-  told.lens_id = lens_ ? static_cast<std::uint32_t>(lens_->id) : 0;
-  told.zoom_time_s = zoom_time_s_;
-  told.frame_time_s = frame_time_s_;
-  told.bodies_configured = std::min(settings_.bodies.size(), bodies_.size());
-  told.bodies = bodies_;
+  status.board_views = static_cast<std::uint16_t>(board_views_);
+  status.zoom_counts = zoom_counts_;
+  status.focus_counts = focus_counts_;
+  status.lens_id = lens_ ? static_cast<std::uint32_t>(lens_->id) : 0;
+  status.zoom_time_s = zoom_time_s_;
+  status.frame_time_s = frame_time_s_;
+  status.bodies_configured = std::min(settings_.bodies.size(), bodies_.size());
+  status.bodies = bodies_;
   if (const auto tip = tip_.Point(); tip && state() == ZoomState::kValid) {
-    told.tip_valid = true;
-    told.tip_W = tip->p_W;
-    told.tip_covariance_W = tip->covariance_W;
-    told.tip_places_W = tip->places_W;
-    told.tip_time_s = tip->time_s;
+    status.tip_valid = true;
+    status.tip_W = tip->p_W;
+    status.tip_covariance_W = tip->covariance_W;
+    status.tip_places_W = tip->places_W;
+    status.tip_time_s = tip->time_s;
   }
-  return told;
+  return status;
 }
 
 }  // namespace plumbline

@@ -14,9 +14,9 @@
 #include "app/log/log_entry.h"
 #include "app/tracking/tracker.h"
 #include "drivers/camera/camera.h"
-#include "drivers/plc/plc_camera.h"
 #include "drivers/zoom/zoom.h"
 #include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 
@@ -76,7 +76,7 @@ class WatchCore {
 
   ZoomState state() const { return supervision_.state(); }
   const WatchSettings& settings() const { return settings_; }  ///< fixed: any thread
-  PlcCamera Told() const;
+  CameraStatus Status() const;
 
  private:
   void Take(ZoomEvent event);
@@ -89,7 +89,7 @@ class WatchCore {
   LogSink sink_;
   ZoomSupervision supervision_;
   std::optional<std::int32_t> zoom_counts_, focus_counts_;  ///< of the last reading
-  double zoom_time_s_ = PlcCamera::kNever, frame_time_s_ = PlcCamera::kNever;
+  double zoom_time_s_ = CameraStatus::kNever, frame_time_s_ = CameraStatus::kNever;
   std::uint64_t rest_ = 0;
   std::optional<std::int32_t> rest_zoom_, rest_focus_;
   bool looked_up_ = false;  ///< since the lens came to rest
@@ -100,7 +100,7 @@ class WatchCore {
   bool mark_moved_ = false;
   BoardPrompt prompt_ = BoardPrompt::kNone;
   std::size_t board_views_ = 0;
-  std::array<PlcCamera::Body, PlcCamera::kMostBodies> bodies_;
+  std::array<CameraStatus::Body, CameraStatus::kMostBodies> bodies_;
   Standing tip_;
   std::optional<CameraResult> camera_;  ///< the last one told
   std::optional<ZoomResult> sensor_;

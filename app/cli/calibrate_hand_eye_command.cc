@@ -177,8 +177,7 @@ int Run(const CalibrateHandEyeOptions& options) {
   std::optional<Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
   how.chain = chain ? &*chain : nullptr;
-  HandEye answer =
-      CalibrateHandEye(std::move(found.views), {inputs.lens.lens, inputs.lens.covariance}, how);
+  HandEye answer = CalibrateHandEye(std::move(found.views), inputs.lens, how);
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
       HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);

@@ -139,9 +139,7 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
 
 std::string Yaml(const LensCalibration& calibration) {
   LensEntry entry;
-  entry.lens = calibration.lens;
-  entry.covariance = calibration.covariance;
-  entry.image = calibration.size;
+  static_cast<KnownLens&>(entry) = calibration;
   entry.rms_px = calibration.rms_px;
   // A reader that does not ask for the mark meets the reasons above the numbers.
   std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);

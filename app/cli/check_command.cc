@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <iostream>
 #include <memory>
@@ -183,6 +184,16 @@ std::string CogText(const CellModel& cell) {
                             : "centre of gravity unknown: no payload mass can be used";
 }
 
+std::string DomainText(const std::optional<Domain>& domain) {
+  if (!domain) return "none: joint limits bound what is known";
+  if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
+  return fmt::format(
+      "declared; points deviate by {:.3g} mm at the measured poses and by {:.3g} mm a radian away "
+      "from them (one sigma, one axis)",
+      *domain->residual_sigma_m / kMetrePerMm,
+      std::hypot(*domain->residual_sigma_m, *domain->distant_sigma_m) / kMetrePerMm);
+}
+
 /// The mass, which only the configuration tells, and the centre in force with it.
 std::string PayloadText(const DaemonConfig& config) {
   const CellModel& cell = config.machine.cell;
@@ -299,7 +310,7 @@ std::vector<SummaryLine> CellSummary(const CellModel& cell) {
     effects += (effects.empty() ? "" : ", ") + effect.id;
   }
   lines.push_back({"effects", effects.empty() ? "none added" : effects});
-  lines.push_back({"domain", cell.domain ? "declared" : "none: joint limits bound what is known"});
+  lines.push_back({"domain", DomainText(cell.domain)});
   return lines;
 }
 

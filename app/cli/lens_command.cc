@@ -84,7 +84,7 @@ std::string Words(const LensEntry& kept, const LensCalibration& again) {
         "solved again: {}, uncertain by {:.2g} px; it differs by {:.2g} px at "
         "most over the image\n",
         focal(again.lens, std::sqrt(again.covariance(0, 0))), again.uncertainty.max_px,
-        LargestDifference(again.lens, kept.lens, kept.image));
+        LargestDifference(again.lens, kept.lens, kept.size));
   }
   text += again.accepted ? "accepted\n" : "refused:\n";
   for (const std::string& reason : again.reasons) text += "  " + reason + "\n";
@@ -116,7 +116,7 @@ int Solve(const LensListOptions& options) {
   CalibrationOptions judged;
   judged.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
-  const LensCalibration again = CalibrateLens(stored->board, stored->views, kept->image, judged);
+  const LensCalibration again = CalibrateLens(stored->board, stored->views, kept->size, judged);
   if (!options.out.empty()) {
     if (const auto written = WriteTextFile(options.out, LensJson(again)); !written) {
       return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,

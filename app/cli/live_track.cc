@@ -53,7 +53,6 @@ void TellOf(const TrackedFrame& frame, Teller& teller) {
 int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
               const LiveTrackOptions& options) {
   const Interruption interruption;
-  const KnownLens known{lens.lens, lens.covariance};
   Teller teller;
   CameraFrame frame;
   const double began_s = MonotonicSeconds();
@@ -95,7 +94,7 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
       return kExitFault;
     }
     if (!first_s) first_s = frame.time_s;
-    const TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &known);
+    const TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
     TellOf(seen, teller);
     const double t_s = frame.time_s - *first_s;
     if (options.json) {

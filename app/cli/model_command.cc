@@ -152,9 +152,9 @@ int Show(const ModelOptions& options) {
   for (const std::string& implausible : facts->implausible) {
     std::cout << "# implausible on a sound machine: " << implausible << '\n';
   }
-  if (facts->remainder_share) {
+  if (facts->discrepancy_share) {
     std::cout << fmt::format("# {:.0f} % of the correction has no name\n",
-                             100 * *facts->remainder_share);
+                             100 * *facts->discrepancy_share);
   }
   if (facts->change_mm) {
     std::cout << fmt::format("# changes the predicted tip by up to {:.3f} mm\n", *facts->change_mm);

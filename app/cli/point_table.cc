@@ -5,6 +5,7 @@
 #include "app/cli/rounded.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -14,13 +15,11 @@ constexpr const char* kIndent = "      ";
 
 /// A joint's value as the files have it: deg, mm where it is prismatic.
 double InFileUnit(const Robot& robot, int joint, double value) {
-  const bool slides = robot.joints[static_cast<std::size_t>(joint)].type == JointType::kPrismatic;
-  return value / (slides ? kMetrePerMm : kRadPerDeg);
+  return value / PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).to_SI;
 }
 
-const char* FileUnitOf(const Robot& robot, int joint) {
-  const bool slides = robot.joints[static_cast<std::size_t>(joint)].type == JointType::kPrismatic;
-  return slides ? "mm" : "deg";
+std::string_view FileUnitOf(const Robot& robot, int joint) {
+  return PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).unit;
 }
 
 /// The words in lines of at most kTableWidth columns, each indented.

@@ -340,7 +340,9 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       ->check(NumberWithin(0, 1));
   command->footer(
       "Writes x_mm,y_mm,z_mm of the tip in the measurement frame; the radius u_mm that holds 95 %\n"
-      "of points measured there, the instrument's noise included; extrapolated (1: outside\n"
+      "of points measured there, the instrument's noise included, and that grows with the "
+      "distance\n"
+      "from the poses that the model was fitted to; extrapolated (1: outside\n"
       "[domain], or outside the joint limits where there is none; or the cell has a [payload] and\n"
       "the poses have no payload_kg, which is then taken as 0); and the radius' basis: measured\n"
       "(validated on held-out rows), propagated, assumed (typical values), unknown.\n"

@@ -148,7 +148,7 @@ std::string RegisterMapMarkdown() {
   page += fmt::format(
       "\n## Block of the first tracked body (read only)\n\nThe block of the k-th body of the "
       "tags' file (k from 0 to {}) begins at {} + {} k.\n\n",
-      PlcCamera::kMostBodies - 1, plc_map::kBodies, plc_map::kBodySize);
+      CameraStatus::kMostBodies - 1, plc_map::kBodies, plc_map::kBodySize);
   page += kHead;
   for (const MapField& field : plc_map::BodyFields()) page += Row(field, plc_map::kBodies);
   page += "\n## Virtual objects (read only)\n\n";

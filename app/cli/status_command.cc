@@ -74,7 +74,7 @@ class DaemonRegisters {
       const int further = plc_map::kCameraStride * k;
       ok = read(plc_map::kCamera + further, plc_map::kCameraSize) &&
            read(plc_map::kBodies + further,
-                plc_map::kBodySize * static_cast<int>(PlcCamera::kMostBodies));
+                plc_map::kBodySize * static_cast<int>(CameraStatus::kMostBodies));
       if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
     }
     ok = ok && read(plc_map::kScene, plc_map::kSceneSize);
@@ -94,7 +94,7 @@ class DaemonRegisters {
     return daemon;
   }
 
-  int points() const { return registers_[20]; }
+  int points() const { return Word("points"); }
   double Value(std::string_view name) const { return Find(plc_map::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {
     return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
@@ -219,16 +219,16 @@ std::string ModelText(const DaemonRegisters& daemon) {
 }
 
 /// What became of probes that were not taken as measurements; empty where all were.
-std::string ProbeIntakeText(const DaemonRegisters& daemon, int loop) {
+std::string ProbeIntakeText(const DaemonRegisters& daemon, bool reference_refused) {
   std::vector<std::string> parts;
   if (const double refused = daemon.Value("probes_refused"); refused > 0) {
     parts.push_back(fmt::format("{:.0f} refused", refused));
   }
-  if ((loop & loop_state::kQuarantined) != 0) {
-    parts.push_back(fmt::format("{:.0f} in quarantine: plumbline journal quarantine list",
-                                daemon.Value("probes_quarantined")));
+  if (const double quarantined = daemon.Value("probes_quarantined"); quarantined > 0) {
+    parts.push_back(
+        fmt::format("{:.0f} in quarantine: plumbline journal quarantine list", quarantined));
   }
-  if ((loop & loop_state::kReferenceRefused) != 0) {
+  if (reference_refused) {
     parts.emplace_back("reference refused, its probes disagree: see the log, then command 8");
   }
   return fmt::format("{}", fmt::join(parts, "; "));
@@ -344,18 +344,21 @@ void Print(const DaemonRegisters& daemon) {
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "not known");
-  const int loop = daemon.Word("loop_state");
+  const MonitoringStatus monitoring =
+      plc_map::MonitoringFlagsFromWord(static_cast<std::uint16_t>(daemon.Word("loop_state")));
   line("model", ModelText(daemon));
-  if ((loop & loop_state::kRecording) != 0) {
+  if (monitoring.recording) {
     const std::string drift =
-        (loop & loop_state::kReferenceRefused) != 0
+        monitoring.reference_refused
             ? "drift not watched"
             : fmt::format("drift {:.2f} of the threshold", daemon.Value("drift_statistic"));
     line("probes", fmt::format("{:.0f} since the start, {}{}{}", daemon.Value("probes"), drift,
-                               (loop & loop_state::kAlarm) != 0 ? ", ALARM" : "",
-                               (loop & loop_state::kDiagnosing) != 0 ? ", diagnosis at work" : ""));
+                               monitoring.drift_alarm ? ", ALARM" : "",
+                               monitoring.diagnosing ? ", diagnosis at work" : ""));
   }
-  if (const std::string taken = ProbeIntakeText(daemon, loop); !taken.empty()) line("", taken);
+  if (const std::string taken = ProbeIntakeText(daemon, monitoring.reference_refused);
+      !taken.empty())
+    line("", taken);
   for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k);
   PrintScene(daemon);
   line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));

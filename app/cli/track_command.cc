@@ -103,8 +103,7 @@ int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vec
         options.image, image->width, image->height, options.intrinsics, lens.size.width,
         lens.size.height));
   }
-  const KnownLens known{lens.lens, lens.covariance};
-  const TrackedFrame& frame = tracker.Update(image->View(), 0, &known);
+  const TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
   if (frame.limited) {
     std::cerr << options.image << ": more dark regions than are looked at; the smaller ones were "
               << "left out, tags may be missing; try --threshold\n";

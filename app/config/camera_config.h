@@ -9,9 +9,9 @@
 #include "app/lens/board.h"
 #include "app/tracking/bodies.h"
 #include "drivers/camera/registry.h"
-#include "drivers/plc/plc_camera.h"
 #include "drivers/zoom/registry.h"
 #include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 

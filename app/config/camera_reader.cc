@@ -8,8 +8,8 @@
 #include "app/config/named_files.h"
 #include "app/config/plausibility.h"
 #include "app/config/toml_reader.h"
-#include "drivers/plc/plc_camera.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 namespace {
@@ -165,9 +165,9 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   if (!known) return tags;
   CheckBody(table, "cell", tags.cell, tags.database, 2);
   if (!tags.tool.empty()) CheckBody(table, "tool", tags.tool, tags.database, 1);
-  if (tags.database.bodies.size() > PlcCamera::kMostBodies) {
+  if (tags.database.bodies.size() > CameraStatus::kMostBodies) {
     table.AddWarning("file", fmt::format("has {} bodies; the PLC is told of the first {}",
-                                         tags.database.bodies.size(), PlcCamera::kMostBodies));
+                                         tags.database.bodies.size(), CameraStatus::kMostBodies));
   }
   return tags;
 }

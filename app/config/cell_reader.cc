@@ -25,6 +25,7 @@ constexpr NumberRange kGravity{-20, 20};
 constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
+constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // a radian away
 constexpr NumberRange kTemperature{-50, 150};
 
 /// `[low, high]` pairs of a list; faults where a pair is turned round.
@@ -180,6 +181,34 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
   return sessions;
 }
 
+/// The poses that the growth of the residual is counted from: neither means anything alone.
+void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
+  domain.distant_sigma_m = table.Number("distant_sigma_mm", kDistantSigma);
+  const auto poses = table.Rows("poses_deg", {-100000, 100000});
+  for (const auto& [key, other] :
+       {std::pair{"distant_sigma_mm", "poses_deg"}, std::pair{"poses_deg", "distant_sigma_mm"}}) {
+    if (table.Has(key) && !table.Has(other)) {
+      table.AddFault(key, fmt::format("needs {} beside it", other));
+    }
+  }
+  if (table.Has("distant_sigma_mm") && !table.Has("residual_sigma_mm")) {
+    table.AddFault("distant_sigma_mm", "needs residual_sigma_mm beside it");
+  }
+  if (!poses) return;
+  if (poses->rows() == 0 || poses->cols() != robot.size()) {
+    table.AddFault("poses_deg",
+                   fmt::format("is not a list of poses, each of {} joints", robot.size()));
+    return;
+  }
+  for (Eigen::Index pose = 0; pose < poses->rows(); ++pose) {
+    JointVector& q = domain.poses.emplace_back(poses->row(pose).transpose());
+    for (int i = 0; i < robot.size(); ++i) {
+      const JointType type = robot.joints[static_cast<std::size_t>(i)].type;
+      q[i] *= type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+    }
+  }
+}
+
 Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   Domain domain;
   // Scaled joint by joint: a prismatic joint's pair is in mm.
@@ -204,6 +233,7 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
+  ReadDistance(table, robot, domain);
   if (const auto text = table.String("time_zero_utc")) {
     domain.time_zero_s = UtcFromText(*text);
     if (!domain.time_zero_s) {

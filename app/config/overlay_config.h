@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/plc/plc_camera.h"
 #include "firmware-like/lens/lens.h"
+#include "firmware-like/status/camera_status.h"
 
 namespace plumbline {
 

@@ -10,6 +10,7 @@
 #include "app/config/plausibility.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -54,7 +55,7 @@ std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel*
   bool outside = false;
   for (int i = 0; i < n; ++i) {
     const Joint& joint = cell->robot.joints[static_cast<std::size_t>(i)];
-    const double to_si = joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+    const double to_si = PositionForm(joint.type).to_SI;
     q[i] = (*values)[static_cast<std::size_t>(i)] * to_si;
     if (q[i] < joint.min || q[i] > joint.max) {
       table.AddFault("near_deg", fmt::format("has joint {} outside its limits {:g}..{:g}", i + 1,

@@ -11,6 +11,7 @@
 #include "app/config/plausibility.h"
 #include "app/config/point_solutions.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -244,11 +245,10 @@ class PostureCheck {
   }
 
   double InFileUnit(int joint, double value) const {
-    const bool prismatic = machine_.chain().type(joint) == JointType::kPrismatic;
-    return value / (prismatic ? kMetrePerMm : kRadPerDeg);
+    return value / PositionForm(machine_.chain().type(joint)).to_SI;
   }
-  const char* UnitOf(int joint) const {
-    return machine_.chain().type(joint) == JointType::kPrismatic ? "mm" : "deg";
+  std::string_view UnitOf(int joint) const {
+    return PositionForm(machine_.chain().type(joint)).unit;
   }
   std::string JointsText(const JointVector& q) const {
     std::string text;

@@ -42,12 +42,12 @@ void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& b
   for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
 }
 
-std::uint16_t LoopWarnings(std::uint16_t state) {
+std::uint16_t MonitoringWarnings(const MonitoringStatus& monitoring) {
   int warnings = 0;
-  if ((state & loop_state::kAlarm) != 0) warnings |= warning::kDrift;
-  if ((state & loop_state::kProposalWaiting) != 0) warnings |= warning::kProposalWaiting;
-  if ((state & loop_state::kFault) != 0) warnings |= warning::kLoopFault;
-  if ((state & loop_state::kStorage) != 0) warnings |= warning::kStorage;
+  if (monitoring.drift_alarm) warnings |= warning::kDrift;
+  if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
+  if (monitoring.fault) warnings |= warning::kLoopFault;
+  if (monitoring.storage_unavailable) warnings |= warning::kStorage;
   return static_cast<std::uint16_t>(warnings);
 }
 
@@ -57,36 +57,29 @@ std::uint16_t AddressEnd(const modbus::Client& client) {
 }
 
 /// Of any of them.
-std::uint16_t CameraWarnings(const std::array<PlcCamera, kMostCameras>& cameras) {
-  int bits = 0, warnings = 0;
-  for (const PlcCamera& camera : cameras) bits |= camera.configured ? camera.bits : 0;
-  if ((bits & camera_bits::kLensStale) != 0) warnings |= warning::kLensStale;
-  if ((bits & (camera_bits::kCameraLost | camera_bits::kSensorLost)) != 0) {
-    warnings |= warning::kCameraLost;
+std::uint16_t CameraWarnings(const std::array<CameraStatus, kMostCameras>& cameras) {
+  int warnings = 0;
+  for (const CameraStatus& camera : cameras) {
+    if (!camera.configured) continue;
+    if (camera.lens_stale) warnings |= warning::kLensStale;
+    if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
+    if (camera.board_wanted) warnings |= warning::kBoardWanted;
   }
-  if ((bits & camera_bits::kBoardWanted) != 0) warnings |= warning::kBoardWanted;
   return static_cast<std::uint16_t>(warnings);
 }
 
-bool IsFresh(const PlcScene& scene, double now_s) {
-  return now_s - scene.time_s <= PlcScene::kFresh_s;
-}
-
-std::uint16_t SceneWarnings(const PlcScene& scene, double now_s) {
-  if (!IsFresh(scene, now_s)) return 0;
+std::uint16_t SceneWarnings(const SceneStatus& scene, double now_s) {
+  if (!scene.FreshAt(now_s)) return 0;
   int warnings = 0;
   if (scene.interferences > 0) warnings |= warning::kInterference;
   if (scene.blocked > 0) warnings |= warning::kApproachBlocked;
   return static_cast<std::uint16_t>(warnings);
 }
 
-CameraInput CameraInputFrom(const PlcCamera& camera) {
-  return {camera.configured,
-          camera.state == ZoomState::kValid,
-          (camera.bits & camera_bits::kBoardWanted) != 0,
-          (camera.bits & camera_bits::kMarkMoved) != 0,
-          camera.tip_valid,
-          {camera.tip_W, camera.tip_covariance_W, camera.tip_places_W},
+CameraInput CameraInputFrom(const CameraStatus& camera) {
+  return {camera.configured,   camera.state == ZoomState::kValid,
+          camera.board_wanted, camera.fiducial_moved,
+          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_places_W},
           camera.tip_time_s};
 }
 
@@ -233,30 +226,29 @@ void CyclicLoop::OneCycle(CycleParts& parts, double tick_s) {
     two_masters = begin_s < commands->two_masters_until_s;
     environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
   }
-  environment_.loop = *link_.told.Read();
-  environment_.loop.applied = parts.model_version;
+  environment_.monitoring = *link_.monitoring.Read();
+  environment_.monitoring.model.applied = parts.model_version;
   const CellModel& cell = parts.machine.config().cell;
-  environment_.loop.fitted = cell.domain && cell.domain->as_validated;
-  environment_.loop.effects = static_cast<int>(cell.effects.size());
+  environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
+  environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    environment_.cameras[k] = *link_.cameras[k].told.Read();
+    environment_.cameras[k] = *link_.cameras[k].status.Read();
     input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
   }
   environment_.scene = *link_.scene.Read();
   environment_.now_s = begin_s;
-  const bool recording = (environment_.loop.state & loop_state::kRecording) != 0;
-  input.probes_recorded = recording && link_.queue.HasRoom();
-  input.probes_pending = parts.records_probes && !environment_.loop.settled;
-  input.storage_unavailable = (environment_.loop.state & loop_state::kStorage) != 0;
+  input.probes_recorded = environment_.monitoring.recording && link_.queue.HasRoom();
+  input.probes_pending = parts.records_probes && !environment_.monitoring.settled;
+  input.storage_unavailable = environment_.monitoring.storage_unavailable;
   input.loop_warnings = static_cast<std::uint16_t>(
-      LoopWarnings(environment_.loop.state) | CameraWarnings(environment_.cameras) |
+      MonitoringWarnings(environment_.monitoring) | CameraWarnings(environment_.cameras) |
       SceneWarnings(environment_.scene, begin_s) | (two_masters ? warning::kTwoMasters : 0) |
       (parts.model_set_aside ? warning::kModelSetAside : 0));
-  const bool scene_fresh = IsFresh(environment_.scene, begin_s);
+  const bool scene_fresh = environment_.scene.FreshAt(begin_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
-  input.reference_refused = (environment_.loop.state & loop_state::kReferenceRefused) != 0;
-  input.quarantined = (environment_.loop.state & loop_state::kQuarantined) != 0;
+  input.reference_refused = environment_.monitoring.reference_refused;
+  input.quarantined = environment_.monitoring.quarantined > 0;
   parts.branches.HandTo(parts.machine);
   const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);

@@ -225,8 +225,8 @@ std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop, boo
   if (!facts.implausible.empty()) {
     return fmt::format("implausible on a sound machine: {}", fmt::join(facts.implausible, "; "));
   }
-  if (facts.remainder_share) {
-    return fmt::format("{:.0f} % of the correction has no name", 100 * *facts.remainder_share);
+  if (facts.discrepancy_share) {
+    return fmt::format("{:.0f} % of the correction has no name", 100 * *facts.discrepancy_share);
   }
   if (!facts.change_mm) return "how far it moves the tip cannot be told";
   if (*facts.change_mm > 1e3 * loop.max_change_m) {

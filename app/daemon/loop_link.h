@@ -1,4 +1,4 @@
-// Between the cycle and what works beside it: probes one way, what the PLC is told the other.
+// Lock-free mailboxes between the control cycle and the threads beside it: probes out, status in.
 #pragma once
 
 #include <semaphore.h>
@@ -10,7 +10,9 @@
 
 #include "app/camera/camera_link.h"
 #include "drivers/latest.h"
-#include "drivers/plc/register_map.h"
+#include "firmware-like/snapshot.h"
+#include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -70,9 +72,10 @@ class LoopQueue {
 
 struct LoopLink {
   LoopQueue queue;
-  Latest<PlcLoop> told{2, PlcLoop()};  ///< written by the worker, read by the cycle and the view
+  /// Written by the worker, read by the cycle and the view.
+  Latest<MonitoringStatus> monitoring{2, MonitoringStatus()};
   std::array<CameraLink, kMostCameras> cameras;
-  Latest<PlcScene> scene{1, PlcScene()};  ///< written by the view, read by the cycle
+  Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the view, read by the cycle
 };
 
 }  // namespace plumbline

@@ -514,31 +514,25 @@ void LoopWorker::RefreshModels() {
 }
 
 void LoopWorker::Tell() {
-  PlcLoop told;
-  const auto set = [&told](std::uint16_t bit, bool on) {
-    if (on) told.state = static_cast<std::uint16_t>(told.state | bit);
-  };
+  MonitoringStatus status;
   const bool stores = storage_ == nullptr || storage_->works();
-  set(loop_state::kStorage, !stores);
-  set(loop_state::kRecording, journal_ && !waits_ && stores);
-  set(loop_state::kAlarm, monitor_ && monitor_->alarm());
-  set(loop_state::kProposalWaiting, models_.proposed != 0);
-  set(loop_state::kLearning, monitor_ && monitor_->learning());
-  set(loop_state::kDiagnosing, diagnosis_.has_value());
-  set(loop_state::kFault,
-      !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !stores));
-  set(loop_state::kQuarantined, waiting_ > 0);
-  set(loop_state::kReferenceRefused, monitor_ && monitor_->reference_refused());
-  told.settled = true;
-  told.quarantined = static_cast<std::uint32_t>(waiting_);
-  told.applied = models_.applied;
-  told.proposed = models_.proposed;
-  told.declared = models_.declared;
-  told.probes = recorded_;
-  told.statistic = monitor_ ? monitor_->statistic() : 0;
-  told.residual_m = last_residual_m_;
-  link_.told.Begin() = told;
-  link_.told.Publish();
+  status.storage_unavailable = !stores;
+  status.recording = journal_ && !waits_ && stores;
+  status.drift_alarm = monitor_ && monitor_->alarm();
+  status.learning = monitor_ && monitor_->learning();
+  status.reference_refused = monitor_ && monitor_->reference_refused();
+  status.diagnosing = diagnosis_.has_value();
+  status.fault = !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !stores);
+  status.settled = true;
+  status.quarantined = static_cast<std::uint32_t>(waiting_);
+  status.probes = recorded_;
+  status.drift_statistic = monitor_ ? monitor_->statistic() : 0;
+  status.residual_m = last_residual_m_;
+  status.model.applied = models_.applied;
+  status.model.proposed = models_.proposed;
+  status.model.declared = models_.declared;
+  link_.monitoring.Begin() = status;
+  link_.monitoring.Publish();
 }
 
 void LoopWorker::Fail(const std::string& what) {

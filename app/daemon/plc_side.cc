@@ -39,10 +39,11 @@ void TellClient(const modbus::TcpServerEvent& event) {
 
 void TellTwoMasters(const modbus::Client& writer, const modbus::Client& other) {
   Log({Event::kTwoMasters,
-       fmt::format("two masters: {} and {} write the command window (registers 1000-1039). Each "
+       fmt::format("two masters: {} and {} write the command window (registers {}-{}). Each "
                    "may overwrite the other's command or read its answer. Let one of them command: "
                    "name it in plc.allow, or set the other to read only",
-                   TextOf(writer), TextOf(other)),
+                   TextOf(writer), TextOf(other), plc_map::kCommands,
+                   plc_map::kCommands + plc_map::kCommandsSize - 1),
        {{"CLIENT", TextOf(writer)}, {"OTHER_CLIENT", TextOf(other)}}});
 }
 

@@ -10,16 +10,11 @@ JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double
   JournalRow row;
   row.source = probe.covariance_W ? JournalRow::Source::kCamera : JournalRow::Source::kPlc;
   row.unix_ms = probe.unix_ms;
+  static_cast<MeasuredPoint&>(row) = probe;
   row.t_s = probe.utc_s - epoch_utc_s;
   row.session = session;
   row.command = probe.sequence;
-  row.q = probe.q;
-  row.q_step_rad = probe.q_resolution;
-  row.payload_kg = probe.payload_kg;
-  row.temp_C = probe.temp_C;
   row.predicted_W = probe.predicted_W;
-  row.measured_W = probe.measured_W;
-  row.covariance_W = probe.covariance_W;
   if (probe.quarantined) row.quarantine = JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
   for (std::size_t k = 0; k < cameras.size(); ++k) {

@@ -4,7 +4,9 @@
 
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
+#include "app/table/measured_point_of.h"
 #include "app/table/replay_file.h"
+#include "drivers/plc/command_registers.h"
 
 namespace plumbline {
 namespace {
@@ -28,9 +30,10 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
   ReplayRows replay = config.robot.connection.replay;
   for (const MeasuredRow& row : table->rows) {
     ReplayRow& played = replay.rows.emplace_back();
-    played.q = row.q;
-    if (table->recorded.payload) played.payload_kg = row.payload_kg;
-    if (table->recorded.temperature) played.temp_C = row.temp_C;
+    const MeasuredPoint point = MeasuredPointOf(row, table->recorded);
+    played.q = point.q;
+    played.payload_kg = point.payload_kg;
+    played.temp_C = point.temp_C;
   }
   return replay;
 }
@@ -61,7 +64,8 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   add(plc_map::kLoop, plc_map::kLoopSize);
   for (std::size_t k = 0; k < kMostCameras; ++k) {
     add(plc_map::kCamera + plc_map::kCameraStride * k, plc_map::kCameraSize);
-    add(plc_map::kBodies + plc_map::kCameraStride * k, plc_map::kBodySize * PlcCamera::kMostBodies);
+    add(plc_map::kBodies + plc_map::kCameraStride * k,
+        plc_map::kBodySize * CameraStatus::kMostBodies);
   }
   add(plc_map::kScene, plc_map::kSceneSize);
   if (points > 0) {
@@ -75,7 +79,8 @@ modbus::CommandArea EmptyCommandArea() {
   modbus::CommandArea area;
   area.registers = {plc_map::kCommands, std::vector<std::uint16_t>(plc_map::kCommandsSize)};
   area.coils = {plc_map::kCoils, std::vector<std::uint8_t>(plc_map::kCoilsSize)};
-  area.no_command = {plc_map::kPlcHeartbeat, plc_map::kPlcHeartbeat};
+  constexpr std::uint16_t kHeartbeat = CommandNamed("plc_heartbeat").address;
+  area.no_command = {kHeartbeat, kHeartbeat};
   return area;
 }
 

@@ -122,10 +122,10 @@ void ViewSide::Send() {
   const LoopCounters counters = loop_->counters();
   state.cycle = {state.now_s - start_s_, counters.longest_cycle_s, counters.cycles,
                  counters.overruns, counters.starts};
-  state.loop = *link_.told.Read();
-  state.model_version = state.loop.applied;
+  state.monitoring = *link_.monitoring.Read();
+  state.model_version = state.monitoring.model.applied;
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
-    cameras_[k].watch = *link_.cameras[k].told.Read();
+    cameras_[k].status = *link_.cameras[k].status.Read();
   }
   state.cameras = cameras_;
   for (const LogLine& line : RecentLog()) {

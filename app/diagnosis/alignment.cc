@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/robust.h"
+#include "app/diagnosis/whitener.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
@@ -184,12 +186,12 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
 }
 
 /// At most `most` of the session's rows, spread evenly.
-std::vector<int> SomeRows(const Dataset& data, int session, int most) {
-  std::vector<int> all;
-  for (int k = 0; k < data.rows(); ++k) {
-    if (data.session_of[static_cast<std::size_t>(k)] == session) all.push_back(k);
+std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int most) {
+  std::vector<RowIndex> all;
+  for (const RowIndex row : data.row_indices()) {
+    if (data.session_of[row] == session) all.push_back(row);
   }
-  std::vector<int> some;
+  std::vector<RowIndex> some;
   const auto count = static_cast<int>(all.size());
   const int taken = std::min(most, count);
   some.reserve(static_cast<std::size_t>(taken));
@@ -200,45 +202,51 @@ std::vector<int> SomeRows(const Dataset& data, int session, int most) {
 }
 
 /// Points alone, on the unloaded arm: a start for every session.
-void StartFrames(const Dataset& data, const std::vector<FramePrior>& priors, Model& model) {
+void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& priors,
+                 Model& model) {
   constexpr int kRowsForStart = 300;
-  for (int session = 0; session < data.sessions_count(); ++session) {
-    const auto at = static_cast<std::size_t>(session);
-    Model::Frames& frames = model.frames[at];
+  for (const SessionIndex session : data.sessions.indices()) {
+    Model::Frames& frames = model.frames[session];
     const LoadedArm arm(CellOf(data, model, session));
     std::vector<FlangePoint> points;
-    for (const int k : SomeRows(data, session, kRowsForStart)) {
-      const MeasuredRow& row = data.table.rows[static_cast<std::size_t>(k)];
+    for (const RowIndex index : SomeRows(data, session, kRowsForStart)) {
+      const MeasuredRow& row = data.measured(index);
       Posture posture;
       arm.chain().Evaluate(row.q, posture);
       points.push_back({posture.X_BF(), row.p_WT});
     }
-    const Start start = BestStart(points, frames, data.frames_free(), data.tip_free(), priors[at]);
+    const Start start =
+        BestStart(points, frames, data.frames_free(), data.tip_free(), priors[session]);
     frames = {start.X_WB, start.tip_F};
   }
 }
 
 /// Normal equations of one session's frames, without rows beyond `limit_m`.
-void SumUp(const Dataset& data, const Linearisation& linear, int session, double limit_m,
+void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex session, double limit_m,
            Eigen::Matrix<double, 9, 9>& H, Vector9& g) {
   H.setZero();
   g.setZero();
-  for (int k = 0; k < data.rows(); ++k) {
-    if (data.session_of[static_cast<std::size_t>(k)] != session) continue;
-    const LinearRow& row = linear.rows[static_cast<std::size_t>(k)];
-    if (row.residual.norm() > limit_m) continue;
-    Eigen::Matrix<double, 3, 9> J = row.frames;
+  for (const RowIndex index : data.row_indices()) {
+    if (data.session_of[index] != session) continue;
+    const LinearRow& row = linear.rows[index];
+    if (LengthsOf(row.residual).norm() > limit_m) continue;
+    const RowWhitening whitening(data.numbers[index], 1);
+    FrameGradient J(row.frames.rows(), 9);
+    RowResidual r(row.residual.size());
+    whitening.Apply(row.frames, J);
+    whitening.Apply(row.residual, r);
     if (!data.frames_free()) J.leftCols<6>().setZero();
     if (!data.tip_free()) J.rightCols<3>().setZero();
     H += J.transpose() * J;
-    g += J.transpose() * row.residual;
+    g += J.transpose() * r;
   }
 }
 
 /// The variance of one axis that the alignment reckons with.
+/// @param middle_m  median of the errors in space
 double VarianceOf(const Dataset& data, double middle_m) {
   constexpr double kLeastSigma_m = 1e-6;
-  const double of_rows_m = middle_m / (data.axes() == 1 ? 0.6745 : 1.5382);  // chi_1, chi_3
+  const double of_rows_m = middle_m / MedianOfChi(data.ranges() ? 1 : 3);
   return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
 }
 
@@ -246,30 +254,29 @@ double VarianceOf(const Dataset& data, double middle_m) {
 
 Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
-  const auto sessions = static_cast<std::size_t>(data.sessions_count());
-  alignment.covariance.assign(sessions, Eigen::Matrix<double, 9, 9>::Zero());
+  alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
   if (!data.frames_free() && !data.tip_free()) return alignment;
-  std::vector<FramePrior> priors;
+  Indexed<SessionIndex, FramePrior> priors;
   for (const Model::Frames& frames : given.frames) {
     priors.push_back(PriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
   }
   Model& model = alignment.model;
-  if (data.axes() == 3) StartFrames(data, priors, model);
+  if (!data.ranges()) StartFrames(data, priors, model);
   // Polished with the loaded arm on robust weights.
   constexpr int kPasses = 8;
   for (int pass = 0; pass < kPasses; ++pass) {
     const Result<Linearisation> linear = Linearise(data, model, false, threads);
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
-    for (const LinearRow& row : linear->rows) sizes.push_back(row.residual.norm());
-    const double middle_m = MedianOf(sizes);
+    for (const Vec3& error : ErrorsOf(*linear)) sizes.push_back(error.norm());
+    const double middle_m = MedianOf(sizes), variance_m2 = VarianceOf(data, middle_m);
     double largest = 0;
-    for (std::size_t session = 0; session < sessions; ++session) {
+    for (const SessionIndex session : data.sessions.indices()) {
       Eigen::Matrix<double, 9, 9> H, information;
       Vector9 g;
-      SumUp(data, *linear, static_cast<int>(session), 4 * middle_m + 1e-9, H, g);
-      const Vector9 step = StepOf(H, g, VarianceOf(data, middle_m), priors[session],
-                                  model.frames[session].tip_F, information);
+      SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
+      const Vector9 step =
+          StepOf(H, g, variance_m2, priors[session], model.frames[session].tip_F, information);
       if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
       MoveFrames(model.frames[session], step);
       alignment.covariance[session] = information.inverse();
@@ -287,10 +294,10 @@ Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
 }
 
 std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             int session) {
+                                             SessionIndex session) {
   // A fifth of the prior's deviation: hardly more is known of that direction than before.
   constexpr double kHeld_m = 0.01, kHeld_rad = 0.1;
-  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[static_cast<std::size_t>(session)];
+  const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
   const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
   const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
   std::string held;

@@ -13,7 +13,7 @@ struct Alignment {
   Model model;
   /// Of each session's frames: base shift in W [m], base turn about its origin in W [rad], tip in F
   /// [m]; zero where not free.
-  std::vector<Eigen::Matrix<double, 9, 9>> covariance;
+  Indexed<SessionIndex, Eigen::Matrix<double, 9, 9>> covariance;
 };
 
 /// Finds what the cell leaves free, for each session: the instrument's pose (any) and the tip
@@ -36,6 +36,6 @@ Result<Model> Aligned(const Dataset& data, const Model& model, int threads);
 /// What the rows of a session did not determine, so that it stayed as declared (a posterior
 /// deviation above a fifth of the prior's for the tip); nothing where they determine all.
 std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             int session);
+                                             SessionIndex session);
 
 }  // namespace plumbline

@@ -100,11 +100,12 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
     answer["implausible"].push_back(std::string(finding.effect.term.effect->traits().id) + ": " +
                                     finding.implausible);
   }
-  answer["remainder"] = nullptr;
-  if (!diagnosis.remainder.empty()) {
-    answer["remainder"] = {{"parameters", Number(diagnosis.remainder_parameters)},
-                           {"share_of_correction", Number(diagnosis.remainder_share)}};
+  answer["discrepancy_model"] = nullptr;
+  if (!diagnosis.discrepancy.empty()) {
+    answer["discrepancy_model"] = {{"parameters", Number(diagnosis.discrepancy_parameters)},
+                                   {"share_of_correction", Number(diagnosis.discrepancy_share)}};
   }
+  answer["remainder"] = answer["discrepancy_model"];  // its former name
   answer["checks"] = Json::array();
   for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
   answer["doubts"] = Json::array();

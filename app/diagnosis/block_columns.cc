@@ -12,10 +12,10 @@ std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
                                   [&](const Kept& kept) { return SameColumns(kept.block, block); });
   if (known != kept_.end()) return known->columns;
   const auto width = static_cast<int>(block.columns.size());
-  auto columns = std::make_shared<Eigen::MatrixXd>(3 * data.rows(), width);
+  auto columns = std::make_shared<Eigen::MatrixXd>(linear.layout.total(), width);
   InParallel(data.rows(), threads, [&](int first, int last) {
-    for (int row = first; row < last; ++row) {
-      ColumnsAt(data, linear, block, row, columns->middleRows<3>(3 * row));
+    for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
+      ColumnsAt(data, linear, block, row, linear.layout.PartOf(*columns, row));
     }
   });
   return kept_.emplace_back(Kept{block, std::move(columns)}).columns;

@@ -14,7 +14,7 @@ namespace plumbline {
 /// computed.
 class BlockColumns {
  public:
-  /// The columns of a block, shape (3 rows, columns), computed at its first use.
+  /// The columns of a block, shape (residuals of all rows, columns), computed at its first use.
   std::shared_ptr<const Eigen::MatrixXd> Of(const Dataset& data, const Linearisation& linear,
                                             const Block& block, int threads);
 

@@ -32,38 +32,37 @@ std::string CarrierName(int entry, double& from_SI) {
 
 /// The drivers' values at each node of a written curve or grid, in their ranges.
 Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
-  const auto value = [&](int index, int node, int count) {
-    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(index)];
+  const auto value = [&](SignalIndex index, int node, int count) {
+    const RecordedSignal& signal = data.signals[index];
     return signal.low + (signal.high - signal.low) * node / (count - 1);
   };
-  if (column.second_signal < 0) {
+  if (!column.second_signal) {
     Eigen::MatrixXd drivers(kCurveNodes, 1);
     for (int node = 0; node < kCurveNodes; ++node) {
-      drivers(node, 0) = value(column.signal, node, kCurveNodes);
+      drivers(node, 0) = value(*column.signal, node, kCurveNodes);
     }
     return drivers;
   }
   Eigen::MatrixXd drivers(kGridNodes * kGridNodes, 2);
   for (int node = 0; node < drivers.rows(); ++node) {
-    drivers(node, 0) = value(column.signal, node / kGridNodes, kGridNodes);
-    drivers(node, 1) = value(column.second_signal, node % kGridNodes, kGridNodes);
+    drivers(node, 0) = value(*column.signal, node / kGridNodes, kGridNodes);
+    drivers(node, 1) = value(*column.second_signal, node % kGridNodes, kGridNodes);
   }
   return drivers;
 }
 
-ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
-                             const std::map<int, double>& values) {
+ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block, const ColumnSizes& values) {
   const auto factor = [&](const BlockColumn& of, Eigen::Ref<const Eigen::RowVectorXd> drivers) {
-    const auto along = [&](int index, int degree, double value) {
-      return Legendre(degree, Scaled(data.signals[static_cast<std::size_t>(index)], value));
+    const auto along = [&](SignalIndex index, int degree, double value) {
+      return Legendre(degree, Scaled(data.signals[index], value));
     };
-    const double first = along(of.signal, of.degree, drivers[0]);
-    return of.second_signal < 0 ? first
-                                : first * along(of.second_signal, of.second_degree, drivers[1]);
+    const double first = along(*of.signal, of.degree, drivers[0]);
+    return of.second_signal ? first * along(*of.second_signal, of.second_degree, drivers[1])
+                            : first;
   };
   std::vector<int> entries;
   for (const auto& [column, value] : values) {
-    const int entry = block.columns[static_cast<std::size_t>(column)].entry;
+    const int entry = block.columns[column].entry;
     if (std::find(entries.begin(), entries.end(), entry) == entries.end()) entries.push_back(entry);
   }
   WrittenEffect written;
@@ -78,7 +77,7 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
       CarrierName(entries[k], from_SI);
       double sum = 0;
       for (const auto& [column, value] : values) {
-        const BlockColumn& of = block.columns[static_cast<std::size_t>(column)];
+        const BlockColumn& of = block.columns[column];
         if (of.entry == entries[k]) sum += value * factor(of, drivers.row(node));
       }
       written.nodes(node, drivers.cols() + static_cast<int>(k)) = from_SI * sum;
@@ -96,11 +95,11 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
 
 }  // namespace
 
-ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values) {
+ActiveEffect SizesOf(const Block& block, const ColumnSizes& values) {
   ActiveEffect effect;
   effect.term = block.term;
   effect.term.parameters.clear();
-  const std::vector<double>& at = block.columns[0].values;
+  const std::vector<double>& at = block.columns.front().values;
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
     const TermParameter& parameter = block.term.parameters[k];
@@ -109,7 +108,7 @@ ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values) {
                      [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
     double size = at[k];
     if (column != block.columns.end()) {
-      const auto value = values.find(static_cast<int>(column - block.columns.begin()));
+      const auto value = values.find(BlockColumnIndex(column - block.columns.begin()));
       if (value == values.end()) continue;
       const ParameterSpec& spec = specs[static_cast<std::size_t>(parameter.spec)];
       size = spec.value_of_linear ? spec.value_of_linear(value->second) : value->second;
@@ -120,13 +119,13 @@ ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values) {
   return effect;
 }
 
-std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const std::vector<Block>& blocks,
+std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
                                       const Coefficients& coefficients) {
-  std::map<int, std::map<int, double>> by_block;
+  std::map<BlockIndex, ColumnSizes> by_block;
   for (const auto& [key, value] : coefficients) by_block[key.first][key.second] = value;
   std::vector<ActiveEffect> effects;
   for (const auto& [index, values] : by_block) {
-    const Block& block = blocks[static_cast<std::size_t>(index)];
+    const Block& block = blocks[index];
     if (block.empirical()) {
       effects.push_back(EmpiricalEffect(data, block, values));
       continue;

@@ -9,15 +9,17 @@
 
 namespace plumbline {
 
+/// Values of some columns of blocks, SI.
+using Coefficients = std::map<std::pair<BlockIndex, BlockColumnIndex>, double>;
+/// The same of one block.
+using ColumnSizes = std::map<BlockColumnIndex, double>;
+
 /// The effects that coefficients of some columns of blocks stand for; harmonics of one effect are
 /// joined into one. An effect without a coefficient is left out.
-/// @param coefficients  (block, column) -> value in SI
-using Coefficients = std::map<std::pair<int, int>, double>;
-std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const std::vector<Block>& blocks,
+std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
                                       const Coefficients& coefficients);
 
 /// The effect of one block of the catalogue: sizes that were not kept go, shapes stay.
-/// @param values  of its columns, SI
-ActiveEffect SizesOf(const Block& block, const std::map<int, double>& values);
+ActiveEffect SizesOf(const Block& block, const ColumnSizes& values);
 
 }  // namespace plumbline

@@ -136,12 +136,12 @@ std::optional<PeriodicLine> LineOf(const Block& block) {
   return std::nullopt;
 }
 
-Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& entries, int degree,
-                     bool with_constant, double trials) {
+Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
+                     int degree, bool with_constant, double trials) {
   Block block;
   block.term.effect = &Empirical();
   block.id = block.term.effect->traits().id;
-  block.term.drivers = {data.signals[static_cast<std::size_t>(signal)].column};
+  block.term.drivers = {data.signals[signal].column};
   for (const int entry : entries) {
     for (int power = with_constant ? 0 : 1; power <= degree; ++power) {
       BlockColumn& column = block.columns.emplace_back();
@@ -155,13 +155,13 @@ Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& en
   return block;
 }
 
-Block EmpiricalSurface(const Dataset& data, int first, int second, const std::vector<int>& entries,
-                       int degree, bool with_constant, double trials) {
+Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex second,
+                       const std::vector<int>& entries, int degree, bool with_constant,
+                       double trials) {
   Block block;
   block.term.effect = &Empirical();
   block.id = block.term.effect->traits().id;
-  block.term.drivers = {data.signals[static_cast<std::size_t>(first)].column,
-                        data.signals[static_cast<std::size_t>(second)].column};
+  block.term.drivers = {data.signals[first].column, data.signals[second].column};
   for (const int entry : entries) {
     for (const auto& [a, b] : SurfaceDegrees(degree, with_constant)) {
       BlockColumn& column = block.columns.emplace_back();
@@ -187,40 +187,38 @@ std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant) 
   return degrees;
 }
 
-double FactorOf(const Dataset& data, const BlockColumn& column, std::size_t row) {
-  const auto factor = [&](int index, int degree) {
-    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(index)];
+double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row) {
+  const auto factor = [&](SignalIndex index, int degree) {
+    const RecordedSignal& signal = data.signals[index];
     return Legendre(degree, Scaled(signal, signal.values[row]));
   };
-  const double first = factor(column.signal, column.degree);
-  return column.second_signal < 0 ? first
-                                  : first * factor(column.second_signal, column.second_degree);
+  const double first = factor(*column.signal, column.degree);
+  return column.second_signal ? first * factor(*column.second_signal, column.second_degree) : first;
 }
 
-void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, int row,
+void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out) {
-  const auto at = static_cast<std::size_t>(row);
-  const Gradient& of = linear.gradients[at];
+  const Gradient& of = linear.gradients[row];
   if (block.empirical()) {
-    for (std::size_t k = 0; k < block.columns.size(); ++k) {
-      out.col(static_cast<int>(k)) =
-          FactorOf(data, block.columns[k], at) * of.col(block.columns[k].entry);
+    for (const BlockColumnIndex k : block.columns.indices()) {
+      const BlockColumn& column = block.columns[k];
+      out.col(k.value()) = FactorOf(data, column, row) * of.col(column.entry);
     }
     return;
   }
   const bool alike = std::all_of(
       block.columns.begin(), block.columns.end(),
-      [&](const BlockColumn& column) { return column.values == block.columns[0].values; });
+      [&](const BlockColumn& column) { return column.values == block.columns.front().values; });
   if (alike) {
     std::vector<int> which;
     for (const BlockColumn& column : block.columns) which.push_back(column.parameter);
-    TermColumns(block.term, block.columns[0].values, which, data.conditions[at], of, out);
+    TermColumns(block.term, block.columns.front().values, which, data.conditions[row], of, out);
     return;
   }
-  for (std::size_t k = 0; k < block.columns.size(); ++k) {
+  for (const BlockColumnIndex k : block.columns.indices()) {
     const std::array<int, 1> which = {block.columns[k].parameter};
-    TermColumns(block.term, block.columns[k].values, which, data.conditions[at], of,
-                out.middleCols<1>(static_cast<int>(k)));
+    TermColumns(block.term, block.columns[k].values, which, data.conditions[row], of,
+                out.middleCols<1>(k.value()));
   }
 }
 

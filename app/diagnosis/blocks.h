@@ -17,9 +17,10 @@ struct BlockColumn {
   int parameter = 0;           ///< of the term
   std::vector<double> values;  ///< where the term is differentiated: sizes 0, shapes set
   int entry = -1;              ///< of an empirical term: the influence that carries it
-  int signal = -1;             ///< of an empirical term: index into Dataset::signals
+  std::optional<SignalIndex> signal = std::nullopt;  ///< of an empirical term: its driver
   int degree = 0;
-  int second_signal = -1;  ///< of an empirical surface: its other driver, with its own degree
+  /// Of an empirical surface: its other driver, with its own degree.
+  std::optional<SignalIndex> second_signal = std::nullopt;
   int second_degree = 0;
   double largest = 1e300;  ///< size beyond which no sound machine goes, SI
 };
@@ -28,7 +29,7 @@ struct BlockColumn {
 struct Block {
   std::string id;
   EffectTerm term;
-  std::vector<BlockColumn> columns;
+  Indexed<BlockColumnIndex, BlockColumn> columns;
   int units = 1;
   double trials = 1;  ///< independent shapes among which this one was searched
 
@@ -69,21 +70,22 @@ std::optional<PeriodicLine> LineOf(const Block& block);
 
 /// Empirical block: carriers (influence entries) times polynomials of a signal up to `degree`.
 /// @param with_constant  false where a constant would repeat a frame that is free anyway
-Block EmpiricalBlock(const Dataset& data, int signal, const std::vector<int>& entries, int degree,
-                     bool with_constant, double trials);
+Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
+                     int degree, bool with_constant, double trials);
 
 /// Empirical block along two signals: carriers times P_a(first) P_b(second).
-Block EmpiricalSurface(const Dataset& data, int first, int second, const std::vector<int>& entries,
-                       int degree, bool with_constant, double trials);
+Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex second,
+                       const std::vector<int>& entries, int degree, bool with_constant,
+                       double trials);
 
 /// The degrees (a, b) of a surface's columns; "1" is bilinear.
 std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant);
 
 /// What an empirical column multiplies its carrier with at a row.
-double FactorOf(const Dataset& data, const BlockColumn& column, std::size_t row);
+double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
 
-/// Shape (3, columns): the block's columns at one row.
-void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, int row,
+/// Shape (residuals of the row, columns): the block's columns at one row.
+void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out);
 
 }  // namespace plumbline

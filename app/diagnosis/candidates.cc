@@ -46,7 +46,7 @@ bool Has(const Dataset& data, Signal signal) {
     case Signal::kCamera:
       return data.cell.measurement.X_WC.has_value();
     case Signal::kRange:
-      return data.axes() == 1;
+      return data.ranges();
     case Signal::kTilt:
       return Varies(data, "tilt_x_deg") && Varies(data, "tilt_y_deg");
   }

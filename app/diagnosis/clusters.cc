@@ -21,15 +21,16 @@ std::vector<double> Place(const MeasuredRow& row) {
   return place;
 }
 
-using Places = std::vector<std::vector<double>>;
+using Places = PerRow<std::vector<double>>;
 
 /// Cuts rows wherever one coordinate has a gap of more than one, until no coordinate has any: what
 /// is cut apart has no chain between its parts. Each part is appended to `parts`.
-void CutAtGaps(const Places& places, std::vector<int> rows, std::vector<std::vector<int>>& parts) {
+void CutAtGaps(const Places& places, std::vector<RowIndex> rows,
+               std::vector<std::vector<RowIndex>>& parts) {
   for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
-    const auto at = [&](int row) { return places[static_cast<std::size_t>(row)][axis]; };
-    std::sort(rows.begin(), rows.end(), [&](int a, int b) { return at(a) < at(b); });
-    const auto gap = [&](int a, int b) { return at(b) - at(a) > 1; };
+    const auto at = [&](RowIndex row) { return places[row][axis]; };
+    std::sort(rows.begin(), rows.end(), [&](RowIndex a, RowIndex b) { return at(a) < at(b); });
+    const auto gap = [&](RowIndex a, RowIndex b) { return at(b) - at(a) > 1; };
     auto cut = std::adjacent_find(rows.begin(), rows.end(), gap);
     if (cut == rows.end()) continue;
     auto from = rows.begin();
@@ -46,7 +47,7 @@ void CutAtGaps(const Places& places, std::vector<int> rows, std::vector<std::vec
 
 /// Single linkage among rows: those within one of each other in every coordinate belong together.
 /// @return  a number for each of `rows`, the same of those that belong together
-std::vector<int> Linked(const Places& places, const std::vector<int>& rows) {
+std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows) {
   const auto count = static_cast<int>(rows.size());
   std::vector<int> leader(rows.size());
   std::iota(leader.begin(), leader.end(), 0);
@@ -58,7 +59,7 @@ std::vector<int> Linked(const Places& places, const std::vector<int>& rows) {
     return k;
   };
   const auto place = [&](int k) -> const std::vector<double>& {
-    return places[static_cast<std::size_t>(rows[static_cast<std::size_t>(k)])];
+    return places[rows[static_cast<std::size_t>(k)]];
   };
   // Swept along the coordinate in which they spread most.
   std::size_t widest = 0;
@@ -93,22 +94,20 @@ std::vector<int> Linked(const Places& places, const std::vector<int>& rows) {
 
 }  // namespace
 
-Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const std::vector<int>& session_of) {
+Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIndex>& session_of) {
   Places places;
   for (const MeasuredRow& row : rows) places.push_back(Place(row));
-  std::map<int, std::vector<int>> of_session;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    of_session[session_of[k]].push_back(static_cast<int>(k));
-  }
-  std::vector<std::vector<int>> parts;
+  std::map<SessionIndex, std::vector<RowIndex>> of_session;
+  for (const RowIndex row : places.indices()) of_session[session_of[row]].push_back(row);
+  std::vector<std::vector<RowIndex>> parts;
   for (auto& [session, own] : of_session) CutAtGaps(places, std::move(own), parts);
   // (part, chain, cell of a path) of each row
-  std::vector<std::tuple<std::size_t, int, std::vector<long>>> names(places.size());
+  PerRow<std::tuple<std::size_t, int, std::vector<long>>> names(places.size());
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const std::vector<int> chains = Linked(places, parts[part]);
     std::map<int, std::pair<std::vector<double>, std::vector<double>>> extent;
     for (std::size_t k = 0; k < chains.size(); ++k) {
-      const std::vector<double>& place = places[static_cast<std::size_t>(parts[part][k])];
+      const std::vector<double>& place = places[parts[part][k]];
       auto& [low, high] = extent.try_emplace(chains[k], place, place).first->second;
       for (std::size_t axis = 0; axis < place.size(); ++axis) {
         low[axis] = std::min(low[axis], place[axis]);
@@ -116,7 +115,7 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const std::vector<int>
       }
     }
     for (std::size_t k = 0; k < chains.size(); ++k) {
-      const auto row = static_cast<std::size_t>(parts[part][k]);
+      const RowIndex row = parts[part][k];
       const auto& [low, high] = extent[chains[k]];
       double wide = 0;
       for (std::size_t axis = 0; axis < low.size(); ++axis) {
@@ -129,10 +128,10 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const std::vector<int>
       for (const double x : places[row]) cell.push_back(std::lround(x));
     }
   }
-  std::map<std::tuple<std::size_t, int, std::vector<long>>, int> known;
+  std::map<std::tuple<std::size_t, int, std::vector<long>>, ClusterIndex> known;
   Clusters clusters;
   for (const auto& name : names) {
-    const auto [entry, fresh] = known.emplace(name, clusters.count);
+    const auto [entry, fresh] = known.emplace(name, ClusterIndex(clusters.count));
     if (fresh) ++clusters.count;
     clusters.of_row.push_back(entry->second);
   }

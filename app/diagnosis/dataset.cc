@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <set>
 
@@ -55,7 +56,7 @@ void DropCopies(Dataset& data) {
 /// Rows without what the cell's kind of measurement needs only keep their place in the order of
 /// moves.
 void SetUnmeasuredAside(Dataset& data) {
-  const bool range = data.axes() == 1;
+  const bool range = data.ranges();
   MeasuredTable& table = data.table;
   const auto measured = [range](const MeasuredRow& row) {
     return range ? row.has_range : row.has_point;
@@ -73,15 +74,15 @@ void SetUnmeasuredAside(Dataset& data) {
 }
 
 void FindSessions(Dataset& data) {
-  std::map<std::string, int> known;
+  std::map<std::string, SessionIndex> known;
   for (const MeasuredRow& row : data.table.rows) {
-    const auto [entry, fresh] = known.emplace(row.session, data.sessions_count());
+    const auto [entry, fresh] = known.emplace(row.session, SessionIndex(data.sessions_count()));
     if (fresh) data.sessions.push_back(row.session);
     data.session_of.push_back(entry->second);
   }
 }
 
-void AddSignal(Dataset& data, std::string column, std::vector<double> values, bool of_joint) {
+void AddSignal(Dataset& data, std::string column, PerRow<double> values, bool of_joint) {
   RecordedSignal signal{std::move(column), std::move(values), of_joint};
   signal.low = *std::min_element(signal.values.begin(), signal.values.end());
   signal.high = *std::max_element(signal.values.begin(), signal.values.end());
@@ -97,7 +98,7 @@ void AddSignal(Dataset& data, std::string column, std::vector<double> values, bo
 
 void FindSignals(Dataset& data) {
   const auto add = [&data](const std::string& column, bool of_joint = false) {
-    std::vector<double> values;
+    PerRow<double> values;
     for (const Conditions& moment : data.conditions) {
       const std::optional<double> value = moment.Signal(column);
       if (!value) return;
@@ -174,26 +175,24 @@ void SayWhatIsMissing(Dataset& data) {
 /// One axis's standard deviation within clusters, about each cluster's mean, by the median so that
 /// outliers do not raise it.
 void NoiseFromRepeats(Dataset& data) {
-  std::map<int, std::vector<int>> members;
-  for (int k = 0; k < data.rows(); ++k) {
-    members[data.cluster_of[static_cast<std::size_t>(k)]].push_back(k);
-  }
+  std::map<ClusterIndex, std::vector<RowIndex>> members;
+  for (const RowIndex row : data.row_indices()) members[data.cluster_of[row]].push_back(row);
   std::vector<double> squares;
   for (const auto& [cluster, rows] : members) {
     for (std::size_t j = 1; j < rows.size(); ++j) {
-      const MeasuredRow& a = data.table.rows[static_cast<std::size_t>(rows[j - 1])];
-      const MeasuredRow& b = data.table.rows[static_cast<std::size_t>(rows[j])];
+      const MeasuredRow& a = data.measured(rows[j - 1]);
+      const MeasuredRow& b = data.measured(rows[j]);
       const double square =
-          data.axes() == 1 ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
+          data.ranges() ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
       squares.push_back(square / 2);
     }
   }
-  data.repeat_freedom = static_cast<int>(squares.size()) * data.axes();
+  data.repeat_freedom = static_cast<int>(squares.size()) * (data.ranges() ? 1 : 3);
   if (data.repeat_freedom < kFewestRepeatFreedom) return;
   std::sort(squares.begin(), squares.end());
   // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
   const double middle = squares[squares.size() / 2];
-  data.repeat_sigma_m = std::sqrt(middle / (data.axes() == 1 ? 0.4549 : 2.366));
+  data.repeat_sigma_m = std::sqrt(middle / (data.ranges() ? 0.4549 : 2.366));
 }
 
 /// What joints read in steps leave open of the tip that is predicted from them.
@@ -208,19 +207,19 @@ struct ReadingError {
 /// rows that average like sigma^2 / n, it counts n-fold. One number for all rows, the mean over
 /// them of the largest variance along any direction.
 /// @param steps_rad  of each row
-ReadingError ReadingErrorOf(const Dataset& data, const std::vector<double>& steps_rad) {
+ReadingError ReadingErrorOf(const Dataset& data, const PerRow<double>& steps_rad) {
   const LoadedArm arm(data.cell);
-  std::vector<int> repeats(static_cast<std::size_t>(data.clusters), 0);
-  for (const int cluster : data.cluster_of) ++repeats[static_cast<std::size_t>(cluster)];
+  Indexed<ClusterIndex, int> repeats(static_cast<std::size_t>(data.clusters), 0);
+  for (const ClusterIndex cluster : data.cluster_of) ++repeats[cluster];
   double sum = 0;
   std::vector<double> radii;
-  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+  for (const RowIndex row : data.row_indices()) {
     LoadedState state;
-    arm.AtActual(data.table.rows[k].q, data.payloads[k], data.conditions[k], state);
-    const Mat3 covariance = ReadingCovariance(arm, state, steps_rad[k]);
+    arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
+    const Mat3 covariance = ReadingCovariance(arm, state, steps_rad[row]);
     radii.push_back(RadiusHolding95Percent(covariance));
     const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
-    sum += repeats[static_cast<std::size_t>(data.cluster_of[k])] * largest;
+    sum += repeats[data.cluster_of[row]] * largest;
   }
   return {MedianOf(radii), std::sqrt(sum / data.rows())};
 }
@@ -230,7 +229,7 @@ constexpr double kNotableShare = 0.1;
 
 /// Steps that the rows declare (q_step_deg) count as noise.
 void AddReadingError(Dataset& data) {
-  std::vector<double> steps_rad;
+  PerRow<double> steps_rad;
   for (const MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
   data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
   const ReadingError error = ReadingErrorOf(data, steps_rad);
@@ -253,7 +252,7 @@ void TellUndeclaredStep(Dataset& data) {
   constexpr double kLeastToldPower = -12;
   const auto step = JointStepOf(data.table, data.cell.robot.joints);
   if (!step) return;
-  const std::vector<double> steps_rad(data.table.rows.size(), step->step_rad);
+  const PerRow<double> steps_rad(data.table.rows.size(), step->step_rad);
   const ReadingError error = ReadingErrorOf(data, steps_rad);
   const double notable_m = data.sigma_m > 0 ? kNotableShare * data.sigma_m : kNotable_m;
   if (error.sigma_m < notable_m) return;
@@ -279,80 +278,120 @@ void TellUndeclaredStep(Dataset& data) {
 
 }  // namespace
 
-Dataset Thinned(const Dataset& data, const std::vector<int>& rows) {
+RowLayout Dataset::layout() const {
+  RowLayout layout;
+  for (const RowNumbers& of_row : numbers) layout.Add(of_row.count);
+  return layout;
+}
+
+double Dataset::lengths_per_row() const {
+  int measuring = 0, lengths = 0;
+  for (const RowNumbers& of_row : numbers) {
+    measuring += of_row.count > 0 ? 1 : 0;
+    lengths += of_row.lengths();
+  }
+  return measuring > 0 ? static_cast<double>(lengths) / measuring : 0;
+}
+
+FitRows EveryRow(const Dataset& data) {
+  return EvenlySpread(data, data.rows());
+}
+
+FitRows EvenlySpread(const Dataset& data, int most) {
+  FitRows rows;
+  const int count = data.rows(), taken = std::min(count, most);
+  rows.reserve(static_cast<std::size_t>(taken));
+  for (int k = 0; k < taken; ++k) rows.emplace_back(std::int64_t{k} * count / taken);
+  return rows;
+}
+
+Dataset Thinned(const Dataset& data, const FitRows& rows) {
   Dataset thin = data;
   thin.table.rows.clear();
   thin.conditions.clear();
   thin.payloads.clear();
+  thin.numbers.clear();
   thin.session_of.clear();
   thin.cluster_of.clear();
   for (RecordedSignal& signal : thin.signals) signal.values.clear();
-  for (const int row : rows) {
-    const auto at = static_cast<std::size_t>(row);
-    thin.table.rows.push_back(data.table.rows[at]);
-    thin.conditions.push_back(data.conditions[at]);
-    thin.payloads.push_back(data.payloads[at]);
-    thin.session_of.push_back(data.session_of[at]);
-    thin.cluster_of.push_back(data.cluster_of[at]);
-    for (std::size_t s = 0; s < data.signals.size(); ++s) {
-      thin.signals[s].values.push_back(data.signals[s].values[at]);
+  std::map<ClusterIndex, ClusterIndex> renumbered;
+  for (const RowIndex row : rows) {
+    thin.table.rows.push_back(data.measured(row));
+    thin.conditions.push_back(data.conditions[row]);
+    thin.payloads.push_back(data.payloads[row]);
+    thin.numbers.push_back(data.numbers[row]);
+    thin.session_of.push_back(data.session_of[row]);
+    thin.cluster_of.push_back(
+        renumbered.emplace(data.cluster_of[row], ClusterIndex(renumbered.size())).first->second);
+    for (const SignalIndex signal : data.signals.indices()) {
+      thin.signals[signal].values.push_back(data.signals[signal].values[row]);
     }
   }
+  thin.clusters = static_cast<int>(renumbered.size());
   return thin;
 }
 
-Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
-  Dataset data;
-  data.cell = cell;
-  data.table = measured;
-  const bool has_points = data.axes() == 1 ? measured.recorded.range : measured.recorded.position;
-  if (!has_points) {
-    return Error{fmt::format(
-        "has no {} column{}: nothing was measured; the cell says "
-        "[measurement] kind, check it and the header",
-        data.axes() == 1 ? "range_mm" : "x_mm, y_mm, z_mm", data.axes() == 1 ? "" : "s")};
-  }
-  SetUnmeasuredAside(data);
-  DropCopies(data);
-  if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
-    return Error{*impossible};
-  }
-  GiveUpRestartedClock(data.table);
-  data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
-  FindSessions(data);
+namespace {
+
+int NumbersOfARow(const Dataset& data) {
+  return data.ranges() ? 1 : 3;
+}
+
+/// Why the table holds nothing to diagnose.
+std::optional<Error> WithoutMeasuredValues(const Dataset& data) {
+  const bool range = data.ranges();
+  if (range ? data.table.recorded.range : data.table.recorded.position) return {};
+  return Error{
+      fmt::format("has no {} column{}: nothing was measured; the cell says "
+                  "[measurement] kind, check it and the header",
+                  range ? "range_mm" : "x_mm, y_mm, z_mm", range ? "" : "s")};
+}
+
+std::optional<Error> TooFewRows(const Dataset& data) {
   const int free_numbers =
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
-  const int needed = std::max(kFewestRows, (free_numbers + 3 + data.axes() - 1) / data.axes());
-  if (data.rows() < needed) {
-    return Error{
-        fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
-                    "spread over the cell (30 or more tell effects apart)",
-                    data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
-  }
-  data.conditions = ConditionsOf(cell, data.table);
+  const int of_row = NumbersOfARow(data);
+  const int needed = std::max(kFewestRows, (free_numbers + 3 + of_row - 1) / of_row);
+  if (data.rows() >= needed) return {};
+  return Error{
+      fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
+                  "spread over the cell (30 or more tell effects apart)",
+                  data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
+}
+
+/// Conditions, loads and clusters of the rows.
+void DescribeRows(Dataset& data) {
+  const CellModel& cell = data.cell;
+  data.numbers.assign(data.table.rows.size(), {NumbersOfARow(data), {}});
+  data.conditions = PerRow<Conditions>(ConditionsOf(cell, data.table));
   for (const MeasuredRow& row : data.table.rows) {
-    const bool loaded = measured.recorded.payload && cell.payload_cog_F;
+    const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
     data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
   }
   data.weight_known = GravityLoads(cell).known(0);
-  data.torques_known = data.weight_known || measured.recorded.tau;
+  data.torques_known = data.weight_known || data.table.recorded.tau;
   const Clusters clusters = ClustersOf(data.table.rows, data.session_of);
   data.cluster_of = clusters.of_row;
   data.clusters = clusters.count;
-  FindSignals(data);
-  for (int i = 0; i < cell.robot.size(); ++i) {
+}
+
+void FindStillJoints(Dataset& data) {
+  for (int i = 0; i < data.cell.robot.size(); ++i) {
     const auto moved = [&](const MeasuredRow& row) {
       return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
     };
-    if (std::none_of(data.table.rows.begin(), data.table.rows.end(), moved)) {
-      data.still_joints.push_back(i);
-      data.notes.push_back(
-          fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
-    }
+    if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
+    data.still_joints.push_back(i);
+    data.notes.push_back(
+        fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
   }
+}
+
+/// The declared sigma, else that of repeats, else left to the residual.
+void SettleNoise(Dataset& data) {
   NoiseFromRepeats(data);
-  if (cell.measurement.sigma_m) {
-    data.sigma_m = *cell.measurement.sigma_m;
+  if (data.cell.measurement.sigma_m) {
+    data.sigma_m = *data.cell.measurement.sigma_m;
     data.sigma_origin = "declared";
     if (data.repeat_sigma_m > 2 * data.sigma_m) {
       data.notes.push_back(
@@ -367,6 +406,28 @@ Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured
   } else {
     data.sigma_origin = "residual";
   }
+}
+
+}  // namespace
+
+Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
+  Dataset data;
+  data.cell = cell;
+  data.table = measured;
+  if (auto error = WithoutMeasuredValues(data)) return *error;
+  SetUnmeasuredAside(data);
+  DropCopies(data);
+  if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
+    return Error{*impossible};
+  }
+  GiveUpRestartedClock(data.table);
+  data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
+  FindSessions(data);
+  if (auto error = TooFewRows(data)) return *error;
+  DescribeRows(data);
+  FindSignals(data);
+  FindStillJoints(data);
+  SettleNoise(data);
   if (data.table.recorded.q_step) {
     AddReadingError(data);
   } else {

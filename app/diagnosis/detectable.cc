@@ -24,10 +24,10 @@ struct Seen {
   std::set<SizeName> not_hidden;  ///< by another block
 };
 
-void Add(const Pool& pool, int block, double cost, Seen& seen) {
-  const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-  const std::vector<double> least_m = pool.MinimumDetectable(block, cost);
-  for (std::size_t k = 0; k < least_m.size(); ++k) {
+void Add(const Pool& pool, BlockIndex block, double cost, Seen& seen) {
+  const Block& of = pool.blocks()[block];
+  const Indexed<BlockColumnIndex, double> least_m = pool.MinimumDetectable(block, cost);
+  for (const BlockColumnIndex k : least_m.indices()) {
     const TermParameter& parameter =
         of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
     const SizeName name(parameter.joint, parameter.spec, parameter.of);
@@ -53,15 +53,15 @@ std::string HiddenText(const std::string& id, const Seen& seen) {
 
 void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& diagnosis) {
   std::map<std::string, double> costs;
-  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
+  for (const BlockIndex b : pool.blocks().indices()) {
     double& cost = costs[pool.blocks()[b].id];
-    cost = std::max(cost, pool.BlockCost(static_cast<int>(b)));
+    cost = std::max(cost, pool.BlockCost(b));
   }
   std::map<std::string, Seen> effects;
-  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
+  for (const BlockIndex b : pool.blocks().indices()) {
     const Block& block = pool.blocks()[b];
     if (block.empirical()) continue;
-    Add(pool, static_cast<int>(b), costs[block.id], effects[block.id]);
+    Add(pool, b, costs[block.id], effects[block.id]);
   }
   // The pool has only the shapes that followed the residual best.
   for (const Effect* effect : candidates.searched) {

@@ -5,14 +5,19 @@
 #include <cmath>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/considered.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/identify.h"
+#include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/residual_spread.h"
+#include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/validation.h"
@@ -39,40 +44,39 @@ struct Task {
 /// A model and what it leaves at every row.
 struct FittedModel {
   Model model;
-  std::vector<Vec3> residuals;  ///< [m]
+  PerRow<Vec3> errors;  ///< [m]
 };
 
 /// The identified model fitted to all rows, those too that were not searched.
 struct FitOfAllRows {
+  FitProblem problem;
   Refit refit;
   Linearisation linear;
-  std::vector<double> weights;
-  std::vector<Vec3> residuals;  ///< [m]
+  PerRow<Vec3> errors;  ///< that it leaves [m]
 };
 
 /// The model that is written, and what it rests on.
 struct CorrectedModel {
   Model model;
-  std::vector<Vec3> residuals;  ///< [m], of every row
-  Validation validation;        ///< of the searched rows
+  PerRow<Vec3> errors;    ///< [m]
+  Validation validation;  ///< of the searched rows
   double discrepancy_parameters = 0;
 };
 
 /// 3-D RMS over the rows that are no outliers.
-double Rms(const std::vector<Vec3>& residuals, const std::vector<double>& weights) {
+double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
   double sum = 0, count = 0;
-  for (std::size_t k = 0; k < residuals.size(); ++k) {
-    if (weights[k] < kOutlierWeight) continue;
-    sum += residuals[k].squaredNorm();
+  for (const RowIndex row : errors.indices()) {
+    if (weights[row] < kOutlierWeight) continue;
+    sum += errors[row].squaredNorm();
     count += 1;
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// 3-D RMS of the difference of two residuals over the rows that are no outliers.
-double RmsBetween(std::vector<Vec3> a, const std::vector<Vec3>& b,
-                  const std::vector<double>& weights) {
-  for (std::size_t k = 0; k < a.size(); ++k) a[k] -= b[k];
+/// 3-D RMS of the difference of errors over the rows that are no outliers.
+double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights) {
+  for (const RowIndex row : a.indices()) a[row] -= b[row];
   return Rms(a, weights);
 }
 
@@ -82,9 +86,9 @@ double RmsBeyond(double more_m, double less_m) {
 }
 
 /// The share of what the model moves at the rows that is not the named effects': sums of squares.
-double UnnamedShare(const std::vector<RowTrace>& rows, const std::vector<Vec3>& by_the_named) {
+double UnnamedShare(const PerRow<RowTrace>& rows, const PerRow<Vec3>& by_the_named) {
   double named = 0, unnamed = 0;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  for (const RowIndex k : rows.indices()) {
     if (rows[k].outlier) continue;
     named += (rows[k].before - by_the_named[k]).squaredNorm();
     unnamed += (by_the_named[k] - rows[k].after).squaredNorm();
@@ -119,7 +123,7 @@ Result<FittedModel> FitDeclared(const Task& task) {
   if (const auto gross = GrossError(task.data, *linear, task.options.threads)) {
     return Error{*gross};
   }
-  return FittedModel{*aligned, ResidualsOf(*linear)};
+  return FittedModel{*aligned, ErrorsOf(*linear)};
 }
 
 /// What was identified on the searched rows, fitted to all of them with weights of their own.
@@ -128,40 +132,38 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   const Dataset& data = task.data;
   Result<Linearisation> linear = Linearise(data, found.model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
-  FitOfAllRows fit{found.refit, *linear, found.weights, ResidualsOf(*linear)};
+  FitProblem problem = FitOfEveryRow(data, task.options.threads);
+  problem.sigma_m = found.fit.sigma_m;
+  if (!thinned) problem.weights = found.fit.weights;
+  FitOfAllRows fit{std::move(problem), found.refit, *linear, ErrorsOf(*linear)};
   if (!thinned) return fit;
-  const double scatter = std::max(found.sigma_m, RobustSigma(fit.residuals, data.axes()));
-  fit.weights =
-      HampelWeights(fit.residuals, OutlierScale(fit.residuals, scatter, data.axes()), data.axes());
-  RefitOptions all;
-  all.rows = Every(data.rows(), data.rows());
-  all.weights = fit.weights;
-  all.sigma_m = found.sigma_m;
-  all.threads = task.options.threads;
-  all.iterations = 3;
-  const Result<Refit> refit = RefitModel(data, found.model, all);
+  const PerRow<RowResidual> residuals = ResidualsOf(*linear);
+  const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
+  fit.problem.weights = HampelWeights(data, residuals, OutlierScale(data, residuals, scatter));
+  constexpr int kIterations = 3;  // from what fits the searched rows
+  const Result<Refit> refit = RefitModel(fit.problem, found.model, {kIterations});
   if (!refit) return Error{refit.error()};
   linear = Linearise(data, refit->model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
   fit.refit = *refit;
   fit.linear = *linear;
-  fit.residuals = ResidualsOf(*linear);
+  fit.errors = ErrorsOf(*linear);
   return fit;
 }
 
-void AddNoise(const Task& task, const Identified& found, const std::vector<Vec3>& declared,
+void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& declared,
               const FitOfAllRows& fit, Diagnosis& diagnosis) {
   const Dataset& data = task.data;
-  diagnosis.sigma_m = found.sigma_m;
-  const bool as_declared = data.sigma_m > 0 && found.sigma_m < 1.1 * data.sigma_m;
+  diagnosis.sigma_m = found.fit.sigma_m;
+  const bool as_declared = data.sigma_m > 0 && found.fit.sigma_m < 1.1 * data.sigma_m;
   diagnosis.sigma_origin = as_declared ? data.sigma_origin : "residual";
-  diagnosis.noise_floor_m = std::sqrt(static_cast<double>(data.axes())) *
-                            (data.sigma_m > 0 ? data.sigma_m : found.sigma_m);
-  diagnosis.rms_before_m = Rms(declared, fit.weights);
-  diagnosis.rms_after_m = Rms(fit.residuals, fit.weights);
-  for (std::size_t k = 0; k < fit.weights.size(); ++k) {
-    if (fit.weights[k] >= kOutlierWeight) continue;
-    diagnosis.outlier_rows.push_back(data.table.rows[k].line);
+  diagnosis.noise_floor_m =
+      std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
+  diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
+  diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
+  for (const RowIndex row : data.row_indices()) {
+    if (fit.problem.weights[row] >= kOutlierWeight || data.numbers[row].count == 0) continue;
+    diagnosis.outlier_rows.push_back(data.measured(row).line);
   }
 }
 
@@ -180,17 +182,17 @@ void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
 
 /// Findings, rivals, what was refused, what would have been seen, signals, the verdict, and where
 /// to measure next if it is ambiguous.
-void Explain(const Task& task, const Dataset& searched, const Identified& found,
-             const FitOfAllRows& fit, Diagnosis& diagnosis) {
+void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
+             Diagnosis& diagnosis) {
   task.Report(0.65, "judging rivals");
-  const FindingsContext context{searched,     *found.pool,   found.best,    fit.refit,
-                                found.ranked, found.weights, found.sigma_m, task.options};
+  const FindingsContext context{found.fit,        *found.pool,  found.best,  fit.refit,
+                                found.refit.chi2, found.ranked, task.options};
   AddFindings(context, diagnosis);
   std::vector<Explanation> rivals;
   if (!found.unknown && !found.best.blocks.empty()) {
     rivals = AddRivals(context, found.model, diagnosis);
     for (Rival& rival : diagnosis.rivals) {
-      if (!rival.shift_W.empty()) rival.rows = Every(task.data.rows(), kSearchedRows);
+      if (!rival.shift_W.empty()) rival.rows = EvenlySpread(task.data, kSearchedRows).items();
     }
   }
   if (found.unknown) AddDriverRivals(*found.pool, found.best, diagnosis);
@@ -198,12 +200,12 @@ void Explain(const Task& task, const Dataset& searched, const Identified& found,
   AddDetectable(*found.pool, found.candidates, diagnosis);
   if (task.Interrupted()) return;
   task.Report(0.7, "what the residual follows");
-  AddSignals(searched, task.data, found, task.options, diagnosis);
-  SetVerdict(task.data, found, RobustSigma(fit.residuals, task.data.axes()), diagnosis);
+  AddSignals(task.data, found, diagnosis);
+  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), diagnosis);
   AddReadingNote(task.data, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
   task.Report(0.75, "where to measure next");
-  AddNextPoses(*found.pool, found.model, found.weights, found.best, rivals, task.options,
+  AddNextPoses(*found.pool, found.model, found.fit.weights, found.best, rivals, task.options,
                diagnosis);
 }
 
@@ -220,73 +222,62 @@ void AddHeldOutErrors(const Validation& validation, Diagnosis& diagnosis) {
 /// The fitted model as its findings are written, with the discrepancy model's effects, its free
 /// frames fitted anew.
 Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
-                                    const Identified& found, const Remainder& discrepancy,
-                                    Diagnosis& diagnosis) {
+                                    const DiscrepancyModel& discrepancy, Diagnosis& diagnosis) {
   const Dataset& data = task.data;
   Model model = fit.refit.model;
   model.effects.clear();
   for (const Finding& finding : diagnosis.findings) model.effects.push_back(finding.effect);
-  diagnosis.remainder = AddedBy(discrepancy, data, model);
-  for (const Finding& finding : diagnosis.remainder) model.effects.push_back(finding.effect);
+  diagnosis.discrepancy = AddedBy(discrepancy, data, model);
+  for (const Finding& finding : diagnosis.discrepancy) model.effects.push_back(finding.effect);
   if (data.frames_free() || data.tip_free()) {
     RefitOptions frames;
-    frames.rows = Every(data.rows(), data.rows());
-    frames.weights = fit.weights;
-    frames.sigma_m = found.sigma_m;
-    frames.threads = task.options.threads;
     frames.frames_only = true;
-    const Result<Refit> refit = RefitModel(data, model, frames);
+    const Result<Refit> refit = RefitModel(fit.problem, model, frames);
     if (!refit) return Error{refit.error()};
     model = refit->model;
   }
   const Result<Linearisation> linear = Linearise(data, model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
   diagnosis.notes.push_back(fmt::format(
-      "beside what is named, the model carries a shrunk remainder worth {:.0f} parameters; it "
+      "beside what is named, the model carries a discrepancy model worth {:.0f} parameters; it "
       "corrects where there is data and explains nothing",
       discrepancy.held));
-  return FittedModel{model, ResidualsOf(*linear)};
+  return FittedModel{model, ErrorsOf(*linear)};
 }
 
 /// The fitted model with its effects as they are written: curves are shrunk, and end where their
 /// rows do.
 Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
                               const Diagnosis& diagnosis) {
-  FittedModel written{fit.refit.model, fit.residuals};
+  FittedModel written{fit.refit.model, fit.errors};
   if (!HasEmpiricalTerm(diagnosis)) return written;
   written.model.effects.clear();
   for (const Finding& finding : diagnosis.findings) written.model.effects.push_back(finding.effect);
   const Result<Linearisation> linear =
       Linearise(task.data, written.model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
-  written.residuals = ResidualsOf(*linear);
+  written.errors = ErrorsOf(*linear);
   return written;
 }
 
 /// Holds rows out, and lets that decide what of the model is written.
-Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, const Identified& found,
-                                 const FitOfAllRows& fit, Diagnosis& diagnosis) {
+Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
+                                 Diagnosis& diagnosis) {
   task.Report(0.8, "fitting a discrepancy model");
-  const std::optional<Remainder> offered =
-      RemainderOf(*found.pool, found.best, found.candidates, {});
+  const std::optional<DiscrepancyModel> offered =
+      DiscrepancyModelOf(*found.pool, found.best, found.candidates);
   if (task.Interrupted()) return Task::InterruptedError();
   task.Report(0.85, "held-out rows");
-  const HeldOutInput input{searched,
-                           found.linear,
-                           found.model,
-                           found.candidates,
-                           found.weights,
-                           found.sigma_m,
-                           found.unknown,
-                           std::max<std::size_t>(3, found.best.blocks.size() + 2),
-                           offered.has_value(),
-                           task.options};
+  const HeldOutInput input{
+      found.fit,           found.linear,  found.model,
+      found.candidates,    found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
+      offered.has_value(), task.options};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
-  CorrectedModel corrected{written->model, written->residuals, Validate(input), 0};
+  CorrectedModel corrected{written->model, written->errors, Validate(input), 0};
   if (task.Interrupted()) return Task::InterruptedError();
-  diagnosis.rms_after_m = Rms(corrected.residuals, fit.weights);
-  const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.weights);
+  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
+  const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.fit.weights);
   if (offered && !admitted) {
     corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
     diagnosis.notes.emplace_back(
@@ -294,18 +285,19 @@ Result<CorrectedModel> Validated(const Task& task, const Dataset& searched, cons
         "or sessions that it has not seen");
   }
   // What shrinking and bounding cost at the rows is an error of the held-out rows, too.
-  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.residuals, fit.weights)), corrected.validation);
+  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.errors, fit.problem.weights)),
+           corrected.validation);
   AddHeldOutErrors(corrected.validation, diagnosis);
   if (!diagnosis.findings.empty()) {
     diagnosis.withheld = ReasonToWithhold(corrected.validation, HasEmpiricalTerm(diagnosis));
   }
   if (!admitted || !diagnosis.withheld.empty()) return corrected;
-  const Result<FittedModel> whole = WithDiscrepancy(task, fit, found, *offered, diagnosis);
+  const Result<FittedModel> whole = WithDiscrepancy(task, fit, *offered, diagnosis);
   if (!whole) return Error{whole.error()};
   corrected.model = whole->model;
-  corrected.residuals = whole->residuals;
+  corrected.errors = whole->errors;
   corrected.discrepancy_parameters = offered->held;
-  diagnosis.rms_after_m = Rms(corrected.residuals, fit.weights);
+  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   return corrected;
 }
 
@@ -314,27 +306,27 @@ void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis&
   if (diagnosis.withheld.empty()) return;
   diagnosis.notes.push_back(diagnosis.withheld);
   corrected.model = declared.model;
-  corrected.residuals = declared.residuals;
+  corrected.errors = declared.errors;
   diagnosis.rms_after_m = diagnosis.rms_before_m;
 }
 
 /// One trace a row: what was measured, and residuals before, after and held out.
-void AddRows(const Dataset& data, const Dataset& searched, const std::vector<Vec3>& declared,
+void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& declared,
              const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  std::map<int, std::size_t> searched_of_line;
-  for (std::size_t k = 0; k < searched.table.rows.size(); ++k) {
-    searched_of_line[searched.table.rows[k].line] = k;
+  std::map<int, RowIndex> searched_of_line;
+  for (const RowIndex row : searched.row_indices()) {
+    searched_of_line[searched.measured(row).line] = row;
   }
   const HeldOut& held_out = corrected.validation.ways.front();
-  for (std::size_t row = 0; row < data.table.rows.size(); ++row) {
+  for (const RowIndex row : data.row_indices()) {
     RowTrace& trace = diagnosis.rows.emplace_back();
-    trace.line = data.table.rows[row].line;
-    trace.session = data.table.rows[row].session;
-    trace.weight = fit.weights[row];
-    trace.outlier = fit.weights[row] < kOutlierWeight;
-    trace.p_measured = data.axes() == 3 ? data.table.rows[row].p_WT : fit.linear.rows[row].p_W;
+    trace.line = data.measured(row).line;
+    trace.session = data.measured(row).session;
+    trace.weight = fit.problem.weights[row];
+    trace.outlier = fit.problem.weights[row] < kOutlierWeight;
+    trace.p_measured = data.ranges() ? fit.linear.rows[row].p_W : data.measured(row).p_WT;
     trace.before = declared[row];
-    trace.after = corrected.residuals[row];
+    trace.after = corrected.errors[row];
     trace.fold = -1;
     const auto held = searched_of_line.find(trace.line);
     if (held == searched_of_line.end() || !held_out.predicted[held->second]) continue;
@@ -342,18 +334,35 @@ void AddRows(const Dataset& data, const Dataset& searched, const std::vector<Vec
     trace.held_out_before = held_out.before[held->second];
     trace.held_out_after = held_out.after[held->second];
   }
-  if (diagnosis.remainder.empty()) return;
-  diagnosis.remainder_parameters = corrected.discrepancy_parameters;
-  diagnosis.remainder_share = UnnamedShare(diagnosis.rows, fit.residuals);
+  if (diagnosis.discrepancy.empty()) return;
+  diagnosis.discrepancy_parameters = corrected.discrepancy_parameters;
+  diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
+}
+
+/// How far newly measured points lie from the written model, near the measured poses and away.
+void AddSpread(const Task& task, const Identified& found, const FitOfAllRows& fit,
+               const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  const auto spread = SpreadOf(corrected.validation, found.fit, diagnosis.withheld.empty());
+  if (!spread) return;
+  diagnosis.domain.residual_sigma_m = spread->near_m;
+  // Half a turn away, where d is 2, it would add less than half a percent.
+  constexpr double kNegligible = 0.05;
+  if (spread->distant_m < kNegligible * spread->near_m) return;
+  diagnosis.domain.distant_sigma_m = spread->distant_m;
+  FitRows accepted;
+  for (const RowIndex row : task.data.row_indices()) {
+    if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
+  }
+  diagnosis.domain.poses =
+      KeptPoses(CellOf(task.data, corrected.model, SessionIndex(0)), task.data, accepted);
 }
 
 /// Frames, and the domain in which the written model was validated.
-void AddDomain(const Task& task, const FitOfAllRows& fit, const CorrectedModel& corrected,
-               double sigma_m, Diagnosis& diagnosis) {
-  AddFramesAndDomain(task.data, corrected.model, fit.weights, diagnosis);
-  diagnosis.domain.residual_sigma_m =
-      ValidatedSigma(corrected.validation, sigma_m, task.data.axes(), diagnosis.withheld.empty());
-  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.weights.size();
+void AddDomain(const Task& task, const Identified& found, const FitOfAllRows& fit,
+               const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
+  AddSpread(task, found, fit, corrected, diagnosis);
+  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
     diagnosis.notes.push_back(
@@ -375,7 +384,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
   const Result<FittedModel> declared = FitDeclared(task);
   if (!declared) return Error{declared.error()};
   ShowBases(declared->model, data.value());
-  const Dataset searched = Thinned(*data, Every(data->rows(), kSearchedRows));
+  const Dataset searched = Thinned(*data, EvenlySpread(*data, kSearchedRows));
   const Result<Identified> found = Identify(
       searched, declared->model, options,
       [&](double share, const std::string& what) { task.Report(0.05 + 0.5 * share, what); });
@@ -387,19 +396,19 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
   Diagnosis diagnosis;
   diagnosis.notes = data->notes;
   diagnosis.not_recorded = data->not_recorded;
-  AddNoise(task, *found, declared->residuals, *fit, diagnosis);
-  Explain(task, searched, *found, *fit, diagnosis);
+  AddNoise(task, *found, declared->errors, *fit, diagnosis);
+  Explain(task, *found, *fit, diagnosis);
   if (task.Interrupted()) return Task::InterruptedError();
-  Result<CorrectedModel> validated = Validated(task, searched, *found, *fit, diagnosis);
+  Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
   if (!validated) return Error{validated.error()};
   CorrectedModel& corrected = validated.value();
-  CheckExplanation({searched, corrected.validation.ways.front(), found->weights, found->sigma_m,
+  CheckExplanation({found->fit, corrected.validation.ways.front(),
                     static_cast<double>(found->best.columns.size()),
-                    RmsBetween(fit->residuals, corrected.residuals, fit->weights)},
+                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights)},
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
-  AddRows(*data, searched, declared->residuals, *fit, corrected, diagnosis);
-  AddDomain(task, *fit, corrected, found->sigma_m, diagnosis);
+  AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
+  AddDomain(task, *found, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;
 }

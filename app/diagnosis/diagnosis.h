@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/diagnosis/indices.h"
 #include "app/table/csv.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
@@ -39,9 +40,9 @@ struct Rival {
   std::string instead_of_word, word;  ///< where they have one: two words of one id are rivals, too
   std::vector<std::string> scope;
   double signal_left = 0;  ///< share of the finding's signal that the refitted rival cannot imitate
-  double evidence_gap = 0;    ///< score of the rival minus score of the answer; 16 is 4 sigma
-  std::vector<Vec3> shift_W;  ///< the rival's prediction minus the answer's [m]
-  std::vector<int> rows;  ///< of each shift: index into Diagnosis::rows (not every row is asked)
+  double evidence_gap = 0;     ///< score of the rival minus score of the answer; 16 is 4 sigma
+  std::vector<Vec3> shift_W;   ///< the rival's prediction minus the answer's [m]
+  std::vector<RowIndex> rows;  ///< of each shift, in Diagnosis::rows (not every row is asked)
 };
 
 /// A candidate and what became of it.
@@ -77,8 +78,8 @@ struct RowTrace {
 
 /// A recorded signal over the rows, for drawing and for naming drivers.
 struct SignalTrace {
-  std::string name;            ///< column name, with its unit
-  std::vector<double> values;  ///< of each row of Diagnosis::rows
+  std::string name;       ///< column name, with its unit
+  PerRow<double> values;  ///< of Diagnosis::rows
   double p_value = 1;  ///< that the residual after follows it (permutation, all signals considered)
   double share = 0;    ///< of the remaining sum of squares that it explains
 };
@@ -126,9 +127,10 @@ struct Doubt {
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
-  std::vector<Finding> remainder;   ///< unnamed, shrunk: added to the model only (see remainder.h)
-  double remainder_parameters = 0;  ///< that the data hold of it; 0: there is none
-  double remainder_share = 0;       ///< of the correction's sum of squares over the rows
+  std::vector<Finding>
+      discrepancy;  ///< unnamed, shrunk: added to the model only (see discrepancy.h)
+  double discrepancy_parameters = 0;       ///< that the data hold of it; 0: there is none
+  double discrepancy_share = 0;            ///< of the correction's sum of squares over the rows
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
   Eigen::MatrixXd correlation;             ///< of all parameters of all findings
   std::vector<Rival> rivals;
@@ -144,7 +146,7 @@ struct Diagnosis {
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id; detectable.h
   double rms_before_m = 0, rms_after_m = 0;
-  double noise_floor_m = 0;  ///< 3-D: sqrt(3) sigma
+  double noise_floor_m = 0;  ///< 3-D: sigma times the root of the lengths that a row measures
   double sigma_m = 0;        ///< one axis, as used
   /// What remains is far above the declared noise, and no repeats bear that noise out: then it is
   /// too small, and 3-D `noise_in_use_m` goes before `noise_floor_m`.
@@ -158,7 +160,7 @@ struct Diagnosis {
   std::vector<Considered> considered;
   std::vector<SignalTrace> signals;
   std::vector<SpectralLine> spectrum;
-  std::vector<RowTrace> rows;
+  PerRow<RowTrace> rows;
   std::vector<std::string> notes;         ///< what an engineer should know, one sentence each
   std::vector<std::string> not_recorded;  ///< signals that were not recorded, and what they hide
   std::vector<SessionFrames> sessions;    ///< frames estimated, where unaligned or unknown

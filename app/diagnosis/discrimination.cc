@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/diagnosis/prior_sizes.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 namespace {
@@ -19,11 +20,11 @@ Discrimination::Side Discrimination::SideOf(const Explanation& explanation) cons
   side.blocks = explanation.blocks;
   const Coefficients found = pool_.CoefficientsOf(explanation);
   std::vector<double> unit, values;
-  for (const int block : side.blocks) {
-    const std::vector<double> prior =
-        PriorSizes(pool_.problem(), pool_.blocks()[static_cast<std::size_t>(block)]);
-    for (std::size_t k = 0; k < prior.size(); ++k) {
-      const auto at = found.find({block, static_cast<int>(k)});
+  for (const BlockIndex block : side.blocks) {
+    const Indexed<BlockColumnIndex, double> prior =
+        PriorSizes(pool_.problem(), pool_.blocks()[block]);
+    for (const BlockColumnIndex k : prior.indices()) {
+      const auto at = found.find({block, k});
       const double value = at == found.end() ? 0 : at->second;
       unit.push_back(std::max(prior[k], std::abs(value)));
       values.push_back(value / unit.back());
@@ -51,39 +52,39 @@ Discrimination::Discrimination(const Pool& pool, const std::vector<Explanation>&
       }
     }
   }
-  for (const int row : pool.problem().rows()) {
+  for (const RowIndex row : pool.problem().rows()) {
     Add(At(pool.problem().data(), pool.problem().linear(), row));
   }
   Solve();
 }
 
 Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisation& linear,
-                                         int row) const {
-  const auto k = static_cast<std::size_t>(row);
+                                         RowIndex row) const {
   const int first_tip = data.frames_free() ? 6 : 0;
   const int per_session = first_tip + (data.tip_free() ? 3 : 0);
+  const int count = linear.layout.count(row);
+  const RowWhitening whitening(data.numbers[row], 1 / pool_.problem().sigma_m());
   AtRow result;
-  result.fields.resize(linear.axes, static_cast<int>(sides_.size()));
+  result.fields.resize(count, static_cast<int>(sides_.size()));
   for (const Side& side : sides_) {
     const auto own = side.unit.size();
-    Eigen::MatrixXd X =
-        Eigen::MatrixXd::Zero(linear.axes, own + per_session * data.sessions_count());
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + per_session * data.sessions_count());
     Eigen::Index at = 0;
-    for (const int block : side.blocks) {
-      const Block& of = pool_.blocks()[static_cast<std::size_t>(block)];
-      Eigen::MatrixXd columns(3, static_cast<int>(of.columns.size()));
+    for (const BlockIndex block : side.blocks) {
+      const Block& of = pool_.blocks()[block];
+      Eigen::MatrixXd columns(count, of.columns.count());
       ColumnsAt(data, linear, of, row, columns);
-      X.middleCols(at, columns.cols()) = columns.topRows(linear.axes);
+      X.middleCols(at, columns.cols()) = columns;
       at += columns.cols();
     }
     X.leftCols(own) *= side.unit.asDiagonal();
-    at += per_session * data.session_of[k];
-    const auto& frames = linear.rows[k].frames;
-    if (data.frames_free()) X.middleCols(at, 6) = frames.topLeftCorner(linear.axes, 6);
+    at += per_session * data.session_of[row].value();
+    const auto& frames = linear.rows[row].frames;
+    if (data.frames_free()) X.middleCols(at, 6) = frames.leftCols<6>();
     if (data.tip_free()) {
-      X.middleCols(at + first_tip, 3) = frames.topRightCorner(linear.axes, 3);
+      X.middleCols(at + first_tip, 3) = frames.rightCols<3>();
     }
-    X /= pool_.problem().sigma_m();
+    whitening.Apply(X.eval(), X);
     result.fields.col(static_cast<int>(result.X.size())) = X.leftCols(own) * side.values;
     result.X.push_back(std::move(X));
   }
@@ -123,7 +124,8 @@ Eigen::MatrixXd Discrimination::Distances(const AtRow& at) const {
   return distances;
 }
 
-double Discrimination::Gain(const Dataset& candidates, const Linearisation& linear, int row) const {
+double Discrimination::Gain(const Dataset& candidates, const Linearisation& linear,
+                            RowIndex row) const {
   const Eigen::MatrixXd distances = Distances(At(candidates, linear, row));
   double gain = 0;
   for (Eigen::Index i = 0; i < distances.rows(); ++i) {
@@ -139,7 +141,7 @@ double Discrimination::Gain(const Dataset& candidates, const Linearisation& line
 }
 
 double Discrimination::LargestDistance(const Dataset& candidates, const Linearisation& linear,
-                                       int row) const {
+                                       RowIndex row) const {
   const AtRow at = At(candidates, linear, row);
   double farthest = 0;
   for (std::size_t j = 1; j < sides_.size(); ++j) {
@@ -148,7 +150,7 @@ double Discrimination::LargestDistance(const Dataset& candidates, const Linearis
   return farthest * pool_.problem().sigma_m();
 }
 
-void Discrimination::Measure(const Dataset& candidates, const Linearisation& linear, int row) {
+void Discrimination::Measure(const Dataset& candidates, const Linearisation& linear, RowIndex row) {
   const AtRow at = At(candidates, linear, row);
   reached_ += Distances(at);
   Add(at);

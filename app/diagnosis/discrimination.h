@@ -25,11 +25,12 @@ class Discrimination {
   /// What measuring a candidate is worth: the sum over pairs of d^2, each by the probability that
   /// its first is the truth. What goes beyond the need of a pair counts a tenth, and no more than
   /// the need again; a pair that is separated counts nothing.
-  double Gain(const Dataset& candidates, const Linearisation& linear, int row) const;
+  double Gain(const Dataset& candidates, const Linearisation& linear, RowIndex row) const;
   /// Farthest distance of a refitted rival from the answer at a candidate [m].
-  double LargestDistance(const Dataset& candidates, const Linearisation& linear, int row) const;
+  double LargestDistance(const Dataset& candidates, const Linearisation& linear,
+                         RowIndex row) const;
   /// The candidate is going to be measured.
-  void Measure(const Dataset& candidates, const Linearisation& linear, int row);
+  void Measure(const Dataset& candidates, const Linearisation& linear, RowIndex row);
 
   /// True where what is going to be measured separates the answer and this explanation.
   bool Separated(std::size_t rival) const;
@@ -41,7 +42,7 @@ class Discrimination {
  private:
   /// An explanation in columns.
   struct Side {
-    std::vector<int> blocks;
+    std::vector<BlockIndex> blocks;
     Eigen::VectorXd unit;    ///< SI size of one, of the blocks' columns
     Eigen::VectorXd values;  ///< found, in these units
     double weight = 1;       ///< that it is the truth, by its score
@@ -57,7 +58,7 @@ class Discrimination {
   };
 
   Side SideOf(const Explanation& explanation) const;
-  AtRow At(const Dataset& data, const Linearisation& linear, int row) const;
+  AtRow At(const Dataset& data, const Linearisation& linear, RowIndex row) const;
   void Add(const AtRow& at);
   void Solve();
   Eigen::MatrixXd Distances(const AtRow& at) const;  ///< d^2, shape (truth, rival)

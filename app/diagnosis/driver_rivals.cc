@@ -20,14 +20,15 @@ std::vector<int> CarriersOf(const Block& block) {
 }
 
 /// The drivers of a block with another signal in the place of one of them: every such choice.
-std::vector<std::vector<int>> OtherDrivers(const Dataset& data, const Block& block) {
-  std::vector<int> own = {block.columns.front().signal};
-  if (block.columns.front().second_signal >= 0) own.push_back(block.columns.front().second_signal);
-  std::vector<std::vector<int>> others;
+std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Block& block) {
+  const BlockColumn& any = block.columns.front();
+  std::vector<SignalIndex> own = {*any.signal};
+  if (any.second_signal) own.push_back(*any.second_signal);
+  std::vector<std::vector<SignalIndex>> others;
   for (std::size_t place = 0; place < own.size(); ++place) {
-    for (int signal = 0; signal < static_cast<int>(data.signals.size()); ++signal) {
+    for (const SignalIndex signal : data.signals.indices()) {
       if (std::find(own.begin(), own.end(), signal) != own.end()) continue;
-      if (own.size() > 1 && data.signals[static_cast<std::size_t>(signal)].of_joint) continue;
+      if (own.size() > 1 && data.signals[signal].of_joint) continue;
       others.push_back(own);
       others.back()[place] = signal;
     }
@@ -36,15 +37,15 @@ std::vector<std::vector<int>> OtherDrivers(const Dataset& data, const Block& blo
 }
 
 /// The best explanation with other drivers in the place of a block's.
-std::optional<Explanation> Instead(Pool& pool, const Explanation& best, int block,
-                                   const std::vector<int>& drivers) {
-  const Block of = pool.blocks()[static_cast<std::size_t>(block)];
+std::optional<Explanation> Instead(Pool& pool, const Explanation& best, BlockIndex block,
+                                   const std::vector<SignalIndex>& drivers) {
+  const Block of = pool.blocks()[block];
   const std::optional<Block> other =
       BestEmpirical(pool.problem(), pool.PartialResidual(best, block), drivers, CarriersOf(of));
   if (!other) return std::nullopt;
-  const int index = pool.Add(*other);
+  const BlockIndex index = pool.Add(*other);
   if (!pool.Observable(index)) return std::nullopt;
-  std::vector<int> support = best.blocks;
+  std::vector<BlockIndex> support = best.blocks;
   std::replace(support.begin(), support.end(), block, index);
   return pool.EvaluateBelow(support, best.score + kRivalGap);
 }
@@ -53,17 +54,15 @@ std::optional<Explanation> Instead(Pool& pool, const Explanation& best, int bloc
 
 void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis) {
   const Dataset& data = pool.problem().data();
-  for (const int block : best.blocks) {
-    const Block of = pool.blocks()[static_cast<std::size_t>(block)];
+  for (const BlockIndex block : best.blocks) {
+    const Block of = pool.blocks()[block];
     if (!of.empirical()) continue;
-    for (const std::vector<int>& drivers : OtherDrivers(data, of)) {
+    for (const std::vector<SignalIndex>& drivers : OtherDrivers(data, of)) {
       const std::optional<Explanation> other = Instead(pool, best, block, drivers);
       const bool as_many = other && other->blocks.size() == best.blocks.size();
       if (!as_many || other->score > best.score + kRivalGap) continue;
       std::vector<std::string> columns;
-      for (const int driver : drivers) {
-        columns.push_back(data.signals[static_cast<std::size_t>(driver)].column);
-      }
+      for (const SignalIndex driver : drivers) columns.push_back(data.signals[driver].column);
       Rival& rival = diagnosis.rivals.emplace_back();
       rival.instead_of = rival.id = of.id;
       rival.instead_of_word = fmt::format("{}", fmt::join(of.term.drivers, " and "));

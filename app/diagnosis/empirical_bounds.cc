@@ -20,24 +20,23 @@ struct SeenCurve {
   std::vector<Lever> levers;          ///< of each row
 };
 
-SeenCurve SeenAtRows(const Dataset& data, const Linearisation& linear,
-                     const std::vector<double>& weights, const ActiveEffect& effect,
-                     std::size_t carrier) {
+SeenCurve SeenAtRows(const FitProblem& problem, const Linearisation& linear,
+                     const ActiveEffect& effect, std::size_t carrier) {
   std::vector<double> values(effect.values.size(), 0.0);
   values[carrier] = 1;
   SeenCurve seen;
-  for (std::size_t row = 0; row < linear.rows.size(); ++row) {
-    if (weights[row] < kOutlierWeight) continue;
+  for (const RowIndex row : linear.rows.indices()) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    const Conditions& moment = problem.data.conditions[row];
     Influence<double> influence;
-    effect.term.effect->Add(effect.term, std::span<const double>(values), data.conditions[row],
-                            influence);
+    effect.term.effect->Add(effect.term, std::span<const double>(values), moment, influence);
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] == 0) continue;
-      const double lever = linear.gradients[row].col(entry).norm();
+      const double lever = LengthsOf(linear.gradients[row].col(entry)).norm();
       seen.low = std::min(seen.low, influence[entry]);
       seen.high = std::max(seen.high, influence[entry]);
       seen.largest_m = std::max(seen.largest_m, std::abs(influence[entry]) * lever);
-      seen.levers.push_back({data.conditions[row].payload_kg, lever * lever});
+      seen.levers.push_back({moment.payload_kg, lever * lever});
     }
   }
   return seen;
@@ -75,11 +74,10 @@ double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Ind
 
 }  // namespace
 
-void BoundToRows(const Dataset& data, const Linearisation& linear,
-                 const std::vector<double>& weights, ActiveEffect& effect) {
+void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect) {
   if (effect.term.nodes.rows() == 0) return;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
-    const SeenCurve seen = SeenAtRows(data, linear, weights, effect, k);
+    const SeenCurve seen = SeenAtRows(problem, linear, effect, k);
     auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k + effect.term.drivers.size()));
     if (seen.largest_m == 0) {
       nodes.setZero();

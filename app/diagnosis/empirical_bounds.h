@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 
 namespace plumbline {
@@ -14,9 +15,8 @@ namespace plumbline {
 /// the node where the payload is the driver: at an average pose a node moves the tip no farther
 /// than the curve was ever seen to move it. A polynomial's edge, or a row where the carrier has no
 /// lever, otherwise leaves a node that no measurement bounds.
+/// @param problem  rows below kOutlierWeight count as not seen
 /// @param effect   an empirical term; others are left as they are
-/// @param weights  of the rows of `linear`, 0..1; rows below kOutlierWeight count as not seen
-void BoundToRows(const Dataset& data, const Linearisation& linear,
-                 const std::vector<double>& weights, ActiveEffect& effect);
+void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect);
 
 }  // namespace plumbline

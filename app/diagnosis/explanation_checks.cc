@@ -87,16 +87,14 @@ std::optional<std::pair<int, int>> MostLines(const EffectTerm& term) {
   return std::pair(most->second, most->first);
 }
 
-/// Two lines of one joint draw, near enough, any curve of its angle, whatever causes it.
 std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
-  constexpr int kMostLines = 1;
   const auto most = MostLines(finding.effect.term);
   if (!most) return std::nullopt;
   ExplanationCheck check;
   check.name = "lines_of_one_joint";
   check.figure = most->first;
-  check.limit = kMostLines;
-  check.passed = most->first <= kMostLines;
+  check.limit = kMostLinesOfAJoint;
+  check.passed = most->first <= kMostLinesOfAJoint;
   check.sentence = check.passed
                        ? "no joint has more than one line"
                        : fmt::format(
@@ -107,7 +105,8 @@ std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
 }
 
 ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
-  const double noise_mm = 1e3 * evidence.sigma_m * std::sqrt(evidence.data.axes());
+  const double noise_mm =
+      1e3 * evidence.problem.sigma_m * std::sqrt(evidence.problem.data.lengths_per_row());
   ExplanationCheck check;
   check.name = "held_out_error";
   check.figure = noise_mm * std::sqrt(found.ratio);
@@ -122,11 +121,12 @@ ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOut
 }
 
 ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
-  const double sigma_m = evidence.data.sigma_m > 0 ? evidence.data.sigma_m : evidence.sigma_m;
+  const Dataset& data = evidence.problem.data;
+  const double sigma_m = data.sigma_m > 0 ? data.sigma_m : evidence.problem.sigma_m;
   ExplanationCheck check;
   check.name = "discrepancy_model";
   check.figure = 1e3 * evidence.discrepancy_rms_m;
-  check.limit = 1e3 * sigma_m * std::sqrt(evidence.data.axes());
+  check.limit = 1e3 * sigma_m * std::sqrt(data.lengths_per_row());
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
       "beside the named effects {:.3g} mm are corrected without a cause; no more than the noise, "
@@ -183,15 +183,17 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   struct Sum {
     double square = 0, weight = 0;
   };
-  std::map<int, Sum> clusters;
+  const FitProblem& problem = evidence.problem;
+  std::map<ClusterIndex, Sum> clusters;
   Sum total;
-  for (int k = 0; k < evidence.data.rows(); ++k) {
-    const auto row = static_cast<std::size_t>(k);
-    const double weight = evidence.weights[row];
+  double predicted = 0;  // of every fold: each trains on the rows of the others
+  for (const RowIndex row : problem.data.row_indices()) {
+    const double weight = problem.weights[row];
     if (!evidence.held_out.predicted[row] || weight < kOutlierWeight) continue;
+    predicted += weight;
     if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
       continue;
-    Sum& of = clusters[evidence.data.cluster_of[row]];
+    Sum& of = clusters[problem.data.cluster_of[row]];
     for (Sum* sum : {&of, &total}) {
       sum->square += weight * evidence.held_out.after[row].squaredNorm();
       sum->weight += weight;
@@ -200,11 +202,11 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   HeldOutRatio found;
   found.clusters = static_cast<int>(clusters.size());
   if (total.weight == 0) return found;
-  const double axes = evidence.data.axes();
-  const double variance = evidence.sigma_m * evidence.sigma_m * axes;
+  const double lengths = problem.data.lengths_per_row();
+  const double variance = problem.sigma_m * problem.sigma_m * lengths;
   found.ratio = total.square / total.weight / variance;
-  const double freedom = axes * static_cast<double>(clusters.size());
-  const double of_training = kTrainingShare * axes * total.weight;
+  const double freedom = lengths * static_cast<double>(clusters.size());
+  const double of_training = kTrainingShare * lengths * predicted;
   found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;

@@ -8,18 +8,16 @@ namespace plumbline {
 
 /// What the checks judge, beside the findings themselves.
 struct ExplanationEvidence {
-  const Dataset& data;
-  const HeldOut& held_out;             ///< by blocks of time
-  const std::vector<double>& weights;  ///< of the rows of `data`
-  double sigma_m = 0;                  ///< one axis, as used
-  double parameters = 0;               ///< fitted, of the named effects
-  double discrepancy_rms_m = 0;        ///< 3-D, of what the discrepancy model adds at the rows
+  const FitProblem& problem;
+  const HeldOut& held_out;       ///< by blocks of time
+  double parameters = 0;         ///< fitted, of the named effects
+  double discrepancy_rms_m = 0;  ///< 3-D, of what the discrepancy model adds at the rows
 };
 
 /// Mean square of held-out residuals over sigma^2, and the most that noise makes of it: the 0.1 %
-/// quantile of chi2 with as many degrees of freedom as independent clusters measure axes, widened
-/// by what the parameters of a fit of the other folds cost, 1 + p / n. Of the folds whose own
-/// search selected all the findings, if any did.
+/// quantile of chi2 with as many degrees of freedom as independent clusters measure lengths,
+/// widened by what the parameters of a fit of the other folds cost, 1 + p / n. Of the folds whose
+/// own search selected all the findings, if any did.
 struct HeldOutRatio {
   double ratio = 0, limit = 0;
   int clusters = 0;  ///< that were predicted

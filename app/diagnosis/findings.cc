@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "app/diagnosis/empirical_bounds.h"
+#include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/effects/parameter_name.h"
@@ -16,63 +15,151 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostRefits = 8;
-
-std::string FileNumber(double value) {
-  return fmt::format("{:.3g}", value);
-}
-
-/// A value outside its range, as a multiple of the bound that it passes.
-double TimesBeyond(const Interval& range, double value) {
-  const double bound = value > range.high ? range.high : range.low;
-  return bound * value > 0 ? value / bound : HUGE_VAL;
-}
-
-struct Implausible {
-  std::string sentence;
-  double times = 0;
-};
-
-/// The first value that a sound machine does not show.
-Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
-  const EffectTraits& traits = effect.term.effect->traits();
-  if (traits.empirical) return {};
-  for (std::size_t k = 0; k < effect.values.size(); ++k) {
-    const TermParameter& parameter = effect.term.parameters[k];
-    const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
-    if (spec.role != ParameterRole::kSize) continue;
-    const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
-    const std::uint32_t prismatic = effect.term.prismatic;
-    const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
-    const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
-    if (!plausible.Contains(in_file)) {
-      return {fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
-                          NameFromParameter(traits, parameter), FileNumber(in_file), unit,
-                          FileNumber(plausible.low), FileNumber(plausible.high)),
-              TimesBeyond(plausible, in_file)};
-    }
-    if (traits.adds_compliance) {
-      const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
-                                  .compliance_rad_per_Nm.value_or(0);
-      if (declared + effect.values[k] < 0) {
-        return {fmt::format("joint q{} would yield against its load: its whole compliance would be "
-                            "negative ({} {})",
-                            parameter.joint + 1, FileNumber(declared + effect.values[k]), unit),
-                HUGE_VAL};
-      }
-    }
-  }
-  return {};
-}
-
 /// Shapes and choices of joints among which the blocks of an effect were found.
-double Trials(const Pool& pool, const Explanation& explanation, const std::vector<int>& blocks) {
+double Trials(const Pool& pool, const Explanation& explanation,
+              const std::vector<BlockIndex>& blocks) {
   double trials = 1;
-  for (const int block : blocks) {
-    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+  for (const BlockIndex block : blocks) {
+    const Block& of = pool.blocks()[block];
     trials *= std::max(1.0, of.trials) * std::exp(pool.LogChoices(explanation, block));
   }
   return trials;
+}
+
+/// Of each value of an effect its place among the refitted parameters; -1: it was held.
+std::vector<int> PlacesOf(const Refit& refit, std::size_t effect) {
+  std::vector<int> places(refit.model.effects[effect].values.size(), -1);
+  for (std::size_t j = 0; j < refit.parameters.size(); ++j) {
+    const auto [of, value] = refit.parameters[j];
+    if (of == static_cast<int>(effect)) {
+      places[static_cast<std::size_t>(value)] = static_cast<int>(j);
+    }
+  }
+  return places;
+}
+
+Eigen::MatrixXd CovarianceAt(const Eigen::MatrixXd& covariance, const std::vector<int>& places,
+                             double inflation) {
+  const auto size = static_cast<int>(places.size());
+  Eigen::MatrixXd at = Eigen::MatrixXd::Zero(size, size);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j < size; ++j) {
+      const int a = places[static_cast<std::size_t>(i)], b = places[static_cast<std::size_t>(j)];
+      if (a >= 0 && b >= 0) at(i, j) = inflation * covariance(a, b);
+    }
+  }
+  return at;
+}
+
+/// What dropping an effect brings back.
+struct Dropped {
+  double chi2 = 0;
+  double columns = 0;  ///< that go with it, at least 1
+  double trials = 1;   ///< effects, shapes and choices of joints that were looked at for it
+};
+
+Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
+  const Pool& pool = context.pool;
+  const Explanation without = pool.Fit(pool.BlocksBeside(context.best, key));
+  return {std::max(0.0, without.chi2 - context.best.chi2),
+          std::max<double>(1, static_cast<double>(context.best.columns.size()) -
+                                  static_cast<double>(without.columns.size())),
+          EffectsConsidered(context.problem.data) *
+              Trials(pool, context.best, pool.BlocksOf(context.best, key))};
+}
+
+/// From the first to the last of the rows that were not rejected.
+Interval TimesSeen(const FitProblem& problem) {
+  Interval seen{1e300, -1e300};
+  for (const RowIndex row : problem.data.row_indices()) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    const double t_s = problem.data.measured(row).t_s;
+    seen.low = std::min(seen.low, t_s);
+    seen.high = std::max(seen.high, t_s);
+  }
+  return seen;
+}
+
+/// Shrinks an empirical effect and bounds it to its rows.
+void ShrinkToRows(const FindingsContext& context, const Dropped& dropped, Finding& finding) {
+  // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
+  const double factor =
+      std::max(0.0, 1 - std::max(0.0, dropped.columns - 2) / std::max(dropped.chi2, 1e-9));
+  for (double& value : finding.effect.values) value *= factor;
+  BoundToRows(context.problem, context.pool.problem().linear(), finding.effect);
+  const double sd = 1 / std::sqrt(std::max(dropped.chi2, 1.0));
+  const Eigen::Index size = finding.covariance.rows();
+  finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
+}
+
+/// The moment of an event lies somewhere between two rows: its variance is that of an even
+/// distribution over their distance.
+void SpreadMoment(const Dataset& data, Finding& finding) {
+  std::vector<double> times;
+  for (const Conditions& moment : data.conditions) {
+    times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
+  }
+  std::sort(times.begin(), times.end());
+  const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
+  if (next == times.begin() || next == times.end()) return;
+  const double gap = *next - *(next - 1);
+  finding.covariance(0, 0) = gap * gap / 12;
+}
+
+/// @param inflation  of the formal covariance: chi2 per degree of freedom, at least 1
+Finding FindingOf(const FindingsContext& context, std::size_t effect, double inflation) {
+  const Dataset& data = context.problem.data;
+  Finding finding;
+  finding.effect = context.refit.model.effects[effect];
+  const EffectTerm& term = finding.effect.term;
+  const std::vector<int> places = PlacesOf(context.refit, effect);
+  finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
+  const Dropped dropped =
+      DroppedWithout(context, {std::string(term.effect->traits().id), std::string(term.word)});
+  finding.p_value =
+      std::min(1.0, dropped.trials * ChiSquareTail(dropped.chi2 / inflation, dropped.columns));
+  finding.share_of_residual = dropped.chi2 / std::max(1e-12, context.pool.chi2_null());
+  const Implausible implausible = ImplausibilityOf(data, finding.effect);
+  finding.implausible = implausible.sentence;
+  finding.implausible_times = implausible.times;
+  if (FollowsTime(term) && data.table.recorded.time) {
+    finding.effect.seen_t_s = TimesSeen(context.problem);
+  }
+  if (term.effect->traits().empirical) {
+    ShrinkToRows(context, dropped, finding);
+  } else if (BeginsAtAMoment(term)) {
+    SpreadMoment(data, finding);
+  }
+  const bool held = std::all_of(places.begin(), places.end(), [&](int place) {
+    return place < 0 || context.refit.held[static_cast<std::size_t>(place)];
+  });
+  if (!held || !Writable(finding)) finding.covariance.resize(0, 0);
+  return finding;
+}
+
+/// "effect parameter" of each refitted parameter.
+std::vector<std::string> ParameterNames(const Refit& refit) {
+  std::vector<std::string> names;
+  for (const auto& [effect, value] : refit.parameters) {
+    const EffectTerm& term = refit.model.effects[static_cast<std::size_t>(effect)].term;
+    const EffectTraits& traits = term.effect->traits();
+    names.push_back(
+        fmt::format("{} {}", traits.id,
+                    NameFromParameter(traits, term.parameters[static_cast<std::size_t>(value)])));
+  }
+  return names;
+}
+
+Eigen::MatrixXd CorrelationOf(const Eigen::MatrixXd& covariance, std::size_t parameters) {
+  const auto count = static_cast<int>(parameters);
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(count, count);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      const double scale = std::sqrt(covariance(i, i) * covariance(j, j));
+      if (i != j && scale > 0) correlation(i, j) = covariance(i, j) / scale;
+    }
+  }
+  return correlation;
 }
 
 }  // namespace
@@ -86,296 +173,15 @@ bool Writable(const Finding& finding) {
 }
 
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
-  const Pool& pool = context.pool;
-  const auto& effects = context.refit.model.effects;
-  const double freedom =
-      std::max(1.0, pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
+  const double freedom = std::max(
+      1.0, context.pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
   // A fit that leaves more than noise is less sure than its formal covariance.
   const double inflation = std::max(1.0, context.best.chi2 / freedom);
-  const auto count = static_cast<int>(context.refit.parameters.size());
-  for (std::size_t e = 0; e < effects.size(); ++e) {
-    Finding finding;
-    finding.effect = effects[e];
-    const std::string id(effects[e].term.effect->traits().id);
-    std::vector<int> places(effects[e].values.size(), -1);
-    for (int j = 0; j < count; ++j) {
-      if (context.refit.parameters[static_cast<std::size_t>(j)].first == static_cast<int>(e)) {
-        places[static_cast<std::size_t>(
-            context.refit.parameters[static_cast<std::size_t>(j)].second)] = j;
-      }
-    }
-    const auto size = static_cast<int>(places.size());
-    finding.covariance = Eigen::MatrixXd::Zero(size, size);
-    for (int i = 0; i < size; ++i) {
-      for (int j = 0; j < size; ++j) {
-        const int a = places[static_cast<std::size_t>(i)], b = places[static_cast<std::size_t>(j)];
-        if (a >= 0 && b >= 0) finding.covariance(i, j) = inflation * context.refit.covariance(a, b);
-      }
-    }
-    const EffectKey key{id, std::string(effects[e].term.word)};
-    const std::vector<int> own = pool.BlocksOf(context.best, key);
-    const Explanation without = pool.Fit(pool.BlocksBeside(context.best, key));
-    const double drop = std::max(0.0, without.chi2 - context.best.chi2);
-    const double columns = std::max<double>(1, static_cast<double>(context.best.columns.size()) -
-                                                   static_cast<double>(without.columns.size()));
-    finding.p_value =
-        std::min(1.0, EffectsConsidered(context.data) * Trials(pool, context.best, own) *
-                          ChiSquareTail(drop / inflation, columns));
-    finding.share_of_residual = drop / std::max(1e-12, pool.chi2_null());
-    const Implausible implausible = ImplausibilityOf(context.data, effects[e]);
-    finding.implausible = implausible.sentence;
-    finding.implausible_times = implausible.times;
-    if (FollowsTime(effects[e].term) && context.data.table.recorded.time) {
-      Interval seen{1e300, -1e300};
-      for (std::size_t k = 0; k < context.weights.size(); ++k) {
-        if (context.weights[k] < kOutlierWeight) continue;
-        const double t_s = context.data.table.rows[k].t_s;
-        seen.low = std::min(seen.low, t_s);
-        seen.high = std::max(seen.high, t_s);
-      }
-      finding.effect.seen_t_s = seen;
-    }
-    if (effects[e].term.effect->traits().empirical) {
-      // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
-      const double factor = std::max(0.0, 1 - std::max(0.0, columns - 2) / std::max(drop, 1e-9));
-      for (double& value : finding.effect.values) value *= factor;
-      BoundToRows(context.data, pool.problem().linear(), context.weights, finding.effect);
-      const double sd = 1 / std::sqrt(std::max(drop, 1.0));
-      finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
-    } else if (BeginsAtAMoment(effects[e].term)) {
-      // The moment lies somewhere between two rows.
-      std::vector<double> times;
-      for (const Conditions& moment : context.data.conditions) {
-        times.push_back(context.data.table.recorded.time ? moment.t_s.value_or(0)
-                                                         : moment.row.value_or(0));
-      }
-      std::sort(times.begin(), times.end());
-      const auto next = std::upper_bound(times.begin(), times.end(), finding.effect.values.front());
-      if (next != times.begin() && next != times.end()) {
-        const double gap = *next - *(next - 1);
-        finding.covariance(0, 0) = gap * gap / 12;
-      }
-    }
-    const bool held = std::all_of(places.begin(), places.end(), [&](int place) {
-      return place < 0 || context.refit.held[static_cast<std::size_t>(place)];
-    });
-    if (!held || !Writable(finding)) finding.covariance.resize(0, 0);
-    diagnosis.findings.push_back(std::move(finding));
+  for (std::size_t effect = 0; effect < context.refit.model.effects.size(); ++effect) {
+    diagnosis.findings.push_back(FindingOf(context, effect, inflation));
   }
-  for (int j = 0; j < count; ++j) {
-    const auto [e, k] = context.refit.parameters[static_cast<std::size_t>(j)];
-    const ActiveEffect& effect = effects[static_cast<std::size_t>(e)];
-    diagnosis.finding_names.push_back(
-        fmt::format("{} {}", effect.term.effect->traits().id,
-                    NameFromParameter(effect.term.effect->traits(),
-                                      effect.term.parameters[static_cast<std::size_t>(k)])));
-  }
-  diagnosis.correlation = Eigen::MatrixXd::Identity(count, count);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) {
-      const double scale =
-          std::sqrt(context.refit.covariance(i, i) * context.refit.covariance(j, j));
-      if (i != j && scale > 0) diagnosis.correlation(i, j) = context.refit.covariance(i, j) / scale;
-    }
-  }
-}
-
-std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
-                                   Diagnosis& diagnosis) {
-  const Pool& pool = context.pool;
-  const std::vector<EffectKey> keys = EffectKeys(pool, context.best);
-  std::vector<Explanation> told;
-  std::set<std::pair<EffectKey, EffectKey>> named;
-  std::set<std::pair<std::vector<EffectKey>, std::vector<EffectKey>>> refitted, left;
-  const Result<Linearisation> own = Linearise(context.data, model, false, context.options.threads);
-  const auto cost = [](const Explanation& explanation) {
-    return explanation.score - explanation.chi2;
-  };
-  for (const Explanation& other : context.ranked) {
-    if (other.score > context.best.score + kWorthRefitting) break;
-    const std::vector<EffectKey> other_keys = EffectKeys(pool, other);
-    if (other.blocks.empty() || other_keys.size() > keys.size()) continue;
-    std::vector<EffectKey> lacking, instead;
-    std::set_difference(keys.begin(), keys.end(), other_keys.begin(), other_keys.end(),
-                        std::back_inserter(lacking));
-    std::set_difference(other_keys.begin(), other_keys.end(), keys.begin(), keys.end(),
-                        std::back_inserter(instead));
-    if (lacking.empty() || instead.empty() || refitted.contains({lacking, instead})) continue;
-    if (refitted.size() >= kMostRefits) {
-      left.emplace(lacking, instead);
-      continue;
-    }
-    Model start = model;
-    start.effects = EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(other));
-    RefitOptions options;
-    options.weights = context.weights;
-    options.sigma_m = context.sigma_m;
-    options.threads = context.options.threads;
-    for (int k = 0; k < context.data.rows(); ++k) options.rows.push_back(k);
-    const Result<Refit> refit = RefitModel(context.data, start, options);
-    if (!refit) continue;
-    refitted.emplace(lacking, instead);
-    const double gap = refit->chi2 + cost(other) - (context.refit.chi2 + cost(context.best));
-    if (gap > kRivalGap) continue;
-    const Result<Linearisation> theirs =
-        Linearise(context.data, refit->model, false, context.options.threads);
-    for (const EffectKey& lacks : lacking) {
-      for (const EffectKey& key : instead) {
-        if (!named.emplace(lacks, key).second) continue;
-        Rival& rival = diagnosis.rivals.emplace_back();
-        rival.instead_of = lacks.id;
-        rival.instead_of_word = lacks.word;
-        rival.id = key.id;
-        rival.word = key.word;
-        for (const ActiveEffect& effect : refit->model.effects) {
-          if (effect.term.effect->traits().id == key.id && effect.term.word == key.word)
-            rival.scope = ScopeOf(effect.term);
-        }
-        rival.signal_left = pool.SignalLeft(context.best, lacks, other.blocks);
-        rival.evidence_gap = gap;
-        for (int k = 0; own && theirs && k < context.data.rows(); ++k) {
-          const auto row = static_cast<std::size_t>(k);
-          rival.shift_W.emplace_back(theirs->rows[row].p_W - own->rows[row].p_W);
-        }
-      }
-    }
-    told.push_back(other);
-    told.back().score = context.best.score + gap;
-  }
-  if (!left.empty()) {
-    diagnosis.notes.push_back(fmt::format(
-        "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
-        kMostRefits, left.size()));
-  }
-  return told;
-}
-
-void AddConsidered(const FindingsContext& context, const Candidates& candidates,
-                   Diagnosis& diagnosis) {
-  const Pool& pool = context.pool;
-  std::map<std::string, double> best_with;
-  for (const Explanation& explanation : context.ranked) {
-    for (const std::string& id : EffectIds(pool, explanation)) {
-      const auto [entry, fresh] = best_with.emplace(id, explanation.score);
-      if (!fresh) entry->second = std::min(entry->second, explanation.score);
-    }
-  }
-  const std::vector<std::string> taken = EffectIds(pool, context.best);
-  std::map<std::string, Considered> by_id;
-  for (std::size_t b = 0; b < pool.blocks().size(); ++b) {
-    const Block& block = pool.blocks()[b];
-    const auto index = static_cast<int>(b);
-    if (block.empirical()) continue;
-    Considered considered;
-    considered.id = block.id;
-    if (!pool.Observable(index)) {
-      considered.reason = "the frames, or joints that never moved, hide all of it in these rows";
-    } else {
-      const Explanation alone = pool.Evaluate({index});
-      considered.parameters = static_cast<int>(alone.columns.size());
-      considered.chi2_drop = pool.chi2_null() - alone.chi2;
-      considered.signal_share = considered.chi2_drop / std::max(1e-12, pool.chi2_null());
-      for (const ActiveEffect& effect :
-           EffectsFrom(context.data, pool.blocks(), pool.CoefficientsOf(alone))) {
-        considered.scope = ScopeOf(effect.term);
-      }
-    }
-    const auto known = by_id.find(block.id);
-    if (known == by_id.end() || known->second.chi2_drop < considered.chi2_drop) {
-      by_id[block.id] = considered;
-    }
-  }
-  for (auto& [id, considered] : by_id) {
-    considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
-    const auto score = best_with.find(id);
-    if (score != best_with.end()) {
-      considered.evidence_gap = score->second - context.best.score;
-    } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
-      considered.evidence_gap = context.ranked.back().score - context.best.score;
-      considered.beyond_gap = true;
-    }
-    const bool rival = std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(),
-                                   [&id = id](const Rival& r) { return r.id == id; });
-    if (considered.taken) {
-      considered.reason = "taken";
-    } else if (rival) {
-      considered.reason = "a rival: these rows cannot tell";
-    } else if (considered.reason.empty()) {
-      considered.reason =
-          considered.parameters == 0
-              ? "brings nothing beyond the noise"
-              : fmt::format(
-                    "explains {:.0f} % alone, but not what remains beside a better explanation",
-                    100 * considered.signal_share);
-    }
-    diagnosis.considered.push_back(considered);
-  }
-  for (const NotOffered& missing : candidates.not_offered) {
-    Considered& considered = diagnosis.considered.emplace_back();
-    considered.id = missing.id;
-    considered.reason = missing.reason;
-  }
-  std::stable_sort(diagnosis.considered.begin(), diagnosis.considered.end(),
-                   [](const Considered& a, const Considered& b) {
-                     return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
-                   });
-}
-
-namespace {
-
-/// The distinct loads of the rows, ascending; none where three or more are apart by a tenth of
-/// their range, so that their rows can show a deflection that is not in proportion to the load.
-std::vector<double> FewPayloadLevels(const Dataset& data, const std::vector<double>& weights) {
-  constexpr double kApart = 0.1;
-  std::vector<double> loads_kg, levels_kg;
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] >= kOutlierWeight) loads_kg.push_back(data.table.rows[k].payload_kg);
-  }
-  std::sort(loads_kg.begin(), loads_kg.end());
-  if (!data.table.recorded.payload || loads_kg.empty()) return {};
-  const double range_kg = loads_kg.back() - loads_kg.front();
-  for (const double load_kg : loads_kg) {
-    if (levels_kg.empty() || load_kg - levels_kg.back() >= std::max(kApart * range_kg, 1e-9)) {
-      levels_kg.push_back(load_kg);
-    }
-  }
-  return levels_kg.size() == 2 ? std::vector<double>{loads_kg.front(), loads_kg.back()}
-                               : std::vector<double>{};
-}
-
-}  // namespace
-
-void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
-                        Diagnosis& diagnosis) {
-  if (data.frames_free() || data.tip_free()) {
-    for (int s = 0; s < data.sessions_count(); ++s) {
-      const auto at = static_cast<std::size_t>(s);
-      SessionFrames frames;
-      frames.id = data.sessions[at].empty() ? "1" : data.sessions[at];
-      frames.X_WB = model.frames[at].X_WB;
-      if (data.tip_free()) frames.tip_F = model.frames[at].tip_F;
-      diagnosis.sessions.push_back(frames);
-    }
-  }
-  Domain& domain = diagnosis.domain;
-  const auto widen = [](Interval& interval, double value) {
-    interval.low = std::min(interval.low, value);
-    interval.high = std::max(interval.high, value);
-  };
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] < kOutlierWeight) continue;
-    const MeasuredRow& row = data.table.rows[k];
-    if (domain.q.empty()) {
-      for (const double q : row.q) domain.q.push_back({q, q});
-      if (data.table.recorded.payload) domain.payload_kg = Interval{row.payload_kg, row.payload_kg};
-      if (data.table.recorded.temperature) domain.temp_C = Interval{row.temp_C, row.temp_C};
-    }
-    for (std::size_t i = 0; i < domain.q.size(); ++i)
-      widen(domain.q[i], row.q[static_cast<int>(i)]);
-    if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
-    if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
-  }
-  domain.payload_levels_kg = FewPayloadLevels(data, weights);
+  diagnosis.finding_names = ParameterNames(context.refit);
+  diagnosis.correlation = CorrelationOf(context.refit.covariance, context.refit.parameters.size());
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// What is told of an explanation: parameters, shares, rivals, and what was refused and why.
+// The effects of an explanation with their values, their uncertainty and what each rests on.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -7,35 +7,22 @@
 
 namespace plumbline {
 
+/// The answer of a search, and what it was chosen from.
 struct FindingsContext {
-  const Dataset& data;
+  const FitProblem& problem;
   const Pool& pool;
   const Explanation& best;
-  const Refit& refit;
+  const Refit& refit;    ///< of all rows: values and covariance
+  double searched_chi2;  ///< of the same effects refitted to the rows of `problem`
   const std::vector<Explanation>& ranked;
-  const std::vector<double>& weights;  ///< of the rows of `data`
-  double sigma_m;
   const DiagnosisOptions& options;
 };
 
 /// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
 bool Writable(const Finding& finding);
 
-/// Effects with values, covariance, p-values and plausibility.
+/// Adds the effects with values, covariance, p-values and plausibility, and the correlation of
+/// their parameters.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
-
-/// Explanations without a finding that fit as well once refitted; returns those that are told,
-/// their scores those of the refits.
-std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
-                                   Diagnosis& diagnosis);
-
-/// Every candidate with its fate.
-void AddConsidered(const FindingsContext& context, const Candidates& candidates,
-                   Diagnosis& diagnosis);
-
-/// Sessions' frames where they were estimated, and the range that the rows cover which were not
-/// rejected.
-void AddFramesAndDomain(const Dataset& data, const Model& model, const std::vector<double>& weights,
-                        Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <map>
 
+#include "app/diagnosis/farthest_poses.h"
+
 namespace plumbline {
 namespace {
 
@@ -17,9 +19,11 @@ constexpr int kLloydSteps = 20;
 Eigen::MatrixXd ScaledPosesOfClusters(const Dataset& data) {
   const int joints = data.cell.robot.size();
   Eigen::MatrixXd poses = Eigen::MatrixXd::Zero(joints, data.clusters);
-  for (int k = data.rows() - 1; k >= 0; --k) {
-    const auto row = static_cast<std::size_t>(k);
-    poses.col(data.cluster_of[row]) = data.table.rows[row].q.head(joints);
+  Indexed<ClusterIndex, bool> seen(static_cast<std::size_t>(data.clusters), false);
+  for (const RowIndex row : data.row_indices()) {
+    const ClusterIndex cluster = data.cluster_of[row];
+    if (!seen[cluster]) poses.col(cluster.value()) = data.measured(row).q.head(joints);
+    seen[cluster] = true;
   }
   for (int joint = 0; joint < joints; ++joint) {
     auto of_joint = poses.row(joint);
@@ -28,22 +32,6 @@ Eigen::MatrixXd ScaledPosesOfClusters(const Dataset& data) {
     if (deviation > 1e-9) of_joint /= deviation;
   }
   return poses;
-}
-
-/// Centres as far apart as possible, the first nearest to the mean; at most `most`, and no more
-/// than there are distinct poses.
-Eigen::MatrixXd FarthestCentres(const Eigen::MatrixXd& poses, int most) {
-  constexpr double kSamePose = 1e-6;  // of the joints' standard deviations
-  Eigen::MatrixXd centres(poses.rows(), most);
-  Eigen::Index chosen = 0;
-  poses.colwise().squaredNorm().minCoeff(&chosen);
-  Eigen::RowVectorXd nearest = Eigen::RowVectorXd::Constant(poses.cols(), 1e300);
-  for (int k = 0; k < most; ++k) {
-    centres.col(k) = poses.col(chosen);
-    nearest = nearest.cwiseMin((poses.colwise() - centres.col(k)).colwise().squaredNorm());
-    if (nearest.maxCoeff(&chosen) < kSamePose * kSamePose) return centres.leftCols(k + 1);
-  }
-  return centres;
 }
 
 int NearestCentre(const Eigen::MatrixXd& centres, const Eigen::VectorXd& pose) {
@@ -59,11 +47,10 @@ FoldPlan BlocksOfTime(const Dataset& data) {
   plan.by = "blocks of time";
   const int count = data.rows();
   const int blocks = std::min(count, kFolds * kBlocksPerFold);
-  std::map<int, int> of_cluster;
-  for (int k = 0; k < count; ++k) {
-    const int block = static_cast<int>(std::int64_t{k} * blocks / count);
-    const auto [fold, fresh] =
-        of_cluster.emplace(data.cluster_of[static_cast<std::size_t>(k)], block % kFolds);
+  std::map<ClusterIndex, int> of_cluster;
+  for (const RowIndex row : data.row_indices()) {
+    const int block = static_cast<int>(std::int64_t{row.value()} * blocks / count);
+    const auto [fold, fresh] = of_cluster.emplace(data.cluster_of[row], block % kFolds);
     plan.fold_of.push_back(fold->second);
   }
   plan.folds = std::min(kFolds, count);
@@ -75,26 +62,24 @@ FoldPlan RegionsOfJointSpace(const Dataset& data) {
   plan.by = "regions of the joint space";
   if (data.clusters < 2) return plan;
   const Eigen::MatrixXd poses = ScaledPosesOfClusters(data);
-  Eigen::MatrixXd centres = FarthestCentres(poses, kFolds);
+  Eigen::MatrixXd centres = poses(Eigen::all, FarthestColumns(poses, kFolds));
   const int regions = static_cast<int>(centres.cols());
   if (regions < 2) return plan;
-  std::vector<int> of_cluster(static_cast<std::size_t>(data.clusters), 0);
+  Indexed<ClusterIndex, int> of_cluster(static_cast<std::size_t>(data.clusters), 0);
   for (int step = 0; step < kLloydSteps; ++step) {
     Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(poses.rows(), regions);
     Eigen::VectorXd counts = Eigen::VectorXd::Zero(regions);
-    for (int cluster = 0; cluster < data.clusters; ++cluster) {
-      const int region = NearestCentre(centres, poses.col(cluster));
-      of_cluster[static_cast<std::size_t>(cluster)] = region;
-      sums.col(region) += poses.col(cluster);
+    for (const ClusterIndex cluster : of_cluster.indices()) {
+      const int region = NearestCentre(centres, poses.col(cluster.value()));
+      of_cluster[cluster] = region;
+      sums.col(region) += poses.col(cluster.value());
       counts[region] += 1;
     }
     for (int region = 0; region < regions; ++region) {
       if (counts[region] > 0) centres.col(region) = sums.col(region) / counts[region];
     }
   }
-  for (const int cluster : data.cluster_of) {
-    plan.fold_of.push_back(of_cluster[static_cast<std::size_t>(cluster)]);
-  }
+  for (const ClusterIndex cluster : data.cluster_of) plan.fold_of.push_back(of_cluster[cluster]);
   plan.folds = regions;
   return plan;
 }
@@ -103,7 +88,7 @@ FoldPlan Sessions(const Dataset& data) {
   FoldPlan plan;
   plan.by = "sessions";
   if (data.sessions_count() < 2) return plan;
-  plan.fold_of = data.session_of;
+  for (const SessionIndex session : data.session_of) plan.fold_of.push_back(session.value());
   plan.folds = data.sessions_count();
   plan.aligned = true;
   return plan;

@@ -11,9 +11,9 @@ namespace plumbline {
 /// Which rows are predicted together from all others. Rows of one cluster (repeats of a pose) share
 /// a fold.
 struct FoldPlan {
-  std::string by;            ///< "blocks of time", as answers print it
-  std::vector<int> fold_of;  ///< of each row, 0..folds-1
-  int folds = 0;             ///< 0: the rows allow none
+  std::string by;       ///< "blocks of time", as answers print it
+  PerRow<int> fold_of;  ///< 0..folds-1
+  int folds = 0;        ///< 0: the rows allow none
   /// Frames that the cell leaves free are fitted to the held-out rows too: a session left out has
   /// no other rows to say where its instrument stood.
   bool aligned = false;

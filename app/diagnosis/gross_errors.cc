@@ -26,7 +26,7 @@ constexpr std::size_t kMostTold = 3;
 
 double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
-  for (const LinearRow& row : linear.rows) sizes.push_back(row.residual.norm());
+  for (const Vec3& error : ErrorsOf(linear)) sizes.push_back(error.norm());
   return MedianOf(sizes);
 }
 
@@ -47,11 +47,9 @@ Tried Try(Dataset changed, int threads) {
   if (!model) return tried;
   const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
   if (!linear) return tried;
-  std::vector<Vec3> residuals;
-  for (const LinearRow& row : linear->rows) residuals.push_back(row.residual);
   tried.model = *model;
   tried.residual_m = MiddleResidual(*linear);
-  tried.sigma_m = RobustSigma(residuals, changed.axes());
+  tried.sigma_m = RobustSigma(changed, ResidualsOf(*linear));
   if (!std::isfinite(tried.residual_m)) tried.residual_m = HUGE_VAL;
   return tried;
 }
@@ -63,12 +61,7 @@ Dataset Without(Dataset data, const std::function<void(Dataset&)>& undo) {
 
 /// Rows enough for a median, spread evenly.
 Dataset Few(const Dataset& data) {
-  if (data.rows() <= kRows) return data;
-  std::vector<int> rows;
-  for (int k = 0; k < kRows; ++k) {
-    rows.push_back(static_cast<int>(std::int64_t{k} * data.rows() / kRows));
-  }
-  return Thinned(data, rows);
+  return data.rows() <= kRows ? data : Thinned(data, EvenlySpread(data, kRows));
 }
 
 std::string VectorText(const Vec3& v_m) {
@@ -98,17 +91,16 @@ double ScoreOf(const Tried& tried) {
 std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& aligned,
                                       double before_m) {
   constexpr int kMost = 1000;
-  if (data.axes() == 1 || data.frames_free() || data.tip_free() || data.rows() > kMost) {
+  if (data.ranges() || data.frames_free() || data.tip_free() || data.rows() > kMost) {
     return std::nullopt;
   }
   std::vector<double> nearest_m, apart_m;
-  for (int k = 0; k < data.rows(); ++k) {
-    const Vec3& p = data.table.rows[static_cast<std::size_t>(k)].p_WT;
+  for (const RowIndex row : data.row_indices()) {
+    const Vec3& p = data.measured(row).p_WT;
     double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
-    for (int j = 0; j < data.rows(); ++j) {
-      const auto other = static_cast<std::size_t>(j);
+    for (const RowIndex other : data.row_indices()) {
       to_tip_m = std::min(to_tip_m, (p - aligned.rows[other].p_W).norm());
-      if (j != k) to_point_m = std::min(to_point_m, (p - data.table.rows[other].p_WT).norm());
+      if (other != row) to_point_m = std::min(to_point_m, (p - data.measured(other).p_WT).norm());
     }
     nearest_m.push_back(to_tip_m);
     apart_m.push_back(to_point_m);
@@ -183,11 +175,9 @@ std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mist
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
   const double before_m = MiddleResidual(aligned);
-  std::vector<Vec3> residuals;
-  for (const LinearRow& row : aligned.rows) residuals.push_back(row.residual);
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);
-  return NameSubtle(Few(data), mistakes, RobustSigma(residuals, data.axes()), threads);
+  return NameSubtle(Few(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
 }
 
 }  // namespace plumbline

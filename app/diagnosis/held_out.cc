@@ -5,37 +5,44 @@
 #include <cmath>
 #include <thread>
 
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 namespace {
 
 constexpr std::size_t kLeastTraining = 4;
 
-/// Frames' numbers of each session by least squares of unwhitened residuals of the training rows.
-std::vector<Eigen::Matrix<double, 9, 1>> FramesFor(const Dataset& data, const Linearisation& linear,
-                                                   const std::vector<int>& rows,
-                                                   const std::vector<double>& weights,
-                                                   const std::vector<Vec3>& residual) {
-  std::vector<Eigen::Matrix<double, 9, 1>> steps(data.sessions.size(),
-                                                 Eigen::Matrix<double, 9, 1>::Zero());
+/// The step of each session's frames that fits what a model leaves of the problem's rows, by least
+/// squares.
+Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& problem,
+                                                             const Linearisation& linear,
+                                                             const PerRow<RowResidual>& residual) {
+  const Dataset& data = problem.data;
+  Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> steps(data.sessions.size(),
+                                                           Eigen::Matrix<double, 9, 1>::Zero());
   if (!data.frames_free() && !data.tip_free()) return steps;
-  std::vector<Eigen::Matrix<double, 9, 9>> H(data.sessions.size(),
-                                             Eigen::Matrix<double, 9, 9>::Zero());
-  std::vector<Eigen::Matrix<double, 9, 1>> g = steps;
-  for (const int k : rows) {
-    const auto row = static_cast<std::size_t>(k);
-    const auto session = static_cast<std::size_t>(data.session_of[row]);
-    Eigen::Matrix<double, 3, 9> J = linear.rows[row].frames;
+  Indexed<SessionIndex, Eigen::Matrix<double, 9, 9>> H(data.sessions.size(),
+                                                       Eigen::Matrix<double, 9, 9>::Zero());
+  Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> g = steps;
+  for (const RowIndex row : problem.rows) {
+    const SessionIndex session = data.session_of[row];
+    const double weight = problem.weights[row];
+    const RowWhitening whitening(data.numbers[row], 1);
+    FrameGradient J(linear.rows[row].frames.rows(), 9);
+    RowResidual r(J.rows());
+    whitening.Apply(linear.rows[row].frames, J);
+    whitening.Apply(residual[row], r);
     if (!data.frames_free()) J.leftCols<6>().setZero();
     if (!data.tip_free()) J.rightCols<3>().setZero();
-    H[session] += weights[row] * J.transpose() * J;
-    g[session] += weights[row] * J.transpose() * residual[row];
+    H[session] += weight * J.transpose() * J;
+    g[session] += weight * J.transpose() * r;
   }
-  for (std::size_t session = 0; session < steps.size(); ++session) {
+  for (const SessionIndex session : steps.indices()) {
     H[session].diagonal().array() += 1e-10 * H[session].diagonal().maxCoeff() + 1e-15;
     steps[session] = H[session].ldlt().solve(g[session]);
   }
@@ -44,13 +51,12 @@ std::vector<Eigen::Matrix<double, 9, 1>> FramesFor(const Dataset& data, const Li
 
 /// What each row moves away from the arm without effects, measured: residuals of the model with all
 /// of its effects taken out again [m].
-std::vector<Vec3> WithoutEffects(const HeldOutInput& input) {
-  std::vector<Vec3> y;
-  for (int k = 0; k < input.data.rows(); ++k) {
-    const auto row = static_cast<std::size_t>(k);
+PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
+  PerRow<RowResidual> y;
+  for (const RowIndex row : input.problem.data.row_indices()) {
     Influence<double> influence;
-    AddEffects(input.model.effects, input.data.conditions[row], influence);
-    Vec3 of_row = input.linear->rows[row].residual;
+    AddEffects(input.model.effects, input.problem.data.conditions[row], influence);
+    RowResidual of_row = input.linear->rows[row].residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0)
         of_row += influence[entry] * input.linear->gradients[row].col(entry);
@@ -63,19 +69,20 @@ std::vector<Vec3> WithoutEffects(const HeldOutInput& input) {
 /// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
 /// model carries itself only where `all`. Empirical curves are read in `held`.
 void Subtract(const HeldOutInput& input, const Dataset& held, const Pool& pool,
-              const Explanation& explanation, bool all, std::vector<Vec3>& residuals) {
+              const Explanation& explanation, bool all, PerRow<RowResidual>& residuals) {
+  const Dataset& data = input.problem.data;
   Eigen::MatrixXd columns;
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
-  for (const int block : explanation.blocks) {
-    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
+  for (const BlockIndex block : explanation.blocks) {
+    const Block& of = pool.blocks()[block];
     if (!all && !Stays(of)) continue;
-    columns.resize(3, static_cast<int>(of.columns.size()));
-    for (int k = 0; k < input.data.rows(); ++k) {
-      ColumnsAt(of.empirical() ? held : input.data, *input.linear, of, k, columns);
-      for (int c = 0; c < columns.cols(); ++c) {
+    for (const RowIndex row : data.row_indices()) {
+      columns.resize(residuals[row].size(), of.columns.count());
+      ColumnsAt(of.empirical() ? held : data, *input.linear, of, row, columns);
+      for (const BlockColumnIndex c : of.columns.indices()) {
         const auto value = coefficients.find({block, c});
         if (value == coefficients.end()) continue;
-        residuals[static_cast<std::size_t>(k)] -= value->second * columns.col(c);
+        residuals[row] -= value->second * columns.col(c.value());
       }
     }
   }
@@ -83,14 +90,14 @@ void Subtract(const HeldOutInput& input, const Dataset& held, const Pool& pool,
 
 /// The data with each recorded signal held at the range of the training rows, as a written curve
 /// holds it. A joint's angle stays: the discrepancy model's curves along it go on (see CurveOf).
-Dataset HeldAtRange(const Dataset& data, const std::vector<int>& training, bool of_joints) {
+Dataset HeldAtRange(const Dataset& data, const FitRows& training, bool of_joints) {
   Dataset held = data;
   for (RecordedSignal& signal : held.signals) {
     if (signal.of_joint && !of_joints) continue;
     double low = 1e300, high = -1e300;
-    for (const int k : training) {
-      low = std::min(low, signal.values[static_cast<std::size_t>(k)]);
-      high = std::max(high, signal.values[static_cast<std::size_t>(k)]);
+    for (const RowIndex row : training) {
+      low = std::min(low, signal.values[row]);
+      high = std::max(high, signal.values[row]);
     }
     for (double& value : signal.values) value = std::clamp(value, low, high);
   }
@@ -99,35 +106,36 @@ Dataset HeldAtRange(const Dataset& data, const std::vector<int>& training, bool 
 
 /// One fold: its rows, and what was chosen without them.
 struct Fold {
-  std::vector<int> training, test, framed;  ///< `framed` locate the free frames
+  FitRows training, framed;  ///< `framed` locate the free frames
+  std::vector<RowIndex> test;
   std::vector<SelectedEffect> selected;
-  std::vector<Vec3> after, after_named;  ///< of all rows
-  std::vector<bool> open;                ///< of all rows: the training rows do not decide
+  PerRow<RowResidual> after, after_named;
+  PerRow<bool> open;  ///< the training rows do not decide
   bool searched = false;
 };
 
 Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
   Fold fold;
-  for (int k = 0; k < input.data.rows(); ++k) {
-    const bool held_out = plan.fold_of[static_cast<std::size_t>(k)] == number;
-    (held_out ? fold.test : fold.training).push_back(k);
-    if (!held_out || plan.aligned) fold.framed.push_back(k);
+  for (const RowIndex row : input.problem.data.row_indices()) {
+    const bool held_out = plan.fold_of[row] == number;
+    if (held_out) fold.test.push_back(row);
+    if (!held_out) fold.training.push_back(row);
+    if (!held_out || plan.aligned) fold.framed.push_back(row);
   }
   return fold;
 }
 
 /// The test rows at which the training rows do not decide whether an effect acts, a step among
 /// them.
-std::vector<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
-                           const std::vector<int>& test, int rows) {
-  std::vector<bool> open(static_cast<std::size_t>(rows), false);
-  for (const int index : explanation.blocks) {
-    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+PerRow<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
+                      const std::vector<RowIndex>& test) {
+  PerRow<bool> open(pool.problem().data().table.rows.size(), false);
+  for (const BlockIndex index : explanation.blocks) {
+    const Block& block = pool.blocks()[index];
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     if (search == nullptr) continue;
-    for (const int row : test) {
-      if (search->LeavesOpen(pool.problem(), block, row))
-        open[static_cast<std::size_t>(row)] = true;
+    for (const RowIndex row : test) {
+      if (search->LeavesOpen(pool.problem(), block, row)) open[row] = true;
     }
   }
   return open;
@@ -135,9 +143,8 @@ std::vector<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
 
 std::vector<SelectedEffect> SelectedBy(const Pool& pool, const Explanation& explanation) {
   std::map<EffectKey, std::set<int>> joints;
-  for (const int column : explanation.columns) {
-    const int index = pool.BlockOfColumn(column);
-    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
+  for (const ColumnIndex column : explanation.columns) {
+    const Block& block = pool.blocks()[pool.BlockOfColumn(column)];
     std::set<int>& of_effect = joints[KeyOf(block)];
     const int joint = pool.JointOfColumn(column);
     if (joint >= 0) of_effect.insert(joint);
@@ -147,67 +154,90 @@ std::vector<SelectedEffect> SelectedBy(const Pool& pool, const Explanation& expl
   return selected;
 }
 
-void SearchFold(const HeldOutInput& input, const std::vector<Vec3>& y, Fold& fold) {
-  constexpr int kThreads = 1;  // the folds run beside each other
-  const LinearProblem problem(input.data, input.linear, input.model, fold.training, input.weights,
-                              input.sigma_m, kThreads);
+void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& fold) {
+  FitProblem training = input.problem.WithRows(fold.training);
+  training.threads = 1;  // the folds run beside each other
+  const LinearProblem problem(std::move(training), input.linear, input.model);
   Pool pool(problem);
   const std::vector<Explanation> ranked =
       Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
   const Explanation best = input.with_unknown ? WithUnknown(pool, ranked) : ranked.front();
   fold.selected = SelectedBy(pool, best);
-  const Dataset held = HeldAtRange(input.data, fold.training, true);
+  const Dataset held = HeldAtRange(input.problem.data, fold.training, true);
   fold.after_named = y;
   Subtract(input, held, pool, best, true, fold.after_named);
   fold.after = fold.after_named;
-  fold.open = LeftOpen(pool, best, fold.test, input.data.rows());
+  fold.open = LeftOpen(pool, best, fold.test);
   fold.searched = true;
   if (!input.with_discrepancy) return;
-  const std::optional<Remainder> rest = RemainderOf(pool, best, input.candidates, {});
-  if (!rest) return;
+  const std::optional<DiscrepancyModel> discrepancy =
+      DiscrepancyModelOf(pool, best, input.candidates);
+  if (!discrepancy) return;
   fold.after = y;
   Subtract(input, held, pool, best, false, fold.after);
-  const Dataset by_signals = HeldAtRange(input.data, fold.training, false);
-  for (int k = 0; k < input.data.rows(); ++k) {
-    fold.after[static_cast<std::size_t>(k)] -= DisplacementBy(*rest, by_signals, *input.linear, k);
+  const Dataset by_signals = HeldAtRange(input.problem.data, fold.training, false);
+  for (const RowIndex row : fold.after.indices()) {
+    fold.after[row] -= DisplacementBy(*discrepancy, by_signals, *input.linear, row);
   }
 }
 
-/// Predicts the rows of a fold, where the rows beside it locate their session's frames.
-void PredictFold(const HeldOutInput& input, const std::vector<Vec3>& y, const Fold& fold,
-                 HeldOut& result) {
-  const Dataset& data = input.data;
-  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  std::vector<int> rows_of_session(data.sessions.size(), 0);
-  for (const int k : fold.framed) {
-    if (input.weights[static_cast<std::size_t>(k)] < kOutlierWeight) continue;
-    ++rows_of_session[static_cast<std::size_t>(data.session_of[static_cast<std::size_t>(k)])];
+FitRows Inliers(const HeldOutInput& input, const Fold& fold) {
+  FitRows rows;
+  for (const RowIndex row : fold.training) {
+    if (input.problem.weights[row] >= kOutlierWeight) rows.push_back(row);
   }
-  const auto frames = [&](const std::vector<Vec3>& residuals) {
-    return FramesFor(data, *input.linear, fold.framed, input.weights, residuals);
+  return rows;
+}
+
+/// Predicts the rows of a fold, where the rows beside it locate their session's frames.
+void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const Fold& fold,
+                 HeldOut& result) {
+  const Dataset& data = input.problem.data;
+  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
+  const bool on_own_rows = result.other_sessions && free_numbers > 0;
+  Indexed<SessionIndex, int> numbers_of_session(data.sessions.size(), 0);
+  for (const RowIndex row : fold.framed) {
+    if (input.problem.weights[row] < kOutlierWeight) continue;
+    numbers_of_session[data.session_of[row]] += data.numbers[row].count;
+  }
+  const FitProblem framed = input.problem.WithRows(fold.framed);
+  const auto frames = [&](const PerRow<RowResidual>& residuals) {
+    return FramesFor(framed, *input.linear, residuals);
   };
+  const CellModel cell = CellOf(data, input.model, SessionIndex(0));
+  const PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, Inliers(input, fold)));
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
-  for (const int k : fold.test) {
-    const auto row = static_cast<std::size_t>(k);
-    const auto session = static_cast<std::size_t>(data.session_of[row]);
-    if (rows_of_session[session] * data.axes() < free_numbers || fold.open[row]) continue;
-    const auto& derivative = input.linear->rows[row].frames;
+  for (const RowIndex row : fold.test) {
+    const SessionIndex session = data.session_of[row];
+    const int numbers = numbers_of_session[session];
+    if (numbers < free_numbers || (on_own_rows && numbers == free_numbers)) continue;
+    if (fold.open[row] || data.numbers[row].count == 0) continue;
+    // Frames that were fitted to the same rows took so much of their errors.
+    const double share_left =
+        on_own_rows ? 1 - static_cast<double>(free_numbers) / static_cast<double>(numbers) : 1;
+    const double scale = 1 / std::sqrt(share_left);
+    const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
-    result.before[row] = y[row] - derivative * before[session];
-    result.after[row] = fold.after[row] - derivative * after[session];
-    result.after_named[row] = fold.after_named[row] - derivative * named[session];
+    result.distance[row] = distance.Of(data.measured(row).q);
+    result.before[row] = scale * LengthsOf(y[row] - derivative * before[session]);
+    result.after[row] = scale * LengthsOf(fold.after[row] - derivative * after[session]);
+    result.after_named[row] =
+        scale * LengthsOf(fold.after_named[row] - derivative * named[session]);
   }
 }
 
 }  // namespace
 
 HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
-  const std::vector<Vec3> y = WithoutEffects(input);
+  const PerRow<RowResidual> y = WithoutEffects(input);
   HeldOut result;
   result.by = plan.by;
   result.fold_of = plan.fold_of;
-  result.before = result.after = result.after_named = y;
+  for (const RowResidual& of_row : y) result.before.push_back(LengthsOf(of_row));
+  result.after = result.after_named = result.before;
   result.predicted.assign(y.size(), false);
+  result.distance.assign(y.size(), 0);
+  result.other_sessions = plan.aligned;
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));
   const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));
@@ -231,17 +261,17 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   return result;
 }
 
-std::optional<HeldOutError> ErrorOf(const Dataset& data, const HeldOut& held_out,
-                                    const std::vector<double>& weights, int resamples) {
+std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& held_out,
+                                    int resamples) {
+  const Dataset& data = problem.data;
   struct Sum {
     double before = 0, after = 0, count = 0;
   };
-  std::vector<Sum> clusters(static_cast<std::size_t>(data.clusters));
+  Indexed<ClusterIndex, Sum> clusters(static_cast<std::size_t>(data.clusters));
   Sum total;
-  for (int k = 0; k < data.rows(); ++k) {
-    const auto row = static_cast<std::size_t>(k);
-    if (!held_out.predicted[row] || weights[row] < kOutlierWeight) continue;
-    Sum& of = clusters[static_cast<std::size_t>(data.cluster_of[row])];
+  for (const RowIndex row : data.row_indices()) {
+    if (!held_out.predicted[row] || problem.weights[row] < kOutlierWeight) continue;
+    Sum& of = clusters[data.cluster_of[row]];
     for (Sum* sum : {&of, &total}) {
       sum->before += held_out.before[row].squaredNorm();
       sum->after += held_out.after[row].squaredNorm();
@@ -258,7 +288,7 @@ std::optional<HeldOutError> ErrorOf(const Dataset& data, const HeldOut& held_out
   for (int resample = 0; resample < resamples; ++resample) {
     double square = 0, count = 0;
     for (int draw = 0; draw < data.clusters; ++draw) {
-      const Sum& of = clusters[static_cast<std::size_t>(random.Below(data.clusters))];
+      const Sum& of = clusters[ClusterIndex(random.Below(data.clusters))];
       square += of.after;
       count += of.count;
     }

@@ -27,7 +27,8 @@ bool SameSupport(const Model& a, const Model& b) {
 
 /// True where the gradients at `before` are not those at `now`: both are taken to be alike where
 /// frames differ by less than changes a gradient by 1e-4 of itself, a micrometre of 10 mm.
-bool FramesMoved(const std::vector<Model::Frames>& before, const std::vector<Model::Frames>& now) {
+bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
+                 const Indexed<SessionIndex, Model::Frames>& now) {
   constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
   return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
                      [](const Model::Frames& a, const Model::Frames& b) {
@@ -38,19 +39,20 @@ bool FramesMoved(const std::vector<Model::Frames>& before, const std::vector<Mod
 }
 
 /// One axis's RMS by the weights, the parameters counted.
-double WeightedSigma(const std::vector<Vec3>& residuals, const std::vector<double>& weights,
-                     int axes, double parameters) {
+double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& residuals,
+                     double parameters) {
   double sum = 0, count = 0;
-  for (std::size_t k = 0; k < residuals.size(); ++k) {
-    sum += weights[k] * residuals[k].head(axes).squaredNorm();
-    count += weights[k] * axes;
+  for (const RowIndex row : residuals.indices()) {
+    const RowNumbers& numbers = problem.data.numbers[row];
+    sum += problem.weights[row] * SquareOf(numbers, residuals[row]);
+    count += problem.weights[row] * numbers.count;
   }
   return std::sqrt(sum / std::max(1.0, count - parameters));
 }
 
 /// One axis's scatter when every effect is fitted at once; nothing where the rows are too few.
 std::optional<double> RichSigma(const Pool& pool, const Candidates& candidates, Pool& scratch) {
-  std::vector<int> all;
+  std::vector<BlockIndex> all;
   for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
   const Explanation rich = scratch.Fit(all);
   const double freedom = pool.problem().freedom() - static_cast<double>(rich.columns.size());
@@ -58,29 +60,24 @@ std::optional<double> RichSigma(const Pool& pool, const Candidates& candidates, 
   return pool.problem().sigma_m() * std::sqrt(rich.chi2 / freedom);
 }
 
-Result<Refit> RefitTo(const Dataset& data, const Identified& so_far, const Explanation& explanation,
-                      int threads) {
+Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) {
   Model start = so_far.model;
   start.effects =
-      EffectsFrom(data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
-  RefitOptions options;
-  options.rows = Every(data.rows(), data.rows());
-  options.weights = so_far.weights;
-  options.sigma_m = so_far.sigma_m;
-  options.threads = threads;
-  return RefitModel(data, start, options);
+      EffectsFrom(so_far.fit.data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+  return RefitModel(so_far.fit, start, {});
 }
 
 /// Takes another explanation where it foretells rows that the best rejects: a row measured to tell
 /// two explanations apart looks like a gross error to the wrong one.
-void TakeLeastRejecting(const Dataset& data, int threads, Identified& so_far, Refit& refit) {
+void TakeLeastRejecting(Identified& so_far, Refit& refit) {
+  const Dataset& data = so_far.fit.data;
+  const PerRow<double>& weights = so_far.fit.weights;
   const auto rejected = [](double weight) { return weight < kOutlierWeight; };
-  if (so_far.unknown || std::none_of(so_far.weights.begin(), so_far.weights.end(), rejected))
-    return;
+  if (so_far.unknown || std::none_of(weights.begin(), weights.end(), rejected)) return;
   const auto cost = [&](const Refit& of, const Explanation& explanation) {
-    const Result<Linearisation> linear = Linearise(data, of.model, false, threads);
+    const Result<Linearisation> linear = Linearise(data, of.model, false, so_far.fit.threads);
     if (!linear) return 1e300;
-    return HampelLoss(ResidualsOf(*linear), so_far.sigma_m, data.axes()) + explanation.score -
+    return HampelLoss(data, ResidualsOf(*linear), so_far.fit.sigma_m) + explanation.score -
            explanation.chi2;
   };
   const double worst_score = so_far.best.score + kWorthRefitting;
@@ -89,7 +86,7 @@ void TakeLeastRejecting(const Dataset& data, int threads, Identified& so_far, Re
     const Explanation& other = so_far.ranked[k];
     if (other.score > worst_score) break;
     if (other.blocks.empty() || other.columns == so_far.best.columns) continue;
-    const Result<Refit> of_other = RefitTo(data, so_far, other, threads);
+    const Result<Refit> of_other = RefitTo(so_far, other);
     if (!of_other) continue;
     const double of = cost(*of_other, other);
     if (of >= least) continue;
@@ -100,15 +97,13 @@ void TakeLeastRejecting(const Dataset& data, int threads, Identified& so_far, Re
 }
 
 /// Searches at the present linearisation and refits the best that can be refitted.
-Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_unknown,
-                             const DiagnosisOptions& options, Identified& so_far) {
+Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const DiagnosisOptions& options,
+                             Identified& so_far) {
   so_far.pool.reset();
-  so_far.problem = std::make_unique<LinearProblem>(data, so_far.linear, so_far.model,
-                                                   Every(data.rows(), data.rows()), so_far.weights,
-                                                   so_far.sigma_m, options.threads);
+  so_far.problem = std::make_unique<LinearProblem>(so_far.fit, so_far.linear, so_far.model);
   so_far.pool = std::make_unique<Pool>(*so_far.problem);
   Candidates candidates = so_far.candidates;
-  for (Block& block : BlocksOf(data, so_far.model.effects)) {
+  for (Block& block : BlocksOf(so_far.fit.data, so_far.model.effects)) {
     candidates.blocks.push_back(std::move(block));
   }
   so_far.ranked = Search(*so_far.pool, candidates, most, options.interrupted);
@@ -117,19 +112,19 @@ Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_un
       with_unknown ? WithUnknown(*so_far.pool, so_far.ranked) : so_far.ranked.front();
   so_far.unknown = with_unknown && extended.score < so_far.ranked.front().score - kUnknownMargin;
   so_far.best = so_far.unknown ? extended : so_far.ranked.front();
-  Result<Refit> refit = RefitTo(data, so_far, so_far.best, options.threads);
+  Result<Refit> refit = RefitTo(so_far, so_far.best);
   // A support that only the linear columns bear gives way to the next.
   for (std::size_t next = 1; !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
     so_far.best = so_far.ranked[next];
     so_far.unknown = false;
-    refit = RefitTo(data, so_far, so_far.best, options.threads);
+    refit = RefitTo(so_far, so_far.best);
   }
   if (!refit) {
     so_far.best = so_far.pool->Fit({});
     so_far.unknown = false;
-    refit = RefitTo(data, so_far, so_far.best, options.threads);
+    refit = RefitTo(so_far, so_far.best);
   }
-  if (refit) TakeLeastRejecting(data, options.threads, so_far, refit.value());
+  if (refit) TakeLeastRejecting(so_far, refit.value());
   return refit;
 }
 
@@ -138,8 +133,7 @@ Result<Refit> SearchAndRefit(const Dataset& data, std::size_t most, bool with_un
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
                             const std::function<void(double, const std::string&)>& tell) {
-  const int axes = data.axes();
-  Identified found;
+  Identified found(FitOfEveryRow(data, options.threads));
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
   const auto linearise = [&]() -> std::optional<std::string> {
@@ -152,10 +146,11 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     return std::nullopt;
   };
   if (const auto fault = linearise()) return Error{*fault};
-  std::vector<Vec3> residuals = ResidualsOf(*found.linear);
-  double scatter = RobustSigma(residuals, axes);
-  found.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
-  found.weights = HampelWeights(residuals, OutlierScale(residuals, found.sigma_m, axes), axes);
+  PerRow<RowResidual> residuals = ResidualsOf(*found.linear);
+  double scatter = RobustSigma(data, residuals);
+  found.fit.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
+  found.fit.weights =
+      HampelWeights(data, residuals, OutlierScale(data, residuals, found.fit.sigma_m));
   std::optional<double> rich;
 
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -163,30 +158,31 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     tell(static_cast<double>(pass) / kPasses, fmt::format("searching effects, pass {}", pass + 1));
     const bool frugal = pass < kFrugalPasses;
     const Result<Refit> refit =
-        SearchAndRefit(data, frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
+        SearchAndRefit(frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
     if (!refit) return Error{refit.error()};
     const bool stands = !frugal && SameSupport(refit->model, found.model);
     found.refit = *refit;
     found.model = refit->model;
     if (const auto fault = linearise()) return Error{*fault};
     residuals = ResidualsOf(*found.linear);
-    scatter = RobustSigma(residuals, axes);
-    const std::vector<double> before = found.weights;
-    found.weights = HampelWeights(
-        residuals, OutlierScale(residuals, std::max(scatter, data.sigma_m), axes), axes);
-    scatter = std::max(scatter, WeightedSigma(residuals, found.weights, axes,
+    scatter = RobustSigma(data, residuals);
+    const PerRow<double> before = found.fit.weights;
+    found.fit.weights = HampelWeights(
+        data, residuals, OutlierScale(data, residuals, std::max(scatter, data.sigma_m)));
+    scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
                                               static_cast<double>(found.best.columns.size())));
     if (pass >= kFrugalPasses - 1) {
       Pool scratch(*found.problem);
       rich = RichSigma(*found.pool, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
-    const bool settled = std::abs(sigma - found.sigma_m) < 0.03 * sigma && before == found.weights;
-    found.sigma_m = sigma;
-    if (stands && settled) return found;
+    const bool settled =
+        std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma && before == found.fit.weights;
+    if (stands && settled) return found;  // with the sigma that its chi2 is in
+    found.fit.sigma_m = sigma;
   }
   // The last choice with the last weights.
-  const Result<Refit> refit = SearchAndRefit(data, kMostBlocks, true, options, found);
+  const Result<Refit> refit = SearchAndRefit(kMostBlocks, true, options, found);
   if (!refit) return Error{refit.error()};
   found.refit = *refit;
   found.model = refit->model;
@@ -204,26 +200,11 @@ Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, in
   Result<Linearisation> full = Linearise(data, model, false, threads);
   if (!full) return full;
   Linearisation apart = *linear;
-  for (std::size_t k = 0; k < apart.rows.size(); ++k) {
-    apart.rows[k].residual = full->rows[k].residual;
-    apart.rows[k].p_W = full->rows[k].p_W;
+  for (const RowIndex row : apart.rows.indices()) {
+    apart.rows[row].residual = full->rows[row].residual;
+    apart.rows[row].p_W = full->rows[row].p_W;
   }
   return apart;
-}
-
-std::vector<Vec3> ResidualsOf(const Linearisation& linear) {
-  std::vector<Vec3> residuals;
-  residuals.reserve(linear.rows.size());
-  for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
-  return residuals;
-}
-
-std::vector<int> Every(int count, int most) {
-  std::vector<int> rows;
-  const int taken = std::min(count, most);
-  rows.reserve(static_cast<std::size_t>(taken));
-  for (int k = 0; k < taken; ++k) rows.push_back(static_cast<int>(std::int64_t{k} * count / taken));
-  return rows;
 }
 
 }  // namespace plumbline

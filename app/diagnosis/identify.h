@@ -9,15 +9,16 @@ namespace plumbline {
 
 /// What the rows support, with all that the choice was made from.
 struct Identified {
+  explicit Identified(FitProblem every_row) : fit(std::move(every_row)) {}
+
+  FitProblem fit;  ///< sigma: declared, or larger where the rows scatter more
   Candidates candidates;
   Model aligned;  ///< frames as found before any effect
   /// Residuals of the model below; gradients of the arm without effects at `linear_frames`.
   std::shared_ptr<const Linearisation> linear;
-  std::vector<Model::Frames> linear_frames;
+  Indexed<SessionIndex, Model::Frames> linear_frames;
   Model model;
   Refit refit;
-  std::vector<double> weights;
-  double sigma_m = 0;  ///< one axis: declared, or larger where the rows scatter more
   std::unique_ptr<LinearProblem> problem;
   std::unique_ptr<Pool> pool;
   std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
@@ -36,10 +37,5 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
 /// @param before  an earlier one at the same frames, whose gradients are taken; or null
 Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
                                      const Linearisation* before = nullptr);
-
-std::vector<Vec3> ResidualsOf(const Linearisation& linear);
-
-/// `most` of 0..count-1, spread evenly; all of them where there are not more.
-std::vector<int> Every(int count, int most);
 
 }  // namespace plumbline

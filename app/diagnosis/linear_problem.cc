@@ -12,12 +12,12 @@ namespace plumbline {
 
 namespace {
 
-std::vector<double> JointSpans(const Dataset& data, const std::vector<int>& rows) {
+std::vector<double> JointSpans(const Dataset& data, const FitRows& rows) {
   std::vector<double> spans;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const int row : rows) {
-      const double q = data.table.rows[static_cast<std::size_t>(row)].q[joint];
+    for (const RowIndex row : rows) {
+      const double q = data.measured(row).q[joint];
       low = std::min(low, q);
       high = std::max(high, q);
     }
@@ -28,49 +28,41 @@ std::vector<double> JointSpans(const Dataset& data, const std::vector<int>& rows
 
 }  // namespace
 
-LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear_at,
-                             const Model& model, std::vector<int> rows,
-                             const std::vector<double>& weights, double sigma_m, int threads)
-    : data_(data),
-      linear_(std::move(linear_at)),
-      rows_(std::move(rows)),
-      sigma_m_(sigma_m),
-      threads_(threads) {
+LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear_at,
+                             const Model& model)
+    : fit_(std::move(fit)), linear_(std::move(linear_at)), whitener_(fit_), layout_(fit_.layout()) {
   const Linearisation& linear = *linear_;
-  const int axes = linear.axes;
-  const auto count = static_cast<int>(rows_.size());
-  joint_span_ = JointSpans(data, rows_);
-  scale_.resize(count);
-  response_.resize(count * axes);
-  std::set<int> clusters;
-  std::vector<int> sessions;
-  for (int j = 0; j < count; ++j) {
-    const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-    scale_[j] = std::sqrt(weights[row]) / sigma_m;
-    freedom_ += weights[row] * axes;
-    if (weights[row] > 0.5) clusters.insert(data.cluster_of[row]);
+  const Dataset& data = fit_.data;
+  joint_span_ = JointSpans(data, fit_.rows);
+  response_.resize(layout_.total());
+  std::set<ClusterIndex> clusters;
+  for (const FitRowIndex j : fit_.rows.indices()) {
+    const RowIndex row = fit_.rows[j];
+    const double weight = fit_.weights[row];
+    freedom_ += weight * layout_.count(j);
+    if (weight > 0.5 && layout_.count(j) > 0) clusters.insert(data.cluster_of[row]);
     const LinearRow& at = linear.rows[row];
     Influence<double> influence;
     AddEffects(model.effects, data.conditions[row], influence);
-    Vec3 y = at.residual;
+    RowResidual y = at.residual;
     for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
     }
-    response_.segment(j * axes, axes) = scale_[j] * y.head(axes);
+    whitener_[j].Apply(y, layout_.PartOf(response_, j));
   }
   clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));
 
   const int per_session = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
   if (per_session > 0) {
     Eigen::MatrixXd frames =
-        Eigen::MatrixXd::Zero(count * axes, per_session * data.sessions_count());
-    for (int j = 0; j < count; ++j) {
-      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-      const int first = per_session * data.session_of[row];
-      const auto& derivative = linear.rows[row].frames;
-      auto block = frames.block(j * axes, first, axes, per_session);
-      if (data.frames_free()) block.leftCols(6) = scale_[j] * derivative.topLeftCorner(axes, 6);
-      if (data.tip_free()) block.rightCols(3) = scale_[j] * derivative.topRightCorner(axes, 3);
+        Eigen::MatrixXd::Zero(layout_.total(), per_session * data.sessions_count());
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      const RowIndex row = fit_.rows[j];
+      const int first = per_session * data.session_of[row].value();
+      const FrameGradient& derivative = linear.rows[row].frames;
+      auto block = layout_.PartOf(frames, j).middleCols(first, per_session);
+      if (data.frames_free()) whitener_[j].Apply(derivative.leftCols<6>(), block.leftCols(6));
+      if (data.tip_free()) whitener_[j].Apply(derivative.rightCols<3>(), block.rightCols(3));
     }
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(frames);
     qr.setThreshold(1e-9);
@@ -82,24 +74,22 @@ LinearProblem::LinearProblem(const Dataset& data, std::shared_ptr<const Linearis
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
-  const int axes = linear_->axes;
-  const auto count = static_cast<int>(rows_.size());
-  const auto width = static_cast<int>(block.columns.size());
-  Eigen::MatrixXd columns(count * axes, width);
+  const int width = block.columns.count();
+  Eigen::MatrixXd columns(layout_.total(), width);
   if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
-    const auto kept = linear_->columns->Of(data_, *linear_, block, threads_);
-    for (int j = 0; j < count; ++j) {
-      columns.middleRows(j * axes, axes) =
-          scale_[j] * kept->middleRows(3 * rows_[static_cast<std::size_t>(j)], axes);
+    const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      whitener_[j].Apply(linear_->layout.PartOf(*kept, fit_.rows[j]), layout_.PartOf(columns, j));
     }
     if (projected) Project(columns);
     return columns;
   }
-  InParallel(count, threads_, [&](int first, int last) {
-    Eigen::MatrixXd at(3, width);
-    for (int j = first; j < last; ++j) {
-      ColumnsAt(data_, *linear_, block, rows_[static_cast<std::size_t>(j)], at);
-      columns.middleRows(j * axes, axes) = scale_[j] * at.topRows(axes);
+  InParallel(fit_.rows.count(), fit_.threads, [&](int first, int last) {
+    Eigen::MatrixXd at;
+    for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
+      at.resize(layout_.count(j), width);
+      ColumnsAt(fit_.data, *linear_, block, fit_.rows[j], at);
+      whitener_[j].Apply(at, layout_.PartOf(columns, j));
     }
   });
   if (projected) Project(columns);
@@ -113,11 +103,10 @@ void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
 const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   Eigen::VectorXd& carrier = carriers_[entry];
   if (carrier.size() == 0) {
-    const int axes = linear_->axes;
-    carrier.resize(static_cast<int>(rows_.size()) * axes);
-    for (int j = 0; j < static_cast<int>(rows_.size()); ++j) {
-      const auto row = static_cast<std::size_t>(rows_[static_cast<std::size_t>(j)]);
-      carrier.segment(j * axes, axes) = scale_[j] * linear_->gradients[row].col(entry).head(axes);
+    carrier.resize(layout_.total());
+    for (const FitRowIndex j : fit_.rows.indices()) {
+      const Gradient& gradient = linear_->gradients[fit_.rows[j]];
+      whitener_[j].Apply(gradient.col(entry), layout_.PartOf(carrier, j));
     }
   }
   return carrier;
@@ -125,15 +114,14 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
 
 Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
                                        const Eigen::MatrixXd& factors) const {
-  const int axes = linear_->axes;
   const auto wide = static_cast<int>(entries.size());
   Eigen::MatrixXd columns(response_.size(), wide * factors.cols());
   for (int k = 0; k < factors.cols(); ++k) {
     for (int a = 0; a < wide; ++a) {
       const Eigen::VectorXd& carrier = Carrier(entries[static_cast<std::size_t>(a)]);
       auto column = columns.col(k * wide + a);
-      for (int j = 0; j < factors.rows(); ++j) {
-        column.segment(j * axes, axes) = factors(j, k) * carrier.segment(j * axes, axes);
+      for (const FitRowIndex j : fit_.rows.indices()) {
+        layout_.PartOf(column, j) = factors(j.value(), k) * layout_.PartOf(carrier, j);
       }
     }
   }

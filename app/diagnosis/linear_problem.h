@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/diagnosis/blocks.h"
+#include "app/diagnosis/whitener.h"
 
 namespace plumbline {
 
@@ -13,19 +14,19 @@ namespace plumbline {
 /// frames that the cell leaves free projected out of response and columns alike.
 class LinearProblem {
  public:
-  /// @param rows     which take part; others have no influence whatever
-  /// @param weights  of all rows, 0..1
-  LinearProblem(const Dataset& data, std::shared_ptr<const Linearisation> linear,
-                const Model& model, std::vector<int> rows, const std::vector<double>& weights,
-                double sigma_m, int threads);
+  /// @param linear  at `model`
+  LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear, const Model& model);
 
-  const Dataset& data() const { return data_; }
+  const FitProblem& fit() const { return fit_; }
+  const Dataset& data() const { return fit_.data; }
   const Linearisation& linear() const { return *linear_; }
-  const std::vector<int>& rows() const { return rows_; }
+  const FitRows& rows() const { return fit_.rows; }
   int clusters() const { return clusters_; }
-  double sigma_m() const { return sigma_m_; }
-  /// Rows times axes by their weights, less the frames' numbers.
+  double sigma_m() const { return fit_.sigma_m; }
+  /// Residuals by their rows' weights, less the frames' numbers.
   double freedom() const { return freedom_; }
+  /// Where the residuals of each row lie in response and columns.
+  const FitLayout& layout() const { return layout_; }
   const Eigen::VectorXd& response() const { return response_; }
   /// Range of a joint over the rows [rad] or [m].
   double JointSpan(int joint) const { return joint_span_[static_cast<std::size_t>(joint)]; }
@@ -33,7 +34,7 @@ class LinearProblem {
   /// A block's columns, whitened; `projected` with the frames taken out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  /// Orthonormal basis of what the free frames move, shape (rows * axes, rank).
+  /// Orthonormal basis of what the free frames move, shape (residuals, rank).
   const Eigen::MatrixXd& frames() const { return frames_; }
   /// One influence's column, whitened, not projected: what shapes multiply row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
@@ -42,15 +43,13 @@ class LinearProblem {
   Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
 
  private:
-  const Dataset& data_;
+  FitProblem fit_;
   std::shared_ptr<const Linearisation> linear_;
-  std::vector<int> rows_;
-  double sigma_m_;
-  int threads_;
   int clusters_ = 0;
   double freedom_ = 0;
   std::vector<double> joint_span_;
-  Eigen::VectorXd scale_;     ///< sqrt(weight)/sigma of each row in rows_
+  Whitener whitener_;
+  FitLayout layout_;
   Eigen::MatrixXd frames_;    ///< orthonormal
   Eigen::VectorXd response_;  ///< whitened, projected
   mutable std::map<int, Eigen::VectorXd> carriers_;

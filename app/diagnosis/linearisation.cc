@@ -14,21 +14,42 @@ namespace {
 
 using I = Influence<double>;
 
-/// The measured number of a range replaces the position: its gradient is along the ray.
-void ToRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
-             LinearRow& row, Gradient& gradient) {
+/// A position, or a pose: the gradients of the tip as they are, below them those of its turn.
+/// @param count   3 or 6
+/// @param frames  d tip / d (base shift, base turn, tip)
+/// @param at      the state, and the gradients where they are wanted
+void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double, 3, 9>& frames,
+             const Sensitivity& at, bool gradients, LinearRow& row, Gradient& gradient) {
+  const bool turned = count == kMostResiduals;
+  row.residual.resize(count);
+  row.residual.head<3>() = measured.p_WT - row.p_W;
+  row.frames.setZero(count, 9);
+  row.frames.topRows<3>() = frames;
+  if (turned) {
+    const Mat3 R_WT = measured.q_WT.toRotationMatrix();
+    row.residual.tail<3>() = VectorFromRotation(R_WT * at.state.X_WT.R.transpose());
+    row.frames.bottomRows<3>().middleCols<3>(3).setIdentity();
+  }
+  if (!gradients) return;
+  gradient.resize(count, I::kSize);
+  gradient.topRows<3>() = at.dp;
+  if (turned) gradient.bottomRows<3>() = at.dr;
+}
+
+/// A range: the gradients of the tip along the ray.
+/// @param tip  d tip / d influence; null where no gradient is wanted
+void SetRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
+              const Eigen::Matrix<double, 3, 9>& frames, const Sensitivity::Gradient* tip,
+              LinearRow& row, Gradient& gradient) {
   const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
   const double length = ray.norm();
   const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
-  row.residual = Vec3(range_m - length - influence[I::kRangeZero], 0, 0);
-  const Eigen::Matrix<double, 1, I::kSize> along = unit.transpose() * gradient;
-  gradient.setZero();
-  gradient.row(0) = along;
+  row.residual.setConstant(1, range_m - length - influence[I::kRangeZero]);
+  row.frames = unit.transpose() * frames;
+  if (tip == nullptr) return;
+  gradient = unit.transpose() * *tip;
   gradient(0, I::kRangeZero) = 1;
   gradient.block<1, 3>(0, I::kRangeAnchor) = -unit.transpose();
-  const Eigen::Matrix<double, 1, 9> frames = unit.transpose() * row.frames;
-  row.frames.setZero();
-  row.frames.row(0) = frames;
 }
 
 }  // namespace
@@ -39,9 +60,9 @@ Model Model::Declared(const Dataset& data) {
   return model;
 }
 
-CellModel CellOf(const Dataset& data, const Model& model, int session) {
+CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session) {
   CellModel cell = data.cell;
-  const Model::Frames& frames = model.frames[static_cast<std::size_t>(session)];
+  const Model::Frames& frames = model.frames[session];
   cell.robot.X_WB = frames.X_WB;
   cell.tool.tcp_F = frames.tip_F;
   cell.sessions.clear();
@@ -64,43 +85,50 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f) 
 
 ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data), model_(model) {
   arms_.reserve(static_cast<std::size_t>(data.sessions_count()));
-  for (int session = 0; session < data.sessions_count(); ++session) {
+  for (const SessionIndex session : data.sessions.indices()) {
     arms_.emplace_back(CellOf(data, model, session));
   }
 }
 
-bool ModelAtRows::At(int k, const InfluenceSet& wanted, Sensitivity& scratch,
-                     LinearRow& row) const {
-  const auto at = static_cast<std::size_t>(k);
-  const auto session = static_cast<std::size_t>(data_.session_of[at]);
+bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
+                     LinearRow& result, Gradient& gradient) const {
+  const SessionIndex session = data_.session_of[row];
   const LoadedArm& arm = arms_[session];
   const Model::Frames& frames = model_.frames[session];
-  const Conditions& moment = data_.conditions[at];
-  const MeasuredRow& measured = data_.table.rows[at];
+  const Conditions& moment = data_.conditions[row];
+  const MeasuredRow& measured = data_.measured(row);
+  const int count = data_.numbers[row].count;
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
-    if (!SensitivityAt(arm, measured.q, data_.payloads[at], influence, moment.tau, wanted,
-                       scratch)) {
+    if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted, scratch,
+                       count == kMostResiduals)) {
       return false;
     }
   } else {
-    if (!arm.AtCommanded(measured.q, data_.payloads[at], &influence, moment.tau, scratch.state)) {
+    if (!arm.AtCommanded(measured.q, data_.payloads[row], &influence, moment.tau, scratch.state)) {
       return false;
     }
     scratch.p_W = scratch.state.p_read_W;
   }
-  row.p_W = scratch.p_W;
-  row.residual = measured.p_WT - row.p_W;
-  const Vec3 arm_W = row.p_W - frames.X_WB.p;
-  row.frames.leftCols<3>().setIdentity();
+  result.p_W = scratch.p_W;
+  const Vec3 arm_W = result.p_W - frames.X_WB.p;
+  Eigen::Matrix<double, 3, 9> of_frames;
+  of_frames.leftCols<3>().setIdentity();
   for (int axis = 0; axis < 3; ++axis) {
-    row.frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
+    of_frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   }
-  row.frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
-  if (data_.axes() == 1) {
-    ToRange(data_.cell.measurement.anchor_W, influence, measured.range_m, row, scratch.dp);
+  of_frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
+  if (count == 0) {
+    result.residual.resize(0);
+    result.frames.resize(0, 9);
+    gradient.resize(0, I::kSize);
+  } else if (data_.ranges()) {
+    SetRange(data_.cell.measurement.anchor_W, influence, measured.range_m, of_frames,
+             wanted.any() ? &scratch.dp : nullptr, result, gradient);
+  } else {
+    SetPose(measured, count, of_frames, scratch, wanted.any(), result, gradient);
   }
   return true;
 }
@@ -114,28 +142,42 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, const I
                                 int threads) {
   const ModelAtRows at_rows(data, model);
   Linearisation result;
-  result.axes = data.axes();
+  result.layout = data.layout();
   result.rows.resize(static_cast<std::size_t>(data.rows()));
   if (wanted.any()) result.gradients.resize(result.rows.size());
   result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
     Sensitivity scratch;
-    for (int k = first; k < last; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      if (!at_rows.At(k, wanted, scratch, result.rows[at])) {
-        unsettled = k;
+    Gradient gradient;
+    for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
+      if (!at_rows.At(row, wanted, scratch, result.rows[row], gradient)) {
+        unsettled = row.value();
       } else if (wanted.any()) {
-        result.gradients[at] = scratch.dp;
+        result.gradients[row] = gradient;
       }
     }
   });
   if (unsettled >= 0) {
     return Error{fmt::format(
         "{}:{}: the sagged posture does not settle; check compliance_rad_per_Nm and link_mass_kg",
-        data.table.file, data.table.rows[static_cast<std::size_t>(unsettled.load())].line)};
+        data.table.file, data.measured(RowIndex(unsettled.load())).line)};
   }
   return result;
+}
+
+PerRow<RowResidual> ResidualsOf(const Linearisation& linear) {
+  PerRow<RowResidual> residuals;
+  residuals.reserve(linear.rows.size());
+  for (const LinearRow& row : linear.rows) residuals.push_back(row.residual);
+  return residuals;
+}
+
+PerRow<Vec3> ErrorsOf(const Linearisation& linear) {
+  PerRow<Vec3> errors;
+  errors.reserve(linear.rows.size());
+  for (const LinearRow& row : linear.rows) errors.push_back(LengthsOf(row.residual));
+  return errors;
 }
 
 namespace {
@@ -221,14 +263,14 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
 }
 
 void ShowBases(const Model& model, Dataset& data) {
-  std::vector<std::shared_ptr<const Robot>> robots;
+  Indexed<SessionIndex, std::shared_ptr<const Robot>> robots;
   for (const Model::Frames& frames : model.frames) {
     Robot robot = data.cell.robot;
     robot.X_WB = frames.X_WB;
     robots.push_back(std::make_shared<const Robot>(std::move(robot)));
   }
-  for (std::size_t row = 0; row < data.conditions.size(); ++row) {
-    data.conditions[row].robot = robots[static_cast<std::size_t>(data.session_of[row])];
+  for (const RowIndex row : data.conditions.indices()) {
+    data.conditions[row].robot = robots[data.session_of[row]];
   }
 }
 

@@ -15,7 +15,7 @@ struct Model {
     Pose X_WB;
     Vec3 tip_F = Vec3::Zero();
   };
-  std::vector<Frames> frames;         ///< one a session
+  Indexed<SessionIndex, Frames> frames;
   std::vector<ActiveEffect> effects;  ///< beside those that the cell already has
 
   /// The cell as declared, for every session.
@@ -23,24 +23,27 @@ struct Model {
 };
 
 /// The cell with a session's frames; it keeps the effects that it has already.
-CellModel CellOf(const Dataset& data, const Model& model, int session);
+CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
-/// d prediction / d influence of one row; of a range the first row only.
-using Gradient = Sensitivity::Gradient;
+/// d prediction / d influence of one row, shape (its residuals, influences).
+using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
+/// d prediction / d (base shift, base turn, tip) of one row, shape (its residuals, 9). The arm
+/// moves rigidly: that gravity turns in it with the base is left out, a thousandth of the turn.
+using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
-/// A row's residual, on the axes that are measured.
+/// A row at the present model.
 struct LinearRow {
-  Vec3 residual = Vec3::Zero();        ///< measured minus predicted in W [m]; of a range (r, 0, 0)
-  Vec3 p_W = Vec3::Zero();             ///< predicted tip
-  Eigen::Matrix<double, 3, 9> frames;  ///< d prediction / d (base shift, base turn, tip)
+  RowResidual residual;
+  Vec3 p_W = Vec3::Zero();  ///< predicted tip
+  FrameGradient frames;
 };
 
 class BlockColumns;
 
 struct Linearisation {
-  std::vector<LinearRow> rows;
-  std::vector<Gradient> gradients;  ///< of each row; empty where none were asked for
-  int axes = 3;
+  PerRow<LinearRow> rows;
+  PerRow<Gradient> gradients;  ///< empty where none were asked for
+  RowLayout layout;
   /// Of these gradients; copies share it.
   std::shared_ptr<BlockColumns> columns;
 };
@@ -51,16 +54,17 @@ class ModelAtRows {
   /// Both must outlive it.
   ModelAtRows(const Dataset& data, const Model& model);
 
-  /// @param wanted   influences whose gradient is needed, left in `scratch.dp`
-  /// @param scratch  one a thread
-  /// @return         false where the sagged posture does not settle
-  [[nodiscard]] bool At(int row, const InfluenceSet& wanted, Sensitivity& scratch,
-                        LinearRow& result) const;
+  /// @param wanted    influences whose gradient is needed
+  /// @param scratch   one a thread
+  /// @param gradient  zero but for the wanted ones; left as it is where none are wanted
+  /// @return          false where the sagged posture does not settle
+  [[nodiscard]] bool At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
+                        LinearRow& result, Gradient& gradient) const;
 
  private:
   const Dataset& data_;
   const Model& model_;
-  std::vector<LoadedArm> arms_;  ///< one a session
+  Indexed<SessionIndex, LoadedArm> arms_;
 };
 
 /// Evaluates the model at every row.
@@ -71,6 +75,10 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gr
 /// The same with the gradients of some influences only.
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
                                 int threads);
+
+PerRow<RowResidual> ResidualsOf(const Linearisation& linear);
+/// The residuals in space [m] (LengthsOf).
+PerRow<Vec3> ErrorsOf(const Linearisation& linear);
 
 /// How one parameter of a term moves one influence.
 struct TermSlope {
@@ -87,7 +95,7 @@ void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
 
 /// Columns d prediction / d parameter of one term at `values`, for the parameters asked for, on one
 /// row.
-/// @param out  shape (3, which.size())
+/// @param out  shape (residuals of the row, which.size())
 void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
                  const Conditions& conditions, const Gradient& gradient,
                  Eigen::Ref<Eigen::MatrixXd> out);

@@ -24,19 +24,20 @@ Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
 
 Undo OnJoints(std::function<void(JointVector&)> map) {
   return [map = std::move(map)](Dataset& data) {
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      map(data.table.rows[k].q);
-      data.conditions[k].q = data.table.rows[k].q;
+    for (const RowIndex row : data.row_indices()) {
+      JointVector& q = data.table.rows[row.offset()].q;
+      map(q);
+      data.conditions[row].q = q;
     }
   };
 }
 
 Undo OnPayload(double factor) {
   return [factor](Dataset& data) {
-    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      data.table.rows[k].payload_kg *= factor;
-      data.conditions[k].payload_kg *= factor;
-      data.payloads[k].mass_kg *= factor;
+    for (const RowIndex row : data.row_indices()) {
+      data.table.rows[row.offset()].payload_kg *= factor;
+      data.conditions[row].payload_kg *= factor;
+      data.payloads[row].mass_kg *= factor;
     }
   };
 }
@@ -46,7 +47,7 @@ bool Turns(const Dataset& data, int joint) {
 }
 
 void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
-  const bool range = data.axes() == 1;
+  const bool range = data.ranges();
   const std::string columns = range ? "range_mm" : "x_mm, y_mm, z_mm";
   const std::pair<double, const char*> units[] = {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
@@ -103,7 +104,7 @@ std::string SentenceOf(const AxisMap& map) {
 }
 
 void AddAxes(const Dataset& data, std::vector<Mistake>& mistakes) {
-  if (data.axes() == 1) return;
+  if (data.ranges()) return;
   if (data.frames_free()) {
     mistakes.push_back(
         {"one measured axis is mirrored, or two are swapped (the measured frame is left-handed)",

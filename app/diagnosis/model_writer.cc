@@ -96,6 +96,15 @@ std::string SessionText(const SessionFrames& session) {
   return text;
 }
 
+std::string PoseText(const JointVector& q, const std::vector<Joint>& joints) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    values.push_back((prismatic ? 1e3 : kDegPerRad) * q[static_cast<int>(i)]);
+  }
+  return ListText(values, [](double value) { return fmt::format("{:.3f}", value); });
+}
+
 std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   std::vector<std::string> pairs;
   for (std::size_t i = 0; i < domain.q.size(); ++i) {
@@ -115,6 +124,12 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   if (domain.temp_C) text += "temp_C = " + IntervalText(*domain.temp_C) + '\n';
   if (domain.residual_sigma_m) {
     text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';
+  }
+  if (domain.distant_sigma_m && !domain.poses.empty()) {
+    text += "distant_sigma_mm = " + NumberText(1e3 * *domain.distant_sigma_m) + '\n';
+    text += "poses_deg = [\n";
+    for (const JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";
+    text += "]\n";
   }
   if (domain.time_zero_s) {
     text += "time_zero_utc = " + StringText(TextFromUtc(*domain.time_zero_s)) + '\n';
@@ -153,7 +168,7 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
                                   StringText(origin.file), origin.rows, origin.date);
   const bool withheld = !diagnosis.withheld.empty();
-  const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.remainder.empty());
+  const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.discrepancy.empty());
   if (withheld) added += "# No correction: " + diagnosis.withheld + '\n';
   if (adds && HasInlineEffects(text)) {
     text = WithoutTable(text, "effect");
@@ -167,11 +182,11 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
     added += EffectText(effect);
   };
   if (adds) std::for_each(diagnosis.findings.begin(), diagnosis.findings.end(), add);
-  if (!diagnosis.remainder.empty()) {
+  if (!diagnosis.discrepancy.empty()) {
     added +=
         "\n# What those leave, shrunk: it corrects where there is data, and explains nothing\n";
   }
-  for (const Finding& finding : diagnosis.remainder) add(finding);
+  for (const Finding& finding : diagnosis.discrepancy) add(finding);
   if (!diagnosis.sessions.empty()) {
     text = WithoutTable(text, "session");
     for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);

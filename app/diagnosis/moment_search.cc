@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <numeric>
 
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/camera_zoom.h"
@@ -51,10 +50,11 @@ std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::Vect
                                  const std::vector<double>& moments,
                                  const std::vector<int>& influences) {
   const Eigen::VectorXd clock = ClockAtRows(problem);
-  std::vector<int> order(static_cast<std::size_t>(clock.size()));
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return clock[a] > clock[b]; });
-  const int axes = problem.linear().axes;
+  const auto rows = problem.rows().indices();
+  std::vector<FitRowIndex> order(rows.begin(), rows.end());
+  std::sort(order.begin(), order.end(),
+            [&](FitRowIndex a, FitRowIndex b) { return clock[a.value()] > clock[b.value()]; });
+  const FitLayout& layout = problem.layout();
   const Eigen::MatrixXd columns =
       problem.Carried(influences, Eigen::MatrixXd::Ones(clock.size(), 1));
   const auto width = static_cast<Eigen::Index>(influences.size());
@@ -65,12 +65,12 @@ std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::Vect
   std::vector<double> gains(moments.size(), 0.0);
   std::size_t next = 0;
   for (std::size_t m = moments.size(); m-- > 0;) {
-    for (; next < order.size() && clock[order[next]] >= moments[m]; ++next) {
-      const auto of_row = columns.middleRows(axes * order[next], axes);
+    for (; next < order.size() && clock[order[next].value()] >= moments[m]; ++next) {
+      const auto of_row = layout.PartOf(columns, order[next]);
       gram += of_row.transpose().lazyProduct(of_row);
-      moment_sum += of_row.transpose().lazyProduct(residual.segment(axes * order[next], axes));
+      moment_sum += of_row.transpose().lazyProduct(layout.PartOf(residual, order[next]));
       if (frames.cols() == 0) continue;
-      along_frames += frames.middleRows(axes * order[next], axes).transpose() * of_row;
+      along_frames += layout.PartOf(frames, order[next]).transpose() * of_row;
     }
     Gram projected = gram - along_frames.transpose() * along_frames;
     projected.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
@@ -114,10 +114,11 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
   const Dataset& data = problem.data();
   const int least = std::max(6, data.rows() / 10);
   for (std::size_t k = 1; k < moments.size(); ++k) {
-    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), [&](int row) {
-      const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
+    const auto within = [&](RowIndex row) {
+      const double clock = ClockOf(data, data.conditions[row]);
       return clock >= moments[k - 1] && clock < moments[k];
-    });
+    };
+    const auto between = std::count_if(problem.rows().begin(), problem.rows().end(), within);
     if (between < least) return true;
   }
   return false;
@@ -141,12 +142,12 @@ class MomentSearch : public ShapeSearch {
     return MomentsTooClose(problem, support);
   }
   /// No row of the problem separates an undecided row from the moment.
-  bool LeavesOpen(const LinearProblem& problem, const Block& block, int row) const override {
+  bool LeavesOpen(const LinearProblem& problem, const Block& block, RowIndex row) const override {
     const Dataset& data = problem.data();
     const double moment = block.columns.front().values.front();
-    const double clock = ClockOf(data, data.conditions[static_cast<std::size_t>(row)]);
-    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](int other) {
-      const double of_other = ClockOf(data, data.conditions[static_cast<std::size_t>(other)]);
+    const double clock = ClockOf(data, data.conditions[row]);
+    return std::none_of(problem.rows().begin(), problem.rows().end(), [&](RowIndex other) {
+      const double of_other = ClockOf(data, data.conditions[other]);
       return clock < moment ? of_other >= clock && of_other < moment
                             : of_other >= moment && of_other <= clock;
     });

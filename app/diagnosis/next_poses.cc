@@ -15,19 +15,17 @@ namespace {
 constexpr double kWorthAnotherPayload = 1.5;  // in gain
 
 /// Height in W that a tip has reached, or the base's if that is lower: nothing below was tried.
-double LowestTip(const Linearisation& linear, const Model& model, const std::vector<int>& rows) {
+double LowestTip(const Linearisation& linear, const Model& model, const FitRows& rows) {
   double lowest_m = model.frames.back().X_WB.p.z();
-  for (const int row : rows) {
-    lowest_m = std::min(lowest_m, linear.rows[static_cast<std::size_t>(row)].p_W.z());
-  }
+  for (const RowIndex row : rows) lowest_m = std::min(lowest_m, linear.rows[row].p_W.z());
   return lowest_m;
 }
 
 /// Rows that the answer does not reject: at a wrong joint reading the robot has never been.
-std::vector<int> Kept(const std::vector<double>& weights) {
-  std::vector<int> rows;
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] >= kOutlierWeight) rows.push_back(static_cast<int>(k));
+FitRows Kept(const PerRow<double>& weights) {
+  FitRows rows;
+  for (const RowIndex row : weights.indices()) {
+    if (weights[row] >= kOutlierWeight) rows.push_back(row);
   }
   return rows;
 }
@@ -72,26 +70,24 @@ std::string Pairs(const DesignTask& task, const std::set<std::size_t>& rivals) {
 }
 
 std::vector<const Block*> BlocksOf(const DesignTask& task) {
-  std::set<int> used;
+  std::set<BlockIndex> used;
   for (const Explanation& explanation : task.explanations) {
     used.insert(explanation.blocks.begin(), explanation.blocks.end());
   }
   std::vector<const Block*> blocks;
   blocks.reserve(used.size());
-  for (const int block : used) {
-    blocks.push_back(&task.pool.blocks()[static_cast<std::size_t>(block)]);
-  }
+  for (const BlockIndex block : used) blocks.push_back(&task.pool.blocks()[block]);
   return blocks;
 }
 
 }  // namespace
 
-void AddNextPoses(const Pool& pool, const Model& model, const std::vector<double>& weights,
+void AddNextPoses(const Pool& pool, const Model& model, const PerRow<double>& weights,
                   const Explanation& answer, const std::vector<Explanation>& rivals,
                   const DiagnosisOptions& options, Diagnosis& diagnosis) {
   if (rivals.empty() || options.next_poses <= 0) return;
   const Dataset& data = pool.problem().data();
-  const std::vector<int> kept = Kept(weights);
+  const FitRows kept = Kept(weights);
   if (kept.empty()) return;
   DesignTask task{pool, model, Thinned(data, kept), {answer}};
   task.explanations.insert(task.explanations.end(), rivals.begin(), rivals.end());

@@ -11,7 +11,7 @@ namespace plumbline {
 /// payload, and a note says so, as it does of rivals that no pose separates.
 /// @param answer, rivals  explanations of the pool; the rivals' scores are those of refits
 /// @param diagnosis       gets next_poses, next_poses_separate_all and notes
-void AddNextPoses(const Pool& pool, const Model& model, const std::vector<double>& weights,
+void AddNextPoses(const Pool& pool, const Model& model, const PerRow<double>& weights,
                   const Explanation& answer, const std::vector<Explanation>& rivals,
                   const DiagnosisOptions& options, Diagnosis& diagnosis);
 

@@ -112,7 +112,7 @@ bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) 
                        [&](const LackedSignal& one) { return EffectNeeds(finding, one.signal); });
   };
   return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), needs) ||
-         std::any_of(diagnosis.remainder.begin(), diagnosis.remainder.end(), needs);
+         std::any_of(diagnosis.discrepancy.begin(), diagnosis.discrepancy.end(), needs);
 }
 
 Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,

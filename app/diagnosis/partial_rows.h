@@ -22,7 +22,8 @@ std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTab
 /// The table with some of its rows set aside: they keep their place in the order of moves.
 MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::size_t>& rows);
 
-/// True where an effect of the answer, named or in its remainder, needs one of these signals.
+/// True where an effect of the answer, named or in its discrepancy model, needs one of these
+/// signals.
 bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked);
 
 }  // namespace plumbline

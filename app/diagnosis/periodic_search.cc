@@ -37,13 +37,13 @@ Block PeriodicBlock(int joint, double cycles, double trials) {
 }
 
 /// Amplitude and phase of a sine and a cosine.
-ActiveEffect OnePhase(const Block& block, const std::map<int, double>& values) {
-  const auto sine = values.find(0), cosine = values.find(1);
+ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
+  const auto sine = values.find(BlockColumnIndex(0)), cosine = values.find(BlockColumnIndex(1));
   const double a = sine == values.end() ? 0 : sine->second;
   const double b = cosine == values.end() ? 0 : cosine->second;
   ActiveEffect effect;
   effect.term = block.term;
-  effect.values = block.columns[0].values;
+  effect.values = block.columns.front().values;
   effect.values.front() = std::hypot(a, b);
   effect.values.back() = std::atan2(b, a);
   return effect;
@@ -68,11 +68,11 @@ struct JointRows {
       : q(AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
         along(q.size()),
         square(q.size()) {
-    const int axes = problem.linear().axes;
     const Eigen::VectorXd& turn = problem.Carrier(joint);
-    for (int j = 0; j < q.size(); ++j) {
-      along[j] = turn.segment(j * axes, axes).dot(residual.segment(j * axes, axes));
-      square[j] = turn.segment(j * axes, axes).squaredNorm();
+    for (const FitRowIndex j : problem.rows().indices()) {
+      const auto of_row = problem.layout().PartOf(turn, j);
+      along[j.value()] = of_row.col(0).dot(problem.layout().PartOf(residual, j).col(0));
+      square[j.value()] = of_row.squaredNorm();
     }
   }
 };
@@ -237,7 +237,7 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
-  ActiveEffect EffectFrom(const Block& block, const std::map<int, double>& values) const override {
+  ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
     return OnePhase(block, values);
   }
 
@@ -281,7 +281,7 @@ class BalanceSearch final : public ShapeSearch {
     if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
     return {TwoPhases(Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
   }
-  ActiveEffect EffectFrom(const Block& block, const std::map<int, double>& values) const override {
+  ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
     return OnePhase(block, values);
   }
 };

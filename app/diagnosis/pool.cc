@@ -23,33 +23,33 @@ Pool::Pool(const LinearProblem& problem)
       chi2_null_(problem.response().squaredNorm()),
       effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
 
-int Pool::Add(const Block& block) {
-  for (std::size_t known = 0; known < blocks_.size(); ++known) {
-    if (SameColumns(blocks_[known], block)) return static_cast<int>(known);
+BlockIndex Pool::Add(const Block& block) {
+  for (const BlockIndex known : blocks_.indices()) {
+    if (SameColumns(blocks_[known], block)) return known;
   }
   Eigen::MatrixXd raw = problem_.Columns(block, false);
   const auto width = static_cast<int>(raw.cols());
   const double rows = static_cast<double>(problem_.rows().size());
-  std::vector<double> raw_length;
-  for (int k = 0; k < width; ++k) {
-    raw_length.push_back(raw.col(k).norm());
+  Indexed<BlockColumnIndex, double> raw_length;
+  for (const BlockColumnIndex k : block.columns.indices()) {
+    raw_length.push_back(raw.col(k.value()).norm());
     raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
   }
   problem_.Project(raw);
-  const auto index = static_cast<int>(blocks_.size());
+  const BlockIndex index(blocks_.size());
   blocks_.push_back(block);
   unit_costs_.push_back(UnitCosts(block));
-  first_.push_back(used_);
-  for (int k = 0; k < width; ++k) {
-    const double length = raw.col(k).norm();
-    const double largest = block.columns[static_cast<std::size_t>(k)].largest;
-    const bool seen = length > kLeastObservable * raw_length[static_cast<std::size_t>(k)] &&
-                      length * largest > kLeastSeen;
+  first_.emplace_back(used_);
+  for (const BlockColumnIndex k : block.columns.indices()) {
+    auto column = raw.col(k.value());
+    const double length = column.norm();
+    const bool seen =
+        length > kLeastObservable * raw_length[k] && length * block.columns[k].largest > kLeastSeen;
     length_.push_back(seen ? length : 0);
     if (seen) {
-      raw.col(k) /= length;
+      column /= length;
     } else {
-      raw.col(k).setZero();
+      column.setZero();
     }
     block_of_.push_back(index);
     local_.push_back(k);
@@ -68,23 +68,25 @@ int Pool::Add(const Block& block) {
   return index;
 }
 
-bool Pool::Observable(int block) const {
-  const int first = first_[static_cast<std::size_t>(block)];
-  const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
-  for (int k = first; k < first + width; ++k) {
-    if (length_[static_cast<std::size_t>(k)] > 0) return true;
-  }
-  return false;
+IndexRange<ColumnIndex> Pool::ColumnsIn(BlockIndex block) const {
+  const ColumnIndex first = first_[block];
+  return {first, ColumnIndex(first.value() + blocks_[block].columns.count())};
+}
+
+bool Pool::Observable(BlockIndex block) const {
+  const IndexRange<ColumnIndex> columns = ColumnsIn(block);
+  return std::any_of(columns.begin(), columns.end(),
+                     [this](ColumnIndex column) { return length_[column] > 0; });
 }
 
 bool Pool::Absurd(const Explanation& explanation) const {
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const auto column = static_cast<std::size_t>(explanation.columns[i]);
-    const Block& block = blocks_[static_cast<std::size_t>(block_of_[column])];
-    const BlockColumn& of = block.columns[static_cast<std::size_t>(local_[column])];
+    const ColumnIndex column = explanation.columns[i];
+    const BlockColumn& of = ColumnAt(column);
     const double value = explanation.values[static_cast<int>(i)];
     if (std::abs(value) > kAbsurd * of.largest) return true;
-    if (value < 0 && IsInverse(block.term, of.parameter)) return true;  // 1 / kappa
+    // 1 / kappa
+    if (value < 0 && IsInverse(blocks_[block_of_[column]].term, of.parameter)) return true;
   }
   return false;
 }
@@ -105,15 +107,16 @@ std::vector<double> Pool::UnitCosts(const Block& block) const {
   return costs;
 }
 
-double Pool::BlockCost(int block) const {
-  return 2 * std::log(std::max(1.0, blocks_[static_cast<std::size_t>(block)].trials));
+double Pool::BlockCost(BlockIndex block) const {
+  return 2 * std::log(std::max(1.0, blocks_[block].trials));
 }
 
-Explanation Pool::Evaluate(std::vector<int> support) const {
+Explanation Pool::Evaluate(std::vector<BlockIndex> support) const {
   return *EvaluateBelow(std::move(support), HUGE_VAL);
 }
 
-std::optional<Explanation> Pool::EvaluateBelow(std::vector<int> support, double worst) const {
+std::optional<Explanation> Pool::EvaluateBelow(std::vector<BlockIndex> support,
+                                               double worst) const {
   const Basis basis = Ranked(ColumnsOf(std::move(support)));
   if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
   SupportFit fit = FitOf(basis.columns);
@@ -121,17 +124,14 @@ std::optional<Explanation> Pool::EvaluateBelow(std::vector<int> support, double 
   return ExplanationOf(basis.columns, fit);
 }
 
-double Pool::LeastCost(const std::vector<int>& columns) const {
-  std::map<int, double> cheapest;  // unit of each block
-  for (const int column : columns) {
-    const int index = BlockOfColumn(column);
-    const Block& block = blocks_[static_cast<std::size_t>(index)];
-    const auto local = static_cast<std::size_t>(local_[static_cast<std::size_t>(column)]);
-    const double cost = UnitCost(index, block.columns[local].unit);
-    const auto [known, fresh] = cheapest.emplace(index, cost);
+double Pool::LeastCost(const std::vector<ColumnIndex>& columns) const {
+  std::map<BlockIndex, double> cheapest;  // unit of each block
+  for (const ColumnIndex column : columns) {
+    const double cost = UnitCost(block_of_[column], ColumnAt(column).unit);
+    const auto [known, fresh] = cheapest.emplace(block_of_[column], cost);
     if (!fresh) known->second = std::min(known->second, cost);
   }
-  std::set<int> used;
+  std::set<BlockIndex> used;
   double cost = 0;
   for (const auto& [block, unit] : cheapest) {
     used.insert(block);
@@ -140,11 +140,11 @@ double Pool::LeastCost(const std::vector<int>& columns) const {
   return cost + effect_cost_ * Claims(used);
 }
 
-double Pool::Claims(const std::set<int>& blocks) const {
+double Pool::Claims(const std::set<BlockIndex>& blocks) const {
   std::set<std::string_view> ids;
   int events = 0;
-  for (const int index : blocks) {
-    const Block& block = blocks_[static_cast<std::size_t>(index)];
+  for (const BlockIndex index : blocks) {
+    const Block& block = blocks_[index];
     if (BeginsAtAMoment(block.term)) {
       ++events;
     } else {
@@ -154,20 +154,18 @@ double Pool::Claims(const std::set<int>& blocks) const {
   return events + static_cast<double>(ids.size());
 }
 
-Explanation Pool::Fit(const std::vector<int>& support) const {
+Explanation Pool::Fit(const std::vector<BlockIndex>& support) const {
   const Basis basis = Ranked(ColumnsOf(support));
   return ExplanationOf(basis.columns, FitOf(basis.columns));
 }
 
-std::vector<int> Pool::ColumnsOf(std::vector<int> support) const {
+std::vector<ColumnIndex> Pool::ColumnsOf(std::vector<BlockIndex> support) const {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
-  std::vector<int> columns;
-  for (const int block : support) {
-    const int first = first_[static_cast<std::size_t>(block)];
-    const auto width = static_cast<int>(blocks_[static_cast<std::size_t>(block)].columns.size());
-    for (int k = first; k < first + width; ++k) {
-      if (length_[static_cast<std::size_t>(k)] > 0) columns.push_back(k);
+  std::vector<ColumnIndex> columns;
+  for (const BlockIndex block : support) {
+    for (const ColumnIndex column : ColumnsIn(block)) {
+      if (length_[column] > 0) columns.push_back(column);
     }
   }
   return columns;
@@ -175,7 +173,7 @@ std::vector<int> Pool::ColumnsOf(std::vector<int> support) const {
 
 /// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
 /// pivot, so that the columns chosen are well conditioned. Their order stays.
-Pool::Basis Pool::Ranked(std::vector<int> columns) const {
+Pool::Basis Pool::Ranked(const std::vector<ColumnIndex>& columns) const {
   const auto n = static_cast<int>(columns.size());
   Basis basis;
   basis.chi2 = chi2_null_;
@@ -184,16 +182,18 @@ Pool::Basis Pool::Ranked(std::vector<int> columns) const {
   ByRows L = ByRows::Zero(n, n);
   Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
   Eigen::VectorXd along(n);
+  const auto column = [&columns](int place) {
+    return columns[static_cast<std::size_t>(place)].value();
+  };
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
     int best = 0;
     if (!(left.maxCoeff(&best) > kLeastPivot)) break;
     const double root = std::sqrt(left[best]);
-    const int pivot = columns[static_cast<std::size_t>(best)];
+    const int pivot = column(best);
     for (int i = 0; i < n; ++i) {
       if (left[i] < -0.5) continue;  // chosen
-      const double dot = gram_(columns[static_cast<std::size_t>(i)], pivot) -
-                         L.row(i).head(r).dot(L.row(best).head(r));
+      const double dot = gram_(column(i), pivot) - L.row(i).head(r).dot(L.row(best).head(r));
       L(i, r) = dot / root;
       left[i] -= L(i, r) * L(i, r);
     }
@@ -207,22 +207,19 @@ Pool::Basis Pool::Ranked(std::vector<int> columns) const {
   return basis;
 }
 
-SupportFit Pool::FitOf(const std::vector<int>& columns) const {
+SupportFit Pool::FitOf(const std::vector<ColumnIndex>& columns) const {
   const auto n = static_cast<int>(columns.size());
   Eigen::MatrixXd gram(n, n);
   Eigen::VectorXd moment(n);
   std::vector<SupportFit::Unit> units;
   for (int i = 0; i < n; ++i) {
-    const auto column = static_cast<std::size_t>(columns[static_cast<std::size_t>(i)]);
-    moment[i] = moment_[columns[static_cast<std::size_t>(i)]];
+    const ColumnIndex column = columns[static_cast<std::size_t>(i)];
+    moment[i] = moment_[column.value()];
     for (int j = 0; j < n; ++j) {
-      gram(i, j) =
-          gram_(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+      gram(i, j) = gram_(column.value(), columns[static_cast<std::size_t>(j)].value());
     }
-    const int block = block_of_[column];
-    const int number = blocks_[static_cast<std::size_t>(block)]
-                           .columns[static_cast<std::size_t>(local_[column])]
-                           .unit;
+    const BlockIndex block = block_of_[column];
+    const int number = ColumnAt(column).unit;
     const auto same = std::find_if(units.rbegin(), units.rend(), [&](const SupportFit::Unit& unit) {
       return unit.block == block && unit.number == number;
     });
@@ -235,41 +232,45 @@ SupportFit Pool::FitOf(const std::vector<int>& columns) const {
   return SupportFit(gram, moment, chi2_null_, std::move(units));
 }
 
-Explanation Pool::ExplanationOf(const std::vector<int>& columns, const SupportFit& fit) const {
+Explanation Pool::ExplanationOf(const std::vector<ColumnIndex>& columns,
+                                const SupportFit& fit) const {
   Explanation explanation;
   const std::vector<int> places = fit.Places();
   explanation.values.resize(static_cast<int>(places.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const int column = columns[static_cast<std::size_t>(places[i])];
+    const ColumnIndex column = columns[static_cast<std::size_t>(places[i])];
     explanation.columns.push_back(column);
-    explanation.values[static_cast<int>(i)] =
-        fit.Value(places[i]) / length_[static_cast<std::size_t>(column)];
+    explanation.values[static_cast<int>(i)] = fit.Value(places[i]) / length_[column];
   }
   explanation.chi2 = std::max(0.0, fit.chi2());
   explanation.score = explanation.chi2;
-  std::set<int> used;
+  std::set<BlockIndex> used;
   for (const SupportFit::Unit& unit : fit.units()) {
     explanation.score += unit.cost;
     used.insert(unit.block);
   }
-  for (const int block : used) explanation.score += BlockCost(block);
+  for (const BlockIndex block : used) explanation.score += BlockCost(block);
   explanation.score += effect_cost_ * Claims(used);
   explanation.blocks.assign(used.begin(), used.end());
   return explanation;
 }
 
 Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
-  constexpr int kNone = -1;
-  return PartialResidual(explanation, kNone);
+  return ResidualBeside(explanation, std::nullopt);
 }
 
-Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, int block) const {
+Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, BlockIndex block) const {
+  return ResidualBeside(explanation, block);
+}
+
+Eigen::VectorXd Pool::ResidualBeside(const Explanation& explanation,
+                                     std::optional<BlockIndex> left_in) const {
   Eigen::VectorXd residual = problem_.response();
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const int column = explanation.columns[i];
-    if (BlockOfColumn(column) == block) continue;
-    residual -= columns_.col(column) * (explanation.values[static_cast<int>(i)] *
-                                        length_[static_cast<std::size_t>(column)]);
+    const ColumnIndex column = explanation.columns[i];
+    if (block_of_[column] == left_in) continue;
+    residual -=
+        columns_.col(column.value()) * (explanation.values[static_cast<int>(i)] * length_[column]);
   }
   return residual;
 }
@@ -277,58 +278,56 @@ Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, int block)
 Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
   Coefficients coefficients;
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const auto column = static_cast<std::size_t>(explanation.columns[i]);
+    const ColumnIndex column = explanation.columns[i];
     coefficients[{block_of_[column], local_[column]}] = explanation.values[static_cast<int>(i)];
   }
   return coefficients;
 }
 
-double Pool::LogChoices(const Explanation& explanation, int block) const {
-  const Block& of = blocks_[static_cast<std::size_t>(block)];
-  const auto first = static_cast<std::size_t>(first_[static_cast<std::size_t>(block)]);
+double Pool::LogChoices(const Explanation& explanation, BlockIndex block) const {
   std::set<int> visible, kept;
-  for (std::size_t k = 0; k < of.columns.size(); ++k) {
-    if (length_[first + k] > 0) visible.insert(of.columns[k].unit);
+  for (const ColumnIndex column : ColumnsIn(block)) {
+    if (length_[column] > 0) visible.insert(ColumnAt(column).unit);
   }
-  for (const int column : explanation.columns) {
-    if (BlockOfColumn(column) != block) continue;
-    kept.insert(
-        of.columns[static_cast<std::size_t>(local_[static_cast<std::size_t>(column)])].unit);
+  for (const ColumnIndex column : explanation.columns) {
+    if (block_of_[column] == block) kept.insert(ColumnAt(column).unit);
   }
   const auto n = static_cast<double>(visible.size()), k = static_cast<double>(kept.size());
   return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1);
 }
 
-std::vector<int> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
-  std::vector<int> of;
-  for (const int block : explanation.blocks) {
-    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) == key) of.push_back(block);
+std::vector<BlockIndex> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
+  std::vector<BlockIndex> of;
+  for (const BlockIndex block : explanation.blocks) {
+    if (KeyOf(blocks_[block]) == key) of.push_back(block);
   }
   return of;
 }
 
-std::vector<int> Pool::BlocksBeside(const Explanation& explanation, const EffectKey& key) const {
-  std::vector<int> beside;
-  for (const int block : explanation.blocks) {
-    if (KeyOf(blocks_[static_cast<std::size_t>(block)]) != key) beside.push_back(block);
+std::vector<BlockIndex> Pool::BlocksBeside(const Explanation& explanation,
+                                           const EffectKey& key) const {
+  std::vector<BlockIndex> beside;
+  for (const BlockIndex block : explanation.blocks) {
+    if (KeyOf(blocks_[block]) != key) beside.push_back(block);
   }
   return beside;
 }
 
 double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
-                        const std::vector<int>& rival) const {
+                        const std::vector<BlockIndex>& rival) const {
   Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const int column = explanation.columns[i];
-    if (KeyOf(blocks_[static_cast<std::size_t>(BlockOfColumn(column))]) != key) continue;
-    field += columns_.col(column) *
-             (explanation.values[static_cast<int>(i)] * length_[static_cast<std::size_t>(column)]);
+    const ColumnIndex column = explanation.columns[i];
+    if (KeyOf(blocks_[block_of_[column]]) != key) continue;
+    field +=
+        columns_.col(column.value()) * (explanation.values[static_cast<int>(i)] * length_[column]);
   }
   const Explanation of_rival = Fit(rival);
   const auto n = static_cast<int>(of_rival.columns.size());
   Eigen::MatrixXd columns(columns_.rows(), n);
-  for (int i = 0; i < n; ++i)
-    columns.col(i) = columns_.col(of_rival.columns[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < n; ++i) {
+    columns.col(i) = columns_.col(of_rival.columns[static_cast<std::size_t>(i)].value());
+  }
   const double length = field.norm();
   if (length == 0) return 0;
   const Eigen::VectorXd left =
@@ -340,26 +339,24 @@ double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
   return left.norm() / length;
 }
 
-std::vector<double> Pool::MinimumDetectable(int block, double block_cost) const {
+Indexed<BlockColumnIndex, double> Pool::MinimumDetectable(BlockIndex block,
+                                                          double block_cost) const {
   constexpr double kPower90 = 1.2816;
-  const Block& of = blocks_[static_cast<std::size_t>(block)];
-  const int first = first_[static_cast<std::size_t>(block)];
-  std::vector<double> sizes(of.columns.size(), 0.0);
-  for (std::size_t k = 0; k < of.columns.size(); ++k) {
-    const auto column = static_cast<std::size_t>(first) + k;
+  Indexed<BlockColumnIndex, double> sizes(blocks_[block].columns.size(), 0.0);
+  for (const ColumnIndex column : ColumnsIn(block)) {
     if (length_[column] == 0) continue;
-    const double threshold = UnitCost(block, of.columns[k].unit) + block_cost + effect_cost_;
+    const BlockColumn& of = ColumnAt(column);
+    const double threshold = UnitCost(block, of.unit) + block_cost + effect_cost_;
     const double value = (std::sqrt(threshold) + kPower90) / length_[column];
-    if (value < of.columns[k].largest) sizes[k] = value * raw_rms_m_[column];
+    if (value < of.largest) sizes[local_[column]] = value * raw_rms_m_[column];
   }
   return sizes;
 }
 
-int Pool::JointOfColumn(int column) const {
-  const Block& block = blocks_[static_cast<std::size_t>(BlockOfColumn(column))];
+int Pool::JointOfColumn(ColumnIndex column) const {
+  const Block& block = blocks_[block_of_[column]];
   if (block.empirical()) return -1;
-  const auto local = static_cast<std::size_t>(local_[static_cast<std::size_t>(column)]);
-  const auto parameter = static_cast<std::size_t>(block.columns[local].parameter);
+  const auto parameter = static_cast<std::size_t>(ColumnAt(column).parameter);
   return block.term.parameters[parameter].joint;
 }
 
@@ -369,18 +366,13 @@ EffectKey KeyOf(const Block& block) {
 
 std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {
   std::set<EffectKey> keys;
-  for (const int block : explanation.blocks) {
-    keys.insert(KeyOf(pool.blocks()[static_cast<std::size_t>(block)]));
-  }
+  for (const BlockIndex block : explanation.blocks) keys.insert(KeyOf(pool.blocks()[block]));
   return {keys.begin(), keys.end()};
 }
 
 std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {
   std::set<std::string> ids;
-  for (const int block : explanation.blocks) {
-    const Block& of = pool.blocks()[static_cast<std::size_t>(block)];
-    ids.insert(of.id);
-  }
+  for (const BlockIndex block : explanation.blocks) ids.insert(pool.blocks()[block].id);
   return {ids.begin(), ids.end()};
 }
 

@@ -17,11 +17,11 @@ namespace plumbline {
 
 /// What a support of blocks explains, the joints that do not earn their place dropped.
 struct Explanation {
-  std::vector<int> blocks;   ///< ascending
-  std::vector<int> columns;  ///< of the pool, that were kept
-  Eigen::VectorXd values;    ///< of those columns, SI
-  double chi2 = 0;           ///< that remains
-  double score = 0;          ///< chi2 + cost; -2 ln(evidence) up to a constant
+  std::vector<BlockIndex> blocks;    ///< ascending
+  std::vector<ColumnIndex> columns;  ///< of the pool, that were kept
+  Eigen::VectorXd values;            ///< of those columns, SI
+  double chi2 = 0;                   ///< that remains
+  double score = 0;                  ///< chi2 + cost; -2 ln(evidence) up to a constant
 };
 
 /// An effect as an explanation names it: its id, and its word where it has one ("base", "move").
@@ -37,89 +37,95 @@ class Pool {
   explicit Pool(const LinearProblem& problem);
 
   /// Adds a block; the same one is not added twice. Returns its index.
-  int Add(const Block& block);
+  BlockIndex Add(const Block& block);
 
   const LinearProblem& problem() const { return problem_; }
-  const std::vector<Block>& blocks() const { return blocks_; }
+  const Indexed<BlockIndex, Block>& blocks() const { return blocks_; }
   /// False where the frames imitate all of the block.
-  bool Observable(int block) const;
+  bool Observable(BlockIndex block) const;
   /// True where a value is far beyond what a sound machine can show, noise along a direction that
   /// the rows hardly hold, or is no value at all: the inverse of a negative number.
   bool Absurd(const Explanation& explanation) const;
   double chi2_null() const { return chi2_null_; }
 
   /// Fits a support: rank first, then backward elimination of units that cost more than they bring.
-  Explanation Evaluate(std::vector<int> support) const;
+  Explanation Evaluate(std::vector<BlockIndex> support) const;
   /// The same; nothing where no explanation that keeps every block can score below `worst`. The
   /// bound is chi2 before elimination plus the cheapest unit of each block; explanations by fewer
   /// of the blocks belong to the smaller support.
-  std::optional<Explanation> EvaluateBelow(std::vector<int> support, double worst) const;
+  std::optional<Explanation> EvaluateBelow(std::vector<BlockIndex> support, double worst) const;
   /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
-  Explanation Fit(const std::vector<int>& support) const;
+  Explanation Fit(const std::vector<BlockIndex>& support) const;
   /// Whitened and projected residual of an explanation.
   Eigen::VectorXd Residual(const Explanation& explanation) const;
   /// The same with the contribution of one of its blocks left in.
-  Eigen::VectorXd PartialResidual(const Explanation& explanation, int block) const;
+  Eigen::VectorXd PartialResidual(const Explanation& explanation, BlockIndex block) const;
   /// (block, column) -> value.
   Coefficients CoefficientsOf(const Explanation& explanation) const;
   /// Blocks of an explanation that belong to an effect, and the others.
-  std::vector<int> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
-  std::vector<int> BlocksBeside(const Explanation& explanation, const EffectKey& key) const;
+  std::vector<BlockIndex> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
+  std::vector<BlockIndex> BlocksBeside(const Explanation& explanation, const EffectKey& key) const;
   /// Share (0..1) of the displacement that an explanation gives to an effect which a support
   /// cannot imitate.
   double SignalLeft(const Explanation& explanation, const EffectKey& key,
-                    const std::vector<int>& rival) const;
+                    const std::vector<BlockIndex>& rival) const;
   /// Smallest 3-D RMS displacement over the rows [m] of each column by itself that would be found
   /// with power 0.9; 0 where that needs more than a sound machine shows.
   /// @param block_cost  of the choice of the block's shape, as BlockCost
-  std::vector<double> MinimumDetectable(int block, double block_cost) const;
+  Indexed<BlockColumnIndex, double> MinimumDetectable(BlockIndex block, double block_cost) const;
 
   /// ln of the ways to choose the joints of a block that an explanation kept among those visible.
-  double LogChoices(const Explanation& explanation, int block) const;
+  double LogChoices(const Explanation& explanation, BlockIndex block) const;
 
-  double UnitCost(int block, int unit) const {
-    return unit_costs_[static_cast<std::size_t>(block)][static_cast<std::size_t>(unit)];
+  double UnitCost(BlockIndex block, int unit) const {
+    return unit_costs_[block][static_cast<std::size_t>(unit)];
   }
-  double BlockCost(int block) const;
+  double BlockCost(BlockIndex block) const;
   /// What each whole effect costs for its choice among all, 2 ln(EffectsConsidered).
   double EffectCost() const { return effect_cost_; }
 
   const Eigen::MatrixXd& columns() const { return columns_; }
   /// 0-based; -1 where the column belongs to no joint.
-  int JointOfColumn(int column) const;
-  int BlockOfColumn(int column) const { return block_of_[static_cast<std::size_t>(column)]; }
+  int JointOfColumn(ColumnIndex column) const;
+  BlockIndex BlockOfColumn(ColumnIndex column) const { return block_of_[column]; }
 
  private:
+  IndexRange<ColumnIndex> ColumnsIn(BlockIndex block) const;
+  const BlockColumn& ColumnAt(ColumnIndex column) const {
+    return blocks_[block_of_[column]].columns[local_[column]];
+  }
+  Eigen::VectorXd ResidualBeside(const Explanation& explanation,
+                                 std::optional<BlockIndex> left_in) const;
   std::vector<double> UnitCosts(const Block& block) const;
   /// Columns that are well conditioned together, and the chi2 that they leave.
   struct Basis {
-    std::vector<int> columns;
+    std::vector<ColumnIndex> columns;
     double chi2 = 0;
   };
-  Basis Ranked(std::vector<int> columns) const;
+  Basis Ranked(const std::vector<ColumnIndex>& columns) const;
   /// The least that an explanation with at least one unit of each block costs.
-  double LeastCost(const std::vector<int>& columns) const;
+  double LeastCost(const std::vector<ColumnIndex>& columns) const;
   /// Whole effects that blocks claim: those of one id are one effect, but each event is a claim of
   /// its own, however often another one happened.
-  double Claims(const std::set<int>& blocks) const;
+  double Claims(const std::set<BlockIndex>& blocks) const;
   /// The columns of a support that move the tip at all, ascending.
-  std::vector<int> ColumnsOf(std::vector<int> support) const;
-  SupportFit FitOf(const std::vector<int>& columns) const;
+  std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const;
+  SupportFit FitOf(const std::vector<ColumnIndex>& columns) const;
   /// Values in SI, and the score with every cost.
-  Explanation ExplanationOf(const std::vector<int>& columns, const SupportFit& fit) const;
+  Explanation ExplanationOf(const std::vector<ColumnIndex>& columns, const SupportFit& fit) const;
 
   const LinearProblem& problem_;
-  std::vector<Block> blocks_;
-  std::vector<int> first_;                       ///< first column of each block
-  std::vector<int> block_of_;                    ///< of each column
-  std::vector<int> local_;                       ///< column within its block
-  std::vector<std::vector<double>> unit_costs_;  ///< of each block and unit
-  Eigen::MatrixXd columns_;                      ///< projected, unit length (or zero)
+  Indexed<BlockIndex, Block> blocks_;
+  Indexed<BlockIndex, ColumnIndex> first_;  ///< column of each block
+  Indexed<ColumnIndex, BlockIndex> block_of_;
+  Indexed<ColumnIndex, BlockColumnIndex> local_;
+  Indexed<BlockIndex, std::vector<double>> unit_costs_;
+  Eigen::MatrixXd columns_;  ///< projected, unit length (or zero)
   int used_ = 0;
   Eigen::MatrixXd gram_;
-  Eigen::VectorXd moment_;         ///< columns^T response
-  std::vector<double> length_;     ///< projected length before normalising
-  std::vector<double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
+  Eigen::VectorXd moment_;                  ///< columns^T response
+  Indexed<ColumnIndex, double> length_;     ///< projected length before normalising
+  Indexed<ColumnIndex, double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
   double chi2_null_ = 0;
   double effect_cost_ = 0;
 };

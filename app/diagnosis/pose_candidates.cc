@@ -243,14 +243,15 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);
+    rows.numbers.push_back(data.numbers.back());
     rows.session_of.push_back(data.session_of.back());
-    rows.cluster_of.push_back(rows.rows());
+    rows.cluster_of.emplace_back(rows.rows());
     rows.table.rows.push_back(row);
   }
   rows.clusters = rows.rows();
   rows.conditions.assign(points.size(), data.conditions.back());
   // Signals of empirical terms stay those of a row that exists.
-  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+  for (const SignalIndex s : data.signals.indices()) {
     rows.signals[s].values.assign(points.size(), data.signals[s].values.back());
   }
   ComeFrom(previous, space, points, rows);
@@ -261,7 +262,7 @@ void ComeFrom(const Conditions& previous, const DesignSpace& space,
               const std::vector<DesignPoint>& points, Dataset& rows) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const DesignPoint& point = points[k];
-    Conditions& moment = rows.conditions[k];
+    Conditions& moment = rows.conditions[RowIndex(k)];
     moment.q = previous.q;
     moment.approach = previous.approach;
     if (const std::optional<JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);

@@ -53,8 +53,8 @@ SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& sp
   point.motion = space.motions.empty() ? 0 : space.motions.size() - 1;
   const Dataset moved = CandidateRows(task.rows, space, {point}, previous_);
   for (const Explanation& explanation : task.explanations) {
-    for (const int block : explanation.blocks) {
-      const Block& of = task.pool.blocks()[static_cast<std::size_t>(block)];
+    for (const BlockIndex block : explanation.blocks) {
+      const Block& of = task.pool.blocks()[block];
       wanted_ |= EntriesOf(of, task.rows) | EntriesOf(of, moved);
     }
   }
@@ -93,12 +93,11 @@ std::vector<double> SequentialDesign::Values(const std::vector<DesignPoint>& poi
                                              const Batch& batch) const {
   std::vector<double> values(points.size(), 0.0);
   InParallel(batch.rows.rows(), task_.threads, [&](int first, int last) {
-    for (int row = first; row < last; ++row) {
-      const auto k = static_cast<std::size_t>(row);
-      const DesignPoint& point = points[k];
-      if (batch.linear.rows[k].p_W.z() < task_.lowest_m || NearProposed(point.q)) continue;
+    for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
+      const DesignPoint& point = points[row.offset()];
+      if (batch.linear.rows[row].p_W.z() < task_.lowest_m || NearProposed(point.q)) continue;
       if (!ViaIsAbove(point)) continue;
-      values[k] =
+      values[row.offset()] =
           discrimination_.Gain(batch.rows, batch.linear, row) * (1 - kExtraCost * point.Extras());
     }
   });
@@ -129,19 +128,20 @@ DesignPoint SequentialDesign::Improved(const DesignPoint& point) const {
 }
 
 void SequentialDesign::Propose(const DesignPoint& point, PoseDesign& design) {
+  constexpr RowIndex kOnly(0);
   const std::optional<Batch> batch = Linearised({point});
   if (!batch) return;
   NextPose& pose = design.poses.emplace_back();
   pose.q = point.q;
   pose.payload_kg = point.payload_kg;
-  pose.separation_m = discrimination_.LargestDistance(batch->rows, batch->linear, 0);
+  pose.separation_m = discrimination_.LargestDistance(batch->rows, batch->linear, kOnly);
   if (const std::optional<JointVector> via = ViaPose(space_, point)) pose.via_q = *via;
   pose.wait_s = point.wait_s;
   if (!space_.motions.empty()) {
     pose.qd = space_.motions[point.motion].qd;
     pose.qdd = space_.motions[point.motion].qdd;
   }
-  discrimination_.Measure(batch->rows, batch->linear, 0);
+  discrimination_.Measure(batch->rows, batch->linear, kOnly);
   previous_ = batch->rows.conditions.front();
   proposed_.push_back(point.q);
 }

@@ -38,25 +38,26 @@ constexpr std::array kTurns = {
 };
 
 /// The joint of a block's column, -1 where it belongs to none.
-int JointOf(const Block& block, std::size_t column) {
+int JointOf(const Block& block, BlockColumnIndex column) {
   const int parameter = block.columns[column].parameter;
   return block.term.parameters[static_cast<std::size_t>(parameter)].joint;
 }
 
 /// Largest turn of its joint that one SI unit of each column makes at the problem's rows [rad]:
 /// what moves the tip through a joint alone does so as the joint's turn does.
-std::vector<double> LargestTurns(const LinearProblem& problem, const Block& block) {
-  Eigen::MatrixXd columns(3, static_cast<int>(block.columns.size()));
-  std::vector<double> largest(block.columns.size(), 0.0);
-  for (const int row : problem.rows()) {
-    const Gradient& of = problem.linear().gradients[static_cast<std::size_t>(row)];
+Indexed<BlockColumnIndex, double> LargestTurns(const LinearProblem& problem, const Block& block) {
+  Eigen::MatrixXd columns;
+  Indexed<BlockColumnIndex, double> largest(block.columns.size(), 0.0);
+  for (const RowIndex row : problem.rows()) {
+    const Gradient& of = problem.linear().gradients[row];
+    columns.resize(of.rows(), block.columns.count());
     ColumnsAt(problem.data(), problem.linear(), block, row, columns);
-    for (std::size_t k = 0; k < largest.size(); ++k) {
+    for (const BlockColumnIndex k : largest.indices()) {
       const int joint = JointOf(block, k);
       if (joint < 0) continue;
-      const double lever = of.col(Influence<double>::kTurn * kMaxJoints + joint).norm();
+      const double lever = LengthsOf(of.col(Influence<double>::kTurn * kMaxJoints + joint)).norm();
       if (lever < kLeastLever) continue;
-      largest[k] = std::max(largest[k], columns.col(static_cast<int>(k)).norm() / lever);
+      largest[k] = std::max(largest[k], LengthsOf(columns.col(k.value())).norm() / lever);
     }
   }
   return largest;
@@ -64,8 +65,8 @@ std::vector<double> LargestTurns(const LinearProblem& problem, const Block& bloc
 
 }  // namespace
 
-std::vector<double> PriorSizes(const LinearProblem& problem, const Block& block) {
-  std::vector<double> sizes;
+Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block) {
+  Indexed<BlockColumnIndex, double> sizes;
   sizes.reserve(block.columns.size());
   for (const BlockColumn& column : block.columns) {
     sizes.push_back(std::min(kLargestUnit, column.largest));
@@ -74,8 +75,8 @@ std::vector<double> PriorSizes(const LinearProblem& problem, const Block& block)
     return &known.effect() == block.term.effect;
   });
   if (source == kTurns.end()) return sizes;
-  const std::vector<double> turns_rad = LargestTurns(problem, block);
-  for (std::size_t k = 0; k < sizes.size(); ++k) {
+  const Indexed<BlockColumnIndex, double> turns_rad = LargestTurns(problem, block);
+  for (const BlockColumnIndex k : sizes.indices()) {
     const int joint = JointOf(block, k);
     if (joint < 0 || !(turns_rad[k] > 0)) continue;
     const Joint& of = problem.data().cell.robot.joints[static_cast<std::size_t>(joint)];

@@ -12,6 +12,6 @@ namespace plumbline {
 /// largest size that is plausible at all. What a source says of a joint is the angle that it turns
 /// by: the size is the one that turns it so far where it does so most, over the problem's rows.
 /// @param problem  linearised with the gradients of every influence
-std::vector<double> PriorSizes(const LinearProblem& problem, const Block& block);
+Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block);
 
 }  // namespace plumbline

@@ -13,14 +13,13 @@ Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measur
   if (!alignment) return Error{alignment.error()};
   Realignment realigned{cell, {}, {}};
   realigned.cell.sessions.clear();
-  for (int s = 0; s < data->sessions_count(); ++s) {
-    const auto at = static_cast<std::size_t>(s);
+  for (const SessionIndex session : data->sessions.indices()) {
     SessionFrames& frames = realigned.cell.sessions.emplace_back();
-    frames.id = data->sessions[at];
-    frames.X_WB = alignment->model.frames[at].X_WB;
-    frames.tip_F = alignment->model.frames[at].tip_F;
-    realigned.covariance[frames.id] = alignment->covariance[at];
-    const auto held = WhatStaysDeclared(*data, *alignment, s);
+    frames.id = data->sessions[session];
+    frames.X_WB = alignment->model.frames[session].X_WB;
+    frames.tip_F = alignment->model.frames[session].tip_F;
+    realigned.covariance[frames.id] = alignment->covariance[session];
+    const auto held = WhatStaysDeclared(*data, *alignment, session);
     if (!held) continue;
     realigned.notes.push_back(frames.id.empty() ? *held : "session " + frames.id + ": " + *held);
   }

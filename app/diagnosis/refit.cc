@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "app/diagnosis/whitener.h"
+
 namespace plumbline {
 namespace {
 
@@ -116,12 +118,16 @@ Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
 
 class AllRows final : public ceres::CostFunction {
  public:
-  AllRows(const Dataset& data, const Model& start, const Layout& layout,
-          const RefitOptions& options)
-      : data_(data), start_(start), layout_(layout), options_(options) {
-    const int free_numbers = layout.per_session * data.sessions_count();
+  AllRows(const FitProblem& problem, const Model& start, const Layout& layout)
+      : problem_(problem),
+        data_(problem.data),
+        start_(start),
+        layout_(layout),
+        whitener_(problem),
+        residuals_(problem.layout()) {
+    const int free_numbers = layout.per_session * data_.sessions_count();
     size_ = free_numbers + static_cast<int>(layout.parameters.size());
-    set_num_residuals(static_cast<int>(options.rows.size()) * data.axes());
+    set_num_residuals(residuals_.total());
     mutable_parameter_block_sizes()->push_back(size_);
   }
   int size() const { return size_; }
@@ -130,38 +136,36 @@ class AllRows final : public ceres::CostFunction {
     const Model model = Moved(layout_, start_, x[0]);
     const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
     const ModelAtRows at_rows(data_, model);
-    const int axes = data_.axes();
+    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     Rows none(0, 0);
     Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
                        wanted ? size_ : 0);
     if (wanted) J.setZero();
     std::atomic<bool> settled{true};
-    InParallel(static_cast<int>(options_.rows.size()), options_.threads, [&](int first, int last) {
+    InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
       Sensitivity scratch;
       LinearRow at;
+      Gradient gradient;
       std::vector<TermSlope> slopes;
-      for (int j = first; j < last; ++j) {
-        const int k = options_.rows[static_cast<std::size_t>(j)];
-        const auto row = static_cast<std::size_t>(k);
+      for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
+        const RowIndex row = problem_.rows[j];
         slopes.clear();
         if (wanted) AddSlopes(model, row, slopes);
         InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-        if (!at_rows.At(k, touched, scratch, at)) {
+        if (!at_rows.At(row, touched, scratch, at, gradient)) {
           settled = false;
           return;
         }
-        const double scale = std::sqrt(options_.weights[row]) / options_.sigma_m;
-        Eigen::Map<Eigen::VectorXd>(residuals + Eigen::Index{j} * axes, axes) =
-            scale * at.residual.head(axes);
+        whitener_[j].Apply(at.residual, residuals_.PartOf(r, j));
         if (!wanted) continue;
-        auto block = J.middleRows(Eigen::Index{j} * axes, axes);
-        FillFrames(data_.session_of[row], at, scale, block);
+        auto block = residuals_.PartOf(J, j);
+        FillFrames(data_.session_of[row], at, whitener_[j], block);
         const int first_size = layout_.per_session * data_.sessions_count();
         for (const TermSlope& of : slopes) {
-          block.col(first_size + of.column) -= scale *
-                                               layout_.unit[static_cast<std::size_t>(of.column)] *
-                                               of.slope * scratch.dp.col(of.entry).head(axes);
+          const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
+          whitener_[j].Times(unit).Add(-of.slope, gradient.col(of.entry),
+                                       block.col(first_size + of.column));
         }
       }
     });
@@ -172,18 +176,19 @@ class AllRows final : public ceres::CostFunction {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   template <typename BlockRows>
-  void FillFrames(int session, const LinearRow& at, double scale, BlockRows& block) const {
-    const int axes = data_.axes();
-    int column = layout_.per_session * session;
+  void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
+                  BlockRows& block) const {
+    const FrameGradient negative = -at.frames;
+    int column = layout_.per_session * session.value();
     if (layout_.frames) {
-      block.middleCols(column, 6) = -scale * at.frames.topLeftCorner(axes, 6);
+      whitening.Apply(negative.leftCols<6>(), block.middleCols(column, 6));
       column += 6;
     }
-    if (layout_.tip) block.middleCols(column, 3) = -scale * at.frames.topRightCorner(axes, 3);
+    if (layout_.tip) whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
   }
 
   /// How the adjusted parameters move the influences of one row; columns as in the layout.
-  void AddSlopes(const Model& model, std::size_t row, std::vector<TermSlope>& slopes) const {
+  void AddSlopes(const Model& model, RowIndex row, std::vector<TermSlope>& slopes) const {
     for (std::size_t e = 0; e < model.effects.size(); ++e) {
       std::vector<int> which, columns;
       for (std::size_t j = 0; j < layout_.parameters.size(); ++j) {
@@ -201,18 +206,21 @@ class AllRows final : public ceres::CostFunction {
     }
   }
 
+  const FitProblem& problem_;
   const Dataset& data_;
   const Model& start_;
   const Layout& layout_;
-  const RefitOptions& options_;
+  Whitener whitener_;
+  FitLayout residuals_;
   int size_ = 0;
 };
 
 }  // namespace
 
-Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOptions& options) {
-  const Layout layout = LayoutOf(data, start, options.frames_only);
-  auto cost = std::make_unique<AllRows>(data, start, layout, options);
+Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
+                         const RefitOptions& options) {
+  const Layout layout = LayoutOf(problem.data, start, options.frames_only);
+  auto cost = std::make_unique<AllRows>(problem, start, layout);
   const int size = cost->size();
   Refit refit;
   refit.model = start;
@@ -222,8 +230,8 @@ Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOpt
   std::vector<double> J(residuals.size() * x.size());
   const AllRows* rows = cost.get();
   if (size > 0) {
-    ceres::Problem problem;
-    problem.AddResidualBlock(cost.release(), nullptr, x.data());
+    ceres::Problem solved;
+    solved.AddResidualBlock(cost.release(), nullptr, x.data());
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::DENSE_QR;
     solver.max_num_iterations = options.iterations;
@@ -231,7 +239,7 @@ Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOpt
     solver.function_tolerance = 1e-8;
     solver.parameter_tolerance = 1e-10;
     ceres::Solver::Summary summary;
-    ceres::Solve(solver, &problem, &summary);
+    ceres::Solve(solver, &solved, &summary);
     if (!summary.IsSolutionUsable()) return Error{"the refit did not settle: " + summary.message};
     refit.model = Moved(layout, start, x.data());
     const double* at[] = {x.data()};

@@ -1,6 +1,7 @@
 // Parameters of chosen effects, and the free frames, by nonlinear least squares.
 #pragma once
 
+#include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 
 namespace plumbline {
@@ -16,16 +17,14 @@ struct Refit {
 };
 
 struct RefitOptions {
-  std::vector<int> rows;        ///< that take part
-  std::vector<double> weights;  ///< of all rows
-  double sigma_m = 0;
-  int threads = 1;
   int iterations = 8;
   bool frames_only = false;  ///< effects stay as they are
 };
 
-/// Minimises sum_k w_k |measured - predicted|^2 / sigma^2 over effects and free frames by
+/// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2, r_k a row's residuals and C_k their covariance
+/// (RowNumbers), over effects and free frames by
 /// Levenberg-Marquardt (Ceres) with analytic derivatives, from the given model.
-Result<Refit> RefitModel(const Dataset& data, const Model& start, const RefitOptions& options);
+Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
+                         const RefitOptions& options);
 
 }  // namespace plumbline

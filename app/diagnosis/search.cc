@@ -10,12 +10,12 @@
 
 namespace plumbline {
 
-std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
-                           const Eigen::VectorXd& residual) {
-  std::vector<int> indices;
+std::vector<BlockIndex> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+                                  const Eigen::VectorXd& residual) {
+  std::vector<BlockIndex> indices;
   for (const Effect* effect : searched) {
     for (const Block& block : ShapeSearchOf(*effect)->Propose(pool.problem(), residual)) {
-      const int index = pool.Add(block);
+      const BlockIndex index = pool.Add(block);
       if (pool.Observable(index)) indices.push_back(index);
     }
   }
@@ -37,18 +37,18 @@ class Searching {
 
  private:
   /// True where the shapes of one of its effects do not go together.
-  bool Excluded(const std::vector<int>& support) const;
+  bool Excluded(const std::vector<BlockIndex>& support) const;
   bool Interrupted() const { return interrupted_ && interrupted_(); }
   /// The score from which on an explanation of so many blocks changes nothing: neither is it listed
   /// at the end, nor grown from.
   double WorstOfUse(std::size_t blocks) const;
   /// Fits a support once; what elimination leaves is listed.
-  void JudgeSupport(std::vector<int> support);
+  void JudgeSupport(std::vector<BlockIndex> support);
   void Grow(const Explanation& from);
   void NewShapes(const Explanation& from);
   void RefineShapes();
   /// The blocks offered, the best by itself first.
-  std::vector<int> ByScoreAlone() const;
+  std::vector<BlockIndex> ByScoreAlone() const;
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
   const Explanation& Winner() const {
     return *std::min_element(found_.begin(), found_.end(), Better);
@@ -59,25 +59,23 @@ class Searching {
   const Candidates& candidates_;
   std::size_t most_;
   const std::function<bool()>& interrupted_;
-  std::vector<int> offered_;
-  std::set<std::vector<int>> tried_;
-  std::set<std::vector<int>> listed_;
+  std::vector<BlockIndex> offered_;
+  std::set<std::vector<BlockIndex>> tried_;
+  std::set<std::vector<ColumnIndex>> listed_;
   std::vector<Explanation> found_;
   /// The best scores found, of all explanations (0) and of those of so many blocks; the worst
   /// first.
   std::map<std::size_t, std::priority_queue<double>> best_scores_;
 };
 
-bool Searching::Excluded(const std::vector<int>& support) const {
+bool Searching::Excluded(const std::vector<BlockIndex>& support) const {
   std::vector<const Block*> blocks;
   blocks.reserve(support.size());
-  for (const int block : support) {
-    blocks.push_back(&pool_.blocks()[static_cast<std::size_t>(block)]);
-  }
+  for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
   return ShapesClash(pool_.problem(), blocks);
 }
 
-void Searching::JudgeSupport(std::vector<int> support) {
+void Searching::JudgeSupport(std::vector<BlockIndex> support) {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
   if (!tried_.insert(support).second) return;
@@ -105,8 +103,8 @@ double Searching::WorstOfUse(std::size_t blocks) const {
 }
 
 void Searching::Grow(const Explanation& from) {
-  for (const int block : offered_) {
-    std::vector<int> support = from.blocks;
+  for (const BlockIndex block : offered_) {
+    std::vector<BlockIndex> support = from.blocks;
     support.push_back(block);
     JudgeSupport(std::move(support));
     if (Interrupted()) return;
@@ -114,11 +112,11 @@ void Searching::Grow(const Explanation& from) {
 }
 
 void Searching::NewShapes(const Explanation& from) {
-  for (const int block : AddShapes(pool_, candidates_.searched, pool_.Residual(from))) {
+  for (const BlockIndex block : AddShapes(pool_, candidates_.searched, pool_.Residual(from))) {
     if (std::find(offered_.begin(), offered_.end(), block) == offered_.end()) {
       offered_.push_back(block);
     }
-    std::vector<int> support = from.blocks;
+    std::vector<BlockIndex> support = from.blocks;
     support.push_back(block);
     JudgeSupport(std::move(support));
     JudgeSupport({block});
@@ -132,14 +130,14 @@ void Searching::RefineShapes() {
   constexpr std::size_t kMostRefined = 8;
   const Explanation best = Winner();
   if (best.blocks.size() > kMostRefined) return;
-  for (const int block : best.blocks) {
-    const Effect* const effect = pool_.blocks()[static_cast<std::size_t>(block)].term.effect;
+  for (const BlockIndex block : best.blocks) {
+    const Effect* const effect = pool_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
     if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
-    std::vector<int> beside = best.blocks;
+    std::vector<BlockIndex> beside = best.blocks;
     std::erase(beside, block);
-    for (const int shape : AddShapes(pool_, {effect}, pool_.PartialResidual(best, block))) {
-      std::vector<int> support = beside;
+    for (const BlockIndex shape : AddShapes(pool_, {effect}, pool_.PartialResidual(best, block))) {
+      std::vector<BlockIndex> support = beside;
       support.push_back(shape);
       JudgeSupport(std::move(support));
     }
@@ -156,32 +154,33 @@ std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) 
   return best;
 }
 
-std::vector<int> Searching::ByScoreAlone() const {
-  std::map<int, double> scores;
+std::vector<BlockIndex> Searching::ByScoreAlone() const {
+  std::map<BlockIndex, double> scores;
   for (const Explanation& single : found_) {
     if (single.blocks.size() == 1) scores[single.blocks.front()] = single.score;
   }
-  const auto score = [&](int block) {
+  const auto score = [&](BlockIndex block) {
     const auto known = scores.find(block);
     return known == scores.end() ? HUGE_VAL : known->second;
   };
-  std::vector<int> blocks = offered_;
-  std::stable_sort(blocks.begin(), blocks.end(), [&](int a, int b) { return score(a) < score(b); });
+  std::vector<BlockIndex> blocks = offered_;
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [&](BlockIndex a, BlockIndex b) { return score(a) < score(b); });
   return blocks;
 }
 
 std::vector<Explanation> Searching::Run() {
   for (const Block& block : candidates_.blocks) {
-    const int index = pool_.Add(block);
+    const BlockIndex index = pool_.Add(block);
     if (pool_.Observable(index)) offered_.push_back(index);
   }
   JudgeSupport({});
   const Explanation nothing = found_.front();
-  for (const int block : offered_) JudgeSupport({block});
+  for (const BlockIndex block : offered_) JudgeSupport({block});
   NewShapes(nothing);
   for (const Explanation& single : Best(3, 1)) NewShapes(single);
   // All pairs, those of the best single effects first: what cannot be as good is soon seen.
-  const std::vector<int> by_score = ByScoreAlone();
+  const std::vector<BlockIndex> by_score = ByScoreAlone();
   for (std::size_t i = 0; i < by_score.size(); ++i) {
     for (std::size_t j = i + 1; j < by_score.size(); ++j) JudgeSupport({by_score[i], by_score[j]});
     if (Interrupted()) break;

@@ -23,7 +23,7 @@ std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::s
                                 const std::function<bool()>& interrupted);
 
 /// Adds to the pool the best shapes of the searched effects for a residual; returns their indices.
-std::vector<int> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
-                           const Eigen::VectorXd& residual);
+std::vector<BlockIndex> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+                                  const Eigen::VectorXd& residual);
 
 }  // namespace plumbline

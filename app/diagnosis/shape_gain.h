@@ -15,10 +15,9 @@ double Gain(const LinearProblem& problem, Eigen::MatrixXd columns, const Eigen::
 /// Value of a signal at each row of the problem.
 template <typename F>
 Eigen::VectorXd AtRows(const LinearProblem& problem, const F& f) {
-  Eigen::VectorXd values(static_cast<int>(problem.rows().size()));
-  for (int j = 0; j < values.size(); ++j) {
-    const auto row = static_cast<std::size_t>(problem.rows()[static_cast<std::size_t>(j)]);
-    values[j] = f(problem.data().conditions[row]);
+  Eigen::VectorXd values(problem.rows().count());
+  for (const FitRowIndex j : problem.rows().indices()) {
+    values[j.value()] = f(problem.data().conditions[problem.rows()[j]]);
   }
   return values;
 }

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 
-#include "app/diagnosis/block_effects.h"
-
 namespace plumbline {
 
-ActiveEffect ShapeSearch::EffectFrom(const Block& block,
-                                     const std::map<int, double>& values) const {
+ActiveEffect ShapeSearch::EffectFrom(const Block& block, const ColumnSizes& values) const {
   return SizesOf(block, values);
 }
 

@@ -1,11 +1,11 @@
 // Search for the shape with which an effect acts: cycles, a time constant, a moment, a phase.
 #pragma once
 
-#include <map>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "app/diagnosis/block_effects.h"
 #include "app/diagnosis/linear_problem.h"
 
 namespace plumbline {
@@ -40,7 +40,7 @@ class ShapeSearch {
 
   /// The effect that a fitted block stands for.
   /// @param values  of the block's columns that were kept, SI
-  virtual ActiveEffect EffectFrom(const Block& block, const std::map<int, double>& values) const;
+  virtual ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const;
   /// True where several blocks are one effect of a file.
   virtual bool SeveralInOne() const { return false; }
   /// Adds another block's effect to one of the same effect and word, where SeveralInOne().
@@ -49,7 +49,7 @@ class ShapeSearch {
   /// True where the rows of a problem leave open whether a block acts at another row: one between
   /// the last row before a step and the first after it. No model predicts such a row.
   virtual bool LeavesOpen(const LinearProblem& /*problem*/, const Block& /*block*/,
-                          int /*row*/) const {
+                          RowIndex /*row*/) const {
     return false;
   }
 

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "app/diagnosis/indices.h"
+
 namespace plumbline {
 
 /// Fit of y by columns X of unit length: values = (X^T X)^-1 X^T y. Units of columns are dropped by
@@ -12,7 +14,7 @@ class SupportFit {
  public:
   /// Columns that stay or go together.
   struct Unit {
-    int block = 0;            ///< of the pool
+    BlockIndex block;         ///< of the pool
     int number = 0;           ///< within the block
     std::vector<int> places;  ///< its columns, 0..n-1
     double cost = 0;          ///< of keeping it, in chi2

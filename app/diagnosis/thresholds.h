@@ -73,6 +73,9 @@ inline constexpr double kLeastDoubtful = 5;
 /// Times what a sound machine shows from which a value is none: a direction that the rows hardly
 /// hold, filled with noise. A judgement, wide enough to leave every doubtful value its name.
 inline constexpr double kAbsurd = 10;
+/// Lines of a periodic gear error that one joint may have: two of them draw, near enough, any curve
+/// of its angle, whatever causes it.
+inline constexpr int kMostLinesOfAJoint = 1;
 /// An empirical curve that goes this many times as far between the rows as at them is bent by the
 /// gaps. A judgement; a sine through its own samples, eight a period, goes 1.08 times as far.
 inline constexpr double kMostSwing = 1.6;

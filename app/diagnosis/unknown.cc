@@ -13,7 +13,7 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
-using SignalPair = std::pair<int, int>;  // indices into Dataset::signals
+using SignalPair = std::pair<SignalIndex, SignalIndex>;
 constexpr std::size_t kBlocksKept = 4;
 constexpr int kMostOfVectors = 7;  // degree in a joint's signal of curves that come in threes
 
@@ -45,14 +45,13 @@ bool Free(const Dataset& data, const std::vector<int>& carrier) {
 }
 
 /// Legendre polynomials of a signal at the problem's rows, degrees first..last.
-Eigen::MatrixXd Polynomials(const LinearProblem& problem, int signal, int first, int last) {
-  const RecordedSignal& of = problem.data().signals[static_cast<std::size_t>(signal)];
-  Eigen::MatrixXd factors(static_cast<int>(problem.rows().size()), last - first + 1);
-  for (int j = 0; j < factors.rows(); ++j) {
-    const auto row = static_cast<std::size_t>(problem.rows()[static_cast<std::size_t>(j)]);
-    const double x = Scaled(of, of.values[row]);
+Eigen::MatrixXd Polynomials(const LinearProblem& problem, SignalIndex signal, int first, int last) {
+  const RecordedSignal& of = problem.data().signals[signal];
+  Eigen::MatrixXd factors(problem.rows().count(), last - first + 1);
+  for (const FitRowIndex j : problem.rows().indices()) {
+    const double x = Scaled(of, of.values[problem.rows()[j]]);
     for (int degree = first; degree <= last; ++degree) {
-      factors(j, degree - first) = Legendre(degree, x);
+      factors(j.value(), degree - first) = Legendre(degree, x);
     }
   }
   return factors;
@@ -101,11 +100,10 @@ Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residu
 using Scored = std::vector<std::pair<double, Block>>;
 
 /// Curves along one signal, of every degree that its values hold.
-void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, int signal,
+void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, SignalIndex signal,
                const std::vector<int>& carrier, double trials, Scored& found) {
   const Dataset& data = problem.data();
-  const std::vector<int> degrees =
-      Degrees(data.signals[static_cast<std::size_t>(signal)], carrier.size());
+  const std::vector<int> degrees = Degrees(data.signals[signal], carrier.size());
   if (degrees.empty()) return;
   const int first = Free(data, carrier) ? 1 : 0;
   Eigen::MatrixXd columns =
@@ -126,9 +124,7 @@ void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
                  Scored& found) {
   const Dataset& data = problem.data();
   const double per_column = std::log(static_cast<double>(problem.clusters()));
-  const auto distinct = [&](int signal) {
-    return data.signals[static_cast<std::size_t>(signal)].distinct;
-  };
+  const auto distinct = [&](SignalIndex signal) { return data.signals[signal].distinct; };
   for (const int degree : {1, 2}) {
     if (std::min(distinct(pair.first), distinct(pair.second)) <= degree) return;
     const Block block = EmpiricalSurface(data, pair.first, pair.second, carrier, degree,
@@ -140,9 +136,9 @@ void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
 
 /// Pairs of recorded signals that are not of a joint.
 std::vector<SignalPair> SignalPairs(const Dataset& data) {
-  std::vector<int> signals;
-  for (std::size_t s = 0; s < data.signals.size(); ++s) {
-    if (!data.signals[s].of_joint) signals.push_back(static_cast<int>(s));
+  std::vector<SignalIndex> signals;
+  for (const SignalIndex s : data.signals.indices()) {
+    if (!data.signals[s].of_joint) signals.push_back(s);
   }
   std::vector<SignalPair> pairs;
   for (std::size_t i = 0; i < signals.size(); ++i) {
@@ -157,15 +153,14 @@ bool Wild(const Pool& pool, const Explanation& explanation) {
   constexpr int kNodes = 60;
   const Dataset& data = pool.problem().data();
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
-  for (const int index : explanation.blocks) {
-    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
-    if (!block.empirical() || block.columns.front().second_signal >= 0) continue;
-    const RecordedSignal& signal =
-        data.signals[static_cast<std::size_t>(block.columns.front().signal)];
+  for (const BlockIndex index : explanation.blocks) {
+    const Block& block = pool.blocks()[index];
+    if (!block.empirical() || block.columns.front().second_signal) continue;
+    const RecordedSignal& signal = data.signals[*block.columns.front().signal];
     std::map<int, std::map<int, double>> curves;  // of each carrier, degree -> coefficient
     for (const auto& [key, value] : coefficients) {
       if (key.first != index) continue;
-      const BlockColumn& column = block.columns[static_cast<std::size_t>(key.second)];
+      const BlockColumn& column = block.columns[key.second];
       curves[column.entry][column.degree] = value;
     }
     for (const auto& [entry, curve] : curves) {
@@ -175,9 +170,8 @@ bool Wild(const Pool& pool, const Explanation& explanation) {
         return std::abs(sum);
       };
       double at_rows = 0, between = 0;
-      for (const int row : pool.problem().rows()) {
-        at_rows =
-            std::max(at_rows, at(Scaled(signal, signal.values[static_cast<std::size_t>(row)])));
+      for (const RowIndex row : pool.problem().rows()) {
+        at_rows = std::max(at_rows, at(Scaled(signal, signal.values[row])));
       }
       for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
       if (between > kMostSwing * at_rows) return true;
@@ -202,7 +196,7 @@ struct Trials {
 }  // namespace
 
 std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                   const std::vector<int>& drivers,
+                                   const std::vector<SignalIndex>& drivers,
                                    const std::vector<int>& carriers) {
   const Trials trials(problem.data());
   Scored found;
@@ -217,7 +211,7 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
   return best->second;
 }
 
-std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
+std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
@@ -225,7 +219,7 @@ std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
   const Trials trials(data);
   Scored found;
   for (const std::vector<int>& carrier : carriers) {
-    for (int signal = 0; signal < static_cast<int>(data.signals.size()); ++signal) {
+    for (const SignalIndex signal : data.signals.indices()) {
       AddCurves(problem, residual, signal, carrier, trials.of_curve, found);
     }
     for (const SignalPair& pair : pairs) {
@@ -234,9 +228,9 @@ std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<int> indices;
+  std::vector<BlockIndex> indices;
   for (std::size_t k = 0; k < std::min(kBlocksKept, found.size()); ++k) {
-    const int index = pool.Add(found[k].second);
+    const BlockIndex index = pool.Add(found[k].second);
     if (pool.Observable(index)) indices.push_back(index);
   }
   return indices;
@@ -248,9 +242,8 @@ namespace {
 class EmpiricalSearch {
  public:
   EmpiricalSearch(Pool& pool, const Explanation& catalogue) : pool_(pool), best_(catalogue) {
-    for (std::size_t block = 0; block < pool.blocks().size(); ++block) {
-      const auto index = static_cast<int>(block);
-      if (!pool.blocks()[block].empirical() && pool.Observable(index)) catalogue_.push_back(index);
+    for (const BlockIndex block : pool.blocks().indices()) {
+      if (!pool.blocks()[block].empirical() && pool.Observable(block)) catalogue_.push_back(block);
     }
   }
 
@@ -258,7 +251,7 @@ class EmpiricalSearch {
 
   /// Adds the empirical blocks that fit what an explanation leaves.
   void Learn(const Explanation& from) {
-    for (const int block : AddEmpirical(pool_, pool_.Residual(from))) {
+    for (const BlockIndex block : AddEmpirical(pool_, pool_.Residual(from))) {
       const bool known = std::find(empirical_.begin(), empirical_.end(), block) != empirical_.end();
       if (!known) empirical_.push_back(block);
     }
@@ -266,7 +259,7 @@ class EmpiricalSearch {
 
   /// Every empirical block by itself and beside an explanation.
   void JudgeBeside(const Explanation& explanation) {
-    for (const int block : empirical_) {
+    for (const BlockIndex block : empirical_) {
       Judge({block});
       Judge(With(explanation.blocks, block));
     }
@@ -276,13 +269,13 @@ class EmpiricalSearch {
   /// effects, then without more and more of them, the least missed first: those that were only
   /// there to imitate the unknown cause.
   void Prune(const Explanation& explanation) {
-    for (const int block : BestBeside(explanation)) {
-      std::vector<std::pair<double, int>> missed;
-      for (const int gone : explanation.blocks) {
+    for (const BlockIndex block : BestBeside(explanation)) {
+      std::vector<std::pair<double, BlockIndex>> missed;
+      for (const BlockIndex gone : explanation.blocks) {
         missed.emplace_back(Judge(With(Without(explanation.blocks, gone), block)), gone);
       }
       std::stable_sort(missed.begin(), missed.end());
-      std::vector<int> beside = explanation.blocks;
+      std::vector<BlockIndex> beside = explanation.blocks;
       for (const auto& [score, gone] : missed) {
         beside = Without(beside, gone);
         Judge(With(beside, block));
@@ -294,45 +287,44 @@ class EmpiricalSearch {
   void Grow() {
     double before = 1e300;
     while (HasEmpirical(best_) && best_.score < before - kGainToGrow) {
-      const std::vector<int> from = best_.blocks;
+      const std::vector<BlockIndex> from = best_.blocks;
       before = best_.score;
-      for (const int block : catalogue_) JudgeBelowBest(With(from, block));
+      for (const BlockIndex block : catalogue_) JudgeBelowBest(With(from, block));
     }
   }
 
  private:
-  std::vector<int> BestBeside(const Explanation& explanation) {
+  std::vector<BlockIndex> BestBeside(const Explanation& explanation) {
     constexpr std::size_t kTried = 4;
-    std::vector<std::pair<double, int>> by_score;
-    for (const int block : empirical_) {
+    std::vector<std::pair<double, BlockIndex>> by_score;
+    for (const BlockIndex block : empirical_) {
       by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
     }
     std::stable_sort(by_score.begin(), by_score.end());
-    std::vector<int> best;
+    std::vector<BlockIndex> best;
     for (std::size_t k = 0; k < std::min(kTried, by_score.size()); ++k) {
       best.push_back(by_score[k].second);
     }
     return best;
   }
 
-  static std::vector<int> With(std::vector<int> support, int block) {
+  static std::vector<BlockIndex> With(std::vector<BlockIndex> support, BlockIndex block) {
     support.push_back(block);
     return support;
   }
 
-  static std::vector<int> Without(std::vector<int> support, int gone) {
+  static std::vector<BlockIndex> Without(std::vector<BlockIndex> support, BlockIndex gone) {
     support.erase(std::remove(support.begin(), support.end(), gone), support.end());
     return support;
   }
 
   bool HasEmpirical(const Explanation& explanation) const {
-    return std::any_of(explanation.blocks.begin(), explanation.blocks.end(), [this](int block) {
-      return pool_.blocks()[static_cast<std::size_t>(block)].empirical();
-    });
+    return std::any_of(explanation.blocks.begin(), explanation.blocks.end(),
+                       [this](BlockIndex block) { return pool_.blocks()[block].empirical(); });
   }
 
   /// Takes a support where it beats the best.
-  void JudgeBelowBest(const std::vector<int>& support) {
+  void JudgeBelowBest(const std::vector<BlockIndex>& support) {
     std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
     if (explanation) Take(std::move(*explanation));
   }
@@ -345,7 +337,7 @@ class EmpiricalSearch {
   }
 
   /// The score of a support; it is taken where it beats the best.
-  double Judge(std::vector<int> support) {
+  double Judge(std::vector<BlockIndex> support) {
     std::sort(support.begin(), support.end());
     support.erase(std::unique(support.begin(), support.end()), support.end());
     const auto known = scores_.find(support);
@@ -359,8 +351,8 @@ class EmpiricalSearch {
 
   Pool& pool_;
   Explanation best_;
-  std::vector<int> catalogue_, empirical_;
-  std::map<std::vector<int>, double> scores_;
+  std::vector<BlockIndex> catalogue_, empirical_;
+  std::map<std::vector<BlockIndex>, double> scores_;
 };
 
 }  // namespace
@@ -381,12 +373,11 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
 std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                    int flips) {
   const Dataset& data = problem.data();
-  const int axes = problem.linear().axes;
   const auto carriers = Carriers(data);
   // One orthonormal basis a signal and carrier, of its linear and quadratic columns.
-  std::vector<std::vector<Eigen::MatrixXd>> bases(data.signals.size());
-  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
-    const std::vector<int> degrees = Degrees(data.signals[static_cast<std::size_t>(s)], 3);
+  Indexed<SignalIndex, std::vector<Eigen::MatrixXd>> bases(data.signals.size());
+  for (const SignalIndex s : data.signals.indices()) {
+    const std::vector<int> degrees = Degrees(data.signals[s], 3);
     if (degrees.empty()) continue;
     const int degree = degrees[std::min<std::size_t>(degrees.size() - 1, 2)];
     for (const std::vector<int>& carrier : carriers) {
@@ -394,8 +385,7 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
       problem.Project(columns);
       Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
       qr.setThreshold(1e-6);
-      bases[static_cast<std::size_t>(s)].push_back(
-          qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank()));
+      bases[s].push_back(qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank()));
     }
   }
   // The statistic of a basis is its gain above what noise brings, in deviations.
@@ -404,24 +394,24 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
     const double rank = static_cast<double>(basis.cols());
     return ((basis.transpose() * r).squaredNorm() - rank) / std::sqrt(2 * rank);
   };
-  std::vector<double> observed(data.signals.size(), 0.0), shares(data.signals.size(), 0.0);
+  Indexed<SignalIndex, double> observed(data.signals.size(), 0.0), shares = observed;
   const double total = std::max(1e-12, residual.squaredNorm());
-  for (std::size_t s = 0; s < bases.size(); ++s) {
+  for (const SignalIndex s : bases.indices()) {
     for (const Eigen::MatrixXd& basis : bases[s]) {
       observed[s] = std::max(observed[s], statistic(basis, residual));
       shares[s] = std::max(shares[s], (basis.transpose() * residual).squaredNorm() / total);
     }
   }
-  std::vector<int> beaten(data.signals.size(), 0);
+  Indexed<SignalIndex, int> beaten(data.signals.size(), 0);
   Random random(20240607);
   for (int flip = 0; flip < flips; ++flip) {
-    std::map<int, double> signs;
+    std::map<ClusterIndex, double> signs;
     Eigen::VectorXd flipped = residual;
-    for (std::size_t j = 0; j < problem.rows().size(); ++j) {
-      const int cluster = data.cluster_of[static_cast<std::size_t>(problem.rows()[j])];
+    for (const FitRowIndex j : problem.rows().indices()) {
+      const ClusterIndex cluster = data.cluster_of[problem.rows()[j]];
       const auto [sign, fresh] = signs.emplace(cluster, 0.0);
       if (fresh) sign->second = random.Sign();
-      flipped.segment(static_cast<int>(j) * axes, axes) *= sign->second;
+      problem.layout().PartOf(flipped, j) *= sign->second;
     }
     double largest = 0;
     for (const auto& of_signal : bases) {
@@ -429,10 +419,10 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
         largest = std::max(largest, statistic(basis, flipped));
       }
     }
-    for (std::size_t s = 0; s < observed.size(); ++s) beaten[s] += largest >= observed[s] ? 1 : 0;
+    for (const SignalIndex s : observed.indices()) beaten[s] += largest >= observed[s] ? 1 : 0;
   }
   std::vector<SignalTrace> traces;
-  for (std::size_t s = 0; s < data.signals.size(); ++s) {
+  for (const SignalIndex s : data.signals.indices()) {
     traces.push_back({data.signals[s].column, data.signals[s].values,
                       (1.0 + beaten[s]) / (1.0 + flips), shares[s]});
   }

@@ -10,14 +10,14 @@ namespace plumbline {
 
 /// Adds to the pool the empirical blocks (a carrier times a smooth function of one signal) that
 /// fit a residual best; returns their indices, best first.
-std::vector<int> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);
+std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);
 
 /// The curve along one signal, or the surface over two, that lowers a residual's score most;
 /// nothing where the signals have too few values.
 /// @param drivers   one or two indices into Dataset::signals
 /// @param carriers  influences that it moves
 std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                   const std::vector<int>& drivers,
+                                   const std::vector<SignalIndex>& drivers,
                                    const std::vector<int>& carriers);
 
 /// The best explanation that may use empirical blocks beside (or instead of) catalogued effects.

@@ -1,8 +1,6 @@
 // What held-out rows say of a model: its errors, and which of its parts they admit.
 #pragma once
 
-#include <optional>
-
 #include "app/diagnosis/held_out.h"
 
 namespace plumbline {
@@ -11,6 +9,7 @@ namespace plumbline {
 struct Validation {
   std::vector<HeldOut> ways;
   std::vector<HeldOutError> errors;  ///< of those ways in which any row was predicted
+  double lost_m = 0;                 ///< by AddError: part of `errors`, not of the rows' own
 };
 
 /// Holds rows out by blocks of time, by regions of the joint space and by sessions.
@@ -18,20 +17,10 @@ Validation Validate(const HeldOutInput& input);
 
 /// True where the discrepancy model lowers the error of held-out regions and, where there are
 /// several, of held-out sessions; of blocks of time where neither could be held out.
-bool AdmitsDiscrepancy(const Validation& validation, const std::vector<double>& weights);
+bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weights);
 
 /// The same errors without the discrepancy model.
 Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation);
-
-/// Standard deviation of a new measured point about its prediction, one axis [m]: at least
-/// `sigma_m`, and the largest of what blocks of time, regions and sessions show when held out. What
-/// a few regions or sessions show beyond the blocks of time is widened by Student's factor for
-/// their number: the next region is a draw from as few. Never so small that the held-out rows,
-/// those too that the fit rejects, refute its 95 % radius. Absent where no region could be held
-/// out: nothing then says how the model does away from its poses.
-/// @param corrected  whether the correction is written; else the declared model's errors count
-std::optional<double> ValidatedSigma(const Validation& validation, double sigma_m, double axes,
-                                     bool corrected);
 
 /// Adds an error that the written model makes and the one held out did not, in squares.
 void AddError(double lost_m, Validation& validation);

@@ -45,8 +45,8 @@ void AddEach(const std::vector<std::string>& columns, std::vector<std::string>& 
 
 /// Signals of the empirical terms and their rivals, then those that the residual follows.
 void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
-  for (const int block : found.best.blocks) {
-    const Block& of = found.pool->blocks()[static_cast<std::size_t>(block)];
+  for (const BlockIndex block : found.best.blocks) {
+    const Block& of = found.pool->blocks()[block];
     if (!found.unknown || !of.empirical()) continue;
     AddEach(of.term.drivers, diagnosis.drivers);
   }
@@ -63,19 +63,18 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
 
 }  // namespace
 
-void AddSignals(const Dataset& searched, const Dataset& all, const Identified& found,
-                const DiagnosisOptions& options, Diagnosis& diagnosis) {
-  const LinearProblem few(searched, found.linear, found.model, Every(searched.rows(), kSignalRows),
-                          found.weights, found.sigma_m, options.threads);
+void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
+  const LinearProblem few(found.fit.WithRows(EvenlySpread(found.fit.data, kSignalRows)),
+                          found.linear, found.model);
   Pool pool(few);
-  std::vector<int> support;
-  for (const int block : found.best.blocks) {
-    support.push_back(pool.Add(found.pool->blocks()[static_cast<std::size_t>(block)]));
+  std::vector<BlockIndex> support;
+  for (const BlockIndex block : found.best.blocks) {
+    support.push_back(pool.Add(found.pool->blocks()[block]));
   }
   const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
   diagnosis.signals = SignalsOf(few, residual, kSignFlips);
-  for (std::size_t s = 0; s < diagnosis.signals.size(); ++s) {
-    diagnosis.signals[s].values = all.signals[s].values;
+  for (const SignalIndex s : all.signals.indices()) {
+    diagnosis.signals[s.offset()].values = all.signals[s].values;
   }
   for (const PeriodicLine& line : PeriodicLines(few, residual)) {
     diagnosis.spectrum.push_back({line.joint, line.cycles_per_turn, line.amplitude_rad});
@@ -87,13 +86,13 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   const bool rough = data.sigma_m > 0 && residual_sigma_m >= kRough * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
-  diagnosis.noise_in_use_m = std::sqrt(static_cast<double>(data.axes())) * found.sigma_m;
+  diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
                   1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
-  const double freedom = static_cast<double>(data.rows() * data.axes()) -
-                         static_cast<double>(found.best.columns.size());
+  const double freedom =
+      static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
   if (RepeatsContradict(data, residual_sigma_m, freedom)) {
     diagnosis.notes.push_back(
         fmt::format("repeats scatter by {:.3g} mm on one axis only: what remains is no noise",

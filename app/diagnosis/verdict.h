@@ -8,10 +8,8 @@ namespace plumbline {
 
 /// Signals that the residual of the identified model still follows, each with its p-value by sign
 /// flips of clusters, and its spectrum along each joint's angle.
-/// @param searched  the rows that were searched; they decide
-/// @param all       every row; its values are reported
-void AddSignals(const Dataset& searched, const Dataset& all, const Identified& found,
-                const DiagnosisOptions& options, Diagnosis& diagnosis);
+/// @param all  every row; its values are reported, those that were searched decide
+void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
 /// The verdict before it is checked (explanation_checks.h), drivers of what is unknown, and whether
 /// the declared noise is too small. Needs rivals and signals.

@@ -78,7 +78,7 @@ void Changes::TakePoints(const ViewState& state, double now_s, std::vector<Messa
 
 void Changes::TakeState(const ViewState& state, double now_s, std::vector<Message>& messages) {
   std::vector<int> summary = {state.status & ~kRestless, state.alarms, state.warnings,
-                              state.model_version, state.loop.state};
+                              state.model_version, plc_map::MonitoringWord(state.monitoring)};
   summary.insert(summary.end(), lenses_.begin(), lenses_.end());
   const double since_s = now_s - state_s_;
   if (since_s < config_.change_period_s) return;
@@ -91,12 +91,12 @@ void Changes::TakeState(const ViewState& state, double now_s, std::vector<Messag
 void Changes::TakeLenses(const ViewState& state, std::vector<Message>& messages) {
   lenses_.resize(state.cameras.size(), kNothingTold);
   for (std::size_t k = 0; k < lenses_.size(); ++k) {
-    const PlcCamera& watch = state.cameras[k].watch;
-    const int lens = watch.configured ? static_cast<int>(watch.state) : kNothingTold;
+    const CameraStatus& status = state.cameras[k].status;
+    const int lens = status.configured ? static_cast<int>(status.state) : kNothingTold;
     if (lens == lenses_[k]) continue;
     lenses_[k] = lens;
-    if (!watch.configured) continue;
-    messages.push_back({MessageKind::kLens, Milliseconds(state.utc_s), LensBody(watch)});
+    if (!status.configured) continue;
+    messages.push_back({MessageKind::kLens, Milliseconds(state.utc_s), LensBody(status)});
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/config/mqtt_config.h"
 #include "app/fleet/message_text.h"
+#include "drivers/plc/register_map.h"
 
 namespace plumbline {
 

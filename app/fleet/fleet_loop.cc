@@ -134,7 +134,7 @@ void FleetLoop::LookAtJournal(double now_s) {
   journal_problem_.clear();
   mark_ = taken->mark;
   for (const ProbeRow& probe : taken->probes) {
-    pending_.push_back({MessageKind::kProbe, probe.utc_ms, ProbeBody(probe)});
+    pending_.push_back({MessageKind::kProbe, *probe.unix_ms, ProbeBody(probe)});
   }
 }
 

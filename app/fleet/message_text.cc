@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/version.h"
+#include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
@@ -52,11 +53,11 @@ Json JointsJson(const JointVector& q, const std::vector<Joint>& joints) {
   return list;
 }
 
-Json LensFields(const PlcCamera& watch) {
-  return {{"camera", CameraNameText(watch.name)},
-          {"lens", std::string(ZoomStateText(watch.state))},
-          {"reason", std::string(ZoomReasonText(watch.reason))},
-          {"lens_id", watch.lens_id}};
+Json LensFields(const CameraStatus& status) {
+  return {{"camera", CameraNameText(status.name)},
+          {"lens", std::string(ZoomStateText(status.state))},
+          {"reason", std::string(ZoomReasonText(status.reason))},
+          {"lens_id", status.lens_id}};
 }
 
 }  // namespace
@@ -110,13 +111,13 @@ std::string StateBody(const ViewState& state, const FleetCell& cell) {
                {"temp_C", OptionalNumber(state.temp_C, 1e-2)},
                {"points", state.points.size()},
                {"points_valid", valid},
-               {"loop", state.loop.state},
-               {"probes", state.loop.probes},
-               {"drift_statistic", Rounded(state.loop.statistic, 1e-4)},
-               {"proposed_model", state.loop.proposed}};
+               {"loop", plc_map::MonitoringWord(state.monitoring)},
+               {"probes", state.monitoring.probes},
+               {"drift_statistic", Rounded(state.monitoring.drift_statistic, 1e-4)},
+               {"proposed_model", state.monitoring.model.proposed}};
   Json cameras = Json::array();
   for (const ViewCamera& camera : state.cameras) {
-    if (camera.watch.configured) cameras.push_back(LensFields(camera.watch));
+    if (camera.status.configured) cameras.push_back(LensFields(camera.status));
   }
   json["cameras"] = cameras;
   return TextOf(json);
@@ -141,36 +142,36 @@ std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_v
                  {"model", model_version}});
 }
 
-std::string LensBody(const PlcCamera& watch) {
-  Json json = LensFields(watch);
-  json["zoom_counts"] = watch.zoom_counts ? Json(*watch.zoom_counts) : Json(nullptr);
-  json["board_views"] = watch.board_views;
+std::string LensBody(const CameraStatus& status) {
+  Json json = LensFields(status);
+  json["zoom_counts"] = status.zoom_counts ? Json(*status.zoom_counts) : Json(nullptr);
+  json["board_views"] = status.board_views;
   return TextOf(json);
 }
 
 std::string ModelBody(const ViewState& state, int before) {
   return TextOf({{"model", state.model_version},
                  {"before", before < 0 ? Json(nullptr) : Json(before)},
-                 {"declared", state.loop.declared},
-                 {"proposed", state.loop.proposed}});
+                 {"declared", state.monitoring.model.declared},
+                 {"proposed", state.monitoring.model.proposed}});
 }
 
 std::string ProbeBody(const ProbeRow& probe) {
-  const Vec3 residual_m = probe.measured_W - probe.predicted_W;
+  const Vec3 residual_m = *probe.measured_W - *probe.predicted_W;
   return TextOf({{"journal", probe.journal},
                  {"id", probe.id},
-                 {"source", probe.source},
+                 {"source", NameOf(probe.source)},
                  {"session", probe.session},
-                 {"model", probe.model_version},
-                 {"measured_mm", MillimetresOf(probe.measured_W)},
-                 {"predicted_mm", MillimetresOf(probe.predicted_W)},
+                 {"model", probe.model_version.value_or(0)},
+                 {"measured_mm", MillimetresOf(*probe.measured_W)},
+                 {"predicted_mm", MillimetresOf(*probe.predicted_W)},
                  {"residual_mm", MillimetresOf(residual_m)},
                  {"residual_size_mm", Millimetres(residual_m.norm())},
                  {"payload_kg", OptionalNumber(probe.payload_kg, 1e-3)},
                  {"temp_C", OptionalNumber(probe.temp_C, 1e-2)},
                  {"wild", probe.wild},
                  {"alarm", probe.alarm},
-                 {"quarantined", probe.quarantined}});
+                 {"quarantined", !probe.counts()}});
 }
 
 std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins) {

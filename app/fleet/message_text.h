@@ -41,7 +41,7 @@ std::string MessageText(const std::string& stream, const QueuedMessage& queued);
 
 std::string StateBody(const ViewState& state, const FleetCell& cell);
 std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_version);
-std::string LensBody(const PlcCamera& watch);
+std::string LensBody(const CameraStatus& status);
 std::string ModelBody(const ViewState& state, int before);
 std::string ProbeBody(const ProbeRow& probe);
 /// @param word  "alarms" or "warnings", as in config/register-map.md, or "fleet"

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kProbesBehind =
     "SELECT id, unix_ms, source, session, model_version, x_mm, y_mm, z_mm, predicted_x_mm,"
     " predicted_y_mm, predicted_z_mm, payload_kg, temp_C, wild, alarm,"
-    " quarantine IN (1, 3) FROM measurement"
+    " quarantine FROM measurement"
     " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
 
 ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
@@ -24,8 +24,8 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   ProbeRow probe;
   probe.journal = journal;
   probe.id = row.Integer(0);
-  probe.utc_ms = row.Integer(1);
-  probe.source = row.Text(2);
+  probe.unix_ms = row.Integer(1);
+  probe.source = SourceNamed(row.Text(2));
   probe.session = row.Text(3);
   probe.model_version = static_cast<int>(row.Integer(4));
   probe.measured_W = point(5);
@@ -34,7 +34,7 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   probe.temp_C = row.NumberIfThere(12);
   probe.wild = row.Integer(13) != 0;
   probe.alarm = row.Integer(14) != 0;
-  probe.quarantined = row.Integer(15) != 0;
+  probe.quarantine = static_cast<JournalRow::Quarantine>(row.Integer(15));
   return probe;
 }
 

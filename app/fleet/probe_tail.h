@@ -7,21 +7,14 @@
 #include <vector>
 
 #include "app/journal/database.h"
-#include "firmware-like/geometry/pose.h"
+#include "app/journal/journal_row.h"
 
 namespace plumbline {
 
-/// A probe with its prediction, in SI. `journal` and `id` together name it for ever.
-struct ProbeRow {
+/// A probe with its prediction; its joints are not read. `journal` and `id` together name it for
+/// ever; time, measured and predicted tip are there.
+struct ProbeRow : JournalRow {
   std::int64_t journal = 0;  ///< the epoch of the journal, UTC [s]
-  std::int64_t id = 0;
-  std::int64_t utc_ms = 0;
-  std::string source, session;
-  int model_version = 0;
-  Vec3 measured_W = Vec3::Zero(), predicted_W = Vec3::Zero();
-  std::optional<double> payload_kg, temp_C;
-  bool wild = false, alarm = false;
-  bool quarantined = false;  ///< waits for a person's decision, or was rejected
 };
 
 /// Up to which row all was taken.

@@ -8,6 +8,7 @@
 
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -69,7 +70,10 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
     if (header.empty()) {
       header = fields;
       image = ColumnOf(header, "image");
-      by_joints = ColumnOf(header, "q1_deg") >= 0 || ColumnOf(header, "q1_mm") >= 0;
+      by_joints = std::any_of(header.begin(), header.end(), [](std::string_view name) {
+        const auto column = JointColumnFromName(name);
+        return column && column->joint == 0 && column->form->quantity == JointQuantity::kPosition;
+      });
       if (by_joints && joints.empty()) {
         fault(line, "holds joints: give the cell as well (--cell), or the flange's poses");
         return std::nullopt;
@@ -77,8 +81,8 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
       names = {"x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
       if (by_joints) names.clear();
       for (std::size_t i = 0; by_joints && i < joints.size(); ++i) {
-        const bool prismatic = joints[i].type == JointType::kPrismatic;
-        names.push_back(fmt::format("q{}_{}", i + 1, prismatic ? "mm" : "deg"));
+        names.push_back(
+            JointColumnName(JointQuantity::kPosition, joints[i].type, static_cast<int>(i)));
       }
       for (const std::string& name : names) columns.push_back(ColumnOf(header, name));
       names.insert(names.begin(), "image");
@@ -109,8 +113,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
     if (by_joints) {
       pose.q.resize(static_cast<Eigen::Index>(values.size()));
       for (std::size_t i = 0; i < values.size(); ++i) {
-        const bool prismatic = joints[i].type == JointType::kPrismatic;
-        pose.q[static_cast<Eigen::Index>(i)] = values[i] * (prismatic ? kMetrePerMm : kRadPerDeg);
+        pose.q[static_cast<Eigen::Index>(i)] = values[i] * PositionForm(joints[i].type).to_SI;
       }
     } else {
       const Eigen::Quaterniond turn(values[3], values[4], values[5], values[6]);

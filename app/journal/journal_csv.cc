@@ -8,7 +8,9 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
+#include "app/table/measured_point_of.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -30,33 +32,20 @@ std::optional<std::string> FixedIfThere(const std::optional<double>& value, int 
   return value ? std::optional(Fixed(*value, decimals)) : std::nullopt;
 }
 
+/// A column a joint.
 void AddJoints(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints,
-               const char* prefix, const char* suffix, JointVector JournalRow::*values,
-               int decimals) {
+               JointQuantity quantity, JointVector JournalRow::*values, int decimals) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool slides = joints[i].type == JointType::kPrismatic;
-    const double unit = slides ? kMetrePerMm : kRadPerDeg;
+    const JointType type = joints[i].type;
+    const double unit = FormOf(quantity, type).to_SI;
     const auto index = static_cast<Eigen::Index>(i);
-    columns.push_back({fmt::format("{}{}_{}{}", prefix, i + 1, slides ? "mm" : "deg", suffix),
+    columns.push_back({JointColumnName(quantity, type, static_cast<int>(i)),
                        [=](const JournalRow& row) -> std::optional<std::string> {
                          const JointVector& all = row.*values;
                          if (all.size() <= index) return std::nullopt;
                          return Fixed(all[index] / unit, decimals);
                        },
-                       fmt::format("{}1_{}{}..", prefix, slides ? "mm" : "deg", suffix)});
-  }
-}
-
-void AddTorques(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints) {
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool slides = joints[i].type == JointType::kPrismatic;
-    const auto index = static_cast<Eigen::Index>(i);
-    columns.push_back({fmt::format("tau{}_{}", i + 1, slides ? "N" : "Nm"),
-                       [=](const JournalRow& row) -> std::optional<std::string> {
-                         if (row.tau.size() <= index) return std::nullopt;
-                         return Fixed(row.tau[index], 4);
-                       },
-                       "tau1_Nm.."});
+                       JointColumnName(quantity, type, 0) + ".."});
   }
 }
 
@@ -208,23 +197,12 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
 }  // namespace
 
 std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
-  const RecordedColumns& recorded = table.recorded;
   std::vector<JournalRow> rows;
   for (const MeasuredRow& from : table.rows) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    row.q = from.q;
-    if (recorded.qd && from.qd.size() > 0) row.qd = from.qd;
-    if (recorded.qdd && from.qdd.size() > 0) row.qdd = from.qdd;
-    if (recorded.tau) row.tau = from.tau;
-    if (recorded.time) row.t_s = from.t_s;
-    if (recorded.payload) row.payload_kg = from.payload_kg;
-    if (recorded.temperature) row.temp_C = from.temp_C;
-    if (recorded.position && from.has_point) row.measured_W = from.p_WT;
-    if (recorded.range && from.has_range) row.range_m = from.range_m;
-    if (recorded.orientation && from.has_orientation) row.orientation_W = from.q_WT;
-    if (recorded.q_step) row.q_step_rad = from.q_step_rad;
+    static_cast<MeasuredPoint&>(row) = MeasuredPointOf(from, table.recorded);
   }
   return rows;
 }
@@ -253,10 +231,10 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
                      }});
   bool two_clocks = false;
   columns.push_back(TimeColumn(rows, two_clocks));
-  AddJoints(columns, joints, "q", "", &JournalRow::q, 7);
-  AddJoints(columns, joints, "qd", "_s", &JournalRow::qd, 6);
-  AddJoints(columns, joints, "qdd", "_s2", &JournalRow::qdd, 6);
-  AddTorques(columns, joints);
+  AddJoints(columns, joints, JointQuantity::kPosition, &JournalRow::q, 7);
+  AddJoints(columns, joints, JointQuantity::kVelocity, &JournalRow::qd, 6);
+  AddJoints(columns, joints, JointQuantity::kAcceleration, &JournalRow::qdd, 6);
+  AddJoints(columns, joints, JointQuantity::kTorque, &JournalRow::tau, 4);
   columns.push_back(
       {"payload_kg", [](const JournalRow& row) { return FixedIfThere(row.payload_kg, 6); }});
   columns.push_back({"temp_C", [](const JournalRow& row) { return FixedIfThere(row.temp_C, 4); }});

@@ -1,18 +1,19 @@
 // One row of the measurement journal.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
-#include "firmware-like/model/cell_model.h"
+#include "firmware-like/model/measured_point.h"
 
 namespace plumbline {
 
-/// A measured point with everything that is known of the moment, in SI. What was not recorded is
-/// absent (joint vectors: empty), never zero.
-struct JournalRow {
+/// A measured point as the journal keeps it: with its prediction, and what became of it. Its t_s
+/// is, of a probe, UTC since the journal's epoch, even within a run of the daemon; of an imported
+/// row as its file has it.
+struct JournalRow : MeasuredPoint {
   enum class Source { kPlc, kCamera, kImport };
   /// Whether a row is a measurement. A probe that contradicts the model by more than any plausible
   /// effect waits for a person's decision; the numbers stand in the file.
@@ -20,22 +21,10 @@ struct JournalRow {
   std::int64_t id = 0;  ///< the journal's number, ascending; 0 before it is written
   Source source = Source::kPlc;
   std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
-  /// Of a probe: UTC since the journal's epoch, even within a run of the daemon. Of an imported
-  /// row: as its file has it.
-  std::optional<double> t_s;
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
-  JointVector q;                         ///< [rad] or [m], as the controller counts them
-  JointVector qd, qdd, tau;
-  std::optional<double> q_step_rad;  ///< of the registers that q was read from; 0: fine
-  std::optional<double> payload_kg;
-  std::optional<double> temp_C;
-  std::optional<Vec3> predicted_W;   ///< tip by the model in force [m]
-  std::optional<Vec3> measured_W;    ///< [m]
-  std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]; of a probe by camera
+  std::optional<Vec3> predicted_W;       ///< tip by the model in force [m]
   std::string camera;                ///< that saw it: "side", "side+rear"; empty: it has no name
-  std::optional<double> range_m;
-  std::optional<Eigen::Quaterniond> orientation_W;
   std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted
   bool wild = false;                 ///< far from the monitor's reference
   bool alarm = false;                ///< it raised the monitor's alarm
@@ -48,5 +37,7 @@ struct JournalRow {
 };
 
 const char* NameOf(JournalRow::Source source);
+/// The reverse; kImport where it is no such name.
+JournalRow::Source SourceNamed(std::string_view name);
 
 }  // namespace plumbline

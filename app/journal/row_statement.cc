@@ -5,35 +5,32 @@
 #include "app/config/toml_reader.h"
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
 
-double FileUnit(const Joint& joint) {
-  return joint.type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
-}
-
 /// Joint values as a JSON array in the units of measured.csv; nothing where they are absent.
 std::optional<std::string> JointText(const JointVector& values, const std::vector<Joint>& joints,
-                                     bool torque) {
+                                     JointQuantity quantity) {
   if (values.size() == 0) return std::nullopt;
   nlohmann::json array = nlohmann::json::array();
   for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const double unit = torque ? 1 : FileUnit(joints[static_cast<std::size_t>(i)]);
+    const double unit = FormOf(quantity, joints[static_cast<std::size_t>(i)].type).to_SI;
     array.push_back(values[i] / unit);
   }
   return array.dump();
 }
 
-bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints, bool torque,
-                    JointVector& values) {
+bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints,
+                    JointQuantity quantity, JointVector& values) {
   if (row.IsNull(column)) return true;
   const nlohmann::json array = JsonOrNull(row.Text(column));
   if (!array.is_array() || array.size() != joints.size()) return false;
   values.resize(static_cast<Eigen::Index>(joints.size()));
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (!array[i].is_number()) return false;
-    const double unit = torque ? 1 : FileUnit(joints[i]);
+    const double unit = FormOf(quantity, joints[i].type).to_SI;
     values[static_cast<Eigen::Index>(i)] = array[i].get<double>() * unit;
   }
   return true;
@@ -104,16 +101,24 @@ const char* NameOf(JournalRow::Source source) {
   return "?";
 }
 
+JournalRow::Source SourceNamed(std::string_view name) {
+  using enum JournalRow::Source;
+  for (const JournalRow::Source source : {kPlc, kCamera}) {
+    if (name == NameOf(source)) return source;
+  }
+  return kImport;
+}
+
 bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints) {
   statement.Bind(1, std::string(NameOf(row.source)));
   statement.Bind(2, row.unix_ms);
   statement.Bind(3, row.t_s);
   statement.Bind(4, row.session);
   statement.Bind(5, Widened(row.command));
-  statement.Bind(6, JointText(row.q, joints, false));
-  statement.Bind(7, JointText(row.qd, joints, false));
-  statement.Bind(8, JointText(row.qdd, joints, false));
-  statement.Bind(9, JointText(row.tau, joints, true));
+  statement.Bind(6, JointText(row.q, joints, JointQuantity::kPosition));
+  statement.Bind(7, JointText(row.qd, joints, JointQuantity::kVelocity));
+  statement.Bind(8, JointText(row.qdd, joints, JointQuantity::kAcceleration));
+  statement.Bind(9, JointText(row.tau, joints, JointQuantity::kTorque));
   statement.Bind(10, row.payload_kg);
   statement.Bind(11, row.temp_C);
   BindPoint(statement, 12, row.predicted_W);
@@ -138,18 +143,16 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
 
 std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
   JournalRow row;
-  const std::string source = s.Text(0);
-  row.source = source == "plc"      ? JournalRow::Source::kPlc
-               : source == "camera" ? JournalRow::Source::kCamera
-                                    : JournalRow::Source::kImport;
+  row.source = SourceNamed(s.Text(0));
   row.unix_ms = s.IntegerIfThere(1);
   row.t_s = s.NumberIfThere(2);
   row.session = s.Text(3);
   if (!s.IsNull(4)) row.command = static_cast<std::uint16_t>(s.Integer(4));
-  const bool joints_fit = JointsFromText(s, 5, joints, false, row.q) && row.q.size() > 0 &&
-                          JointsFromText(s, 6, joints, false, row.qd) &&
-                          JointsFromText(s, 7, joints, false, row.qdd) &&
-                          JointsFromText(s, 8, joints, true, row.tau);
+  const bool joints_fit = JointsFromText(s, 5, joints, JointQuantity::kPosition, row.q) &&
+                          row.q.size() > 0 &&
+                          JointsFromText(s, 6, joints, JointQuantity::kVelocity, row.qd) &&
+                          JointsFromText(s, 7, joints, JointQuantity::kAcceleration, row.qdd) &&
+                          JointsFromText(s, 8, joints, JointQuantity::kTorque, row.tau);
   if (!joints_fit) return std::nullopt;
   row.payload_kg = s.NumberIfThere(9);
   row.temp_C = s.NumberIfThere(10);

@@ -7,6 +7,7 @@
 
 #include "app/lens/lens_fit.h"
 #include "app/lens/projection_uncertainty.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline {
 
@@ -22,18 +23,15 @@ struct RefusedFrame {
 
 /// The answer. Where it is not accepted, `reasons` say what an operator should do; the lens is then
 /// the best there is, if there is one at all (fx > 0).
-struct LensCalibration {
+struct LensCalibration : KnownLens {
   bool accepted = false;
   std::vector<std::string> reasons;
   bool further_views_help = false;  ///< of a refusal: more or other views can mend every reason
-  ImageSize size;
   Board board;
-  Lens lens;
-  LensMatrix covariance = LensMatrix::Zero();  ///< of fx, fy, cx, cy, k1, k2, p1, p2, k3
-  double rms_px = 0;                           ///< a point
-  double sigma_px = 0;                         ///< a coordinate of a corner
-  double board_bow_m = 0;                      ///< largest height of the board over its plane
-  double coverage = 0;                         ///< share of the image's cells that saw a corner
+  double rms_px = 0;       ///< a point
+  double sigma_px = 0;     ///< a coordinate of a corner
+  double board_bow_m = 0;  ///< largest height of the board over its plane
+  double coverage = 0;     ///< share of the image's cells that saw a corner
   ProjectionUncertainty uncertainty;
   std::vector<std::string> frames_used;
   std::vector<RefusedFrame> frames_refused;

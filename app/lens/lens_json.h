@@ -12,11 +12,8 @@ namespace plumbline {
 std::string LensJson(const LensCalibration& calibration);
 
 /// What a tracker needs of such a file.
-struct LensFile {
+struct LensFile : KnownLens {
   bool accepted = false;
-  ImageSize size;
-  Lens lens;
-  LensMatrix covariance = LensMatrix::Zero();  ///< in the order of kLensNames
 };
 
 /// Reads LENS.json. Refused are missing or non-finite numbers, focal lengths that are not positive,

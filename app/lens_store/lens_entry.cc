@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "firmware-like/lens/lens_curve.h"
+
 namespace plumbline {
 namespace {
 
@@ -43,8 +45,8 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   hash.Add(std::int64_t{entry.key.focus_counts.value_or(0)});
   for (const double value : VectorOfLens(entry.lens)) hash.Add(value);
   for (const double value : entry.covariance.reshaped()) hash.Add(value);
-  hash.Add(std::int64_t{entry.image.width});
-  hash.Add(std::int64_t{entry.image.height});
+  hash.Add(std::int64_t{entry.size.width});
+  hash.Add(std::int64_t{entry.size.height});
   hash.Add(entry.rms_px);
   hash.Add(entry.board);
   if (schema_1) {
@@ -80,7 +82,7 @@ std::optional<std::string> FaultOf(const LensEntry& entry) {
   if (!((entry.covariance - entry.covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * scale)) {
     return "the covariance is not symmetric";
   }
-  if (entry.image.width <= 0 || entry.image.height <= 0) return "the image size is not positive";
+  if (entry.size.width <= 0 || entry.size.height <= 0) return "the image size is not positive";
   const bool finite =
       std::isfinite(entry.rms_px) && std::isfinite(entry.pupil_shift_m.value_or(0)) &&
       std::isfinite(entry.temp_C.value_or(0)) && std::isfinite(entry.uncertainty_px.value_or(0));

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/lens/lens_curve.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline {
 
@@ -18,12 +18,10 @@ struct LensKey {
   std::optional<std::int32_t> focus_counts;  ///< absent where the device does not tell it
 };
 
-struct LensEntry {
+/// A lens as it is kept.
+struct LensEntry : KnownLens {
   std::int64_t id = 0;  ///< of the store; ascending
   LensKey key;
-  Lens lens;
-  LensCovariance covariance = LensCovariance::Zero();  ///< order of LensVector; units of Lens
-  ImageSize image;
   double rms_px = 0;                     ///< of the corners, root mean square of their distances
   std::optional<double> uncertainty_px;  ///< of the projection at its worst place, one deviation
   std::string board;                     ///< which board, in words and numbers

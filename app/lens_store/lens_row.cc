@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/text/json_text.h"
+#include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline {
 namespace {
@@ -73,8 +74,8 @@ bool InsertLens(Statement& statement, const LensEntry& entry) {
   statement.Bind(4, std::int64_t{entry.key.zoom_counts});
   statement.Bind(5, entry.key.focus_counts ? std::optional<std::int64_t>(*entry.key.focus_counts)
                                            : std::nullopt);
-  statement.Bind(6, std::int64_t{entry.image.width});
-  statement.Bind(7, std::int64_t{entry.image.height});
+  statement.Bind(6, std::int64_t{entry.size.width});
+  statement.Bind(7, std::int64_t{entry.size.height});
   const LensVector values = VectorOfLens(entry.lens);
   for (int k = 0; k < kLensParameters; ++k) statement.Bind(8 + k, values[k]);
   nlohmann::json covariance = nlohmann::json::array();
@@ -100,7 +101,7 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   entry.key.mode = row.Text(2);
   entry.key.zoom_counts = Narrowed(row.Integer(3));
   if (!row.IsNull(4)) entry.key.focus_counts = Narrowed(row.Integer(4));
-  entry.image = {Narrowed(row.Integer(5)), Narrowed(row.Integer(6))};
+  entry.size = {Narrowed(row.Integer(5)), Narrowed(row.Integer(6))};
   LensVector values;
   for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
   entry.lens = LensOfVector(values);

@@ -12,6 +12,7 @@
 
 #include "app/lens_store/lens_row.h"
 #include "drivers/os/file_writing.h"
+#include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline {
 namespace {

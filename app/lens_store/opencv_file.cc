@@ -17,8 +17,8 @@ std::string Written(const LensEntry& entry, Form form) {
   camera(1, 2) = entry.lens.cy;
   distortion << entry.lens.k1, entry.lens.k2, entry.lens.p1, entry.lens.p2, entry.lens.k3;
   if (!entry.utc.empty()) form.Text("calibration_time", entry.utc);
-  form.Number("image_width", entry.image.width);
-  form.Number("image_height", entry.image.height);
+  form.Number("image_width", entry.size.width);
+  form.Number("image_height", entry.size.height);
   form.Put("camera_matrix", camera);
   form.Put("distortion_coefficients", distortion);
   form.Real("avg_reprojection_error", entry.rms_px);

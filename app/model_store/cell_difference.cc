@@ -193,8 +193,8 @@ void Add(Values& values, const std::string& at, const SessionFrames& session) {
 }
 
 void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints) {
-  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, time_zero_s,
-               as_validated] = domain;
+  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, distant_sigma_m, poses,
+               time_zero_s, as_validated] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -205,6 +205,10 @@ void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints)
   }
   if (temp_C) values.Range("domain.temp_C", *temp_C);
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
+  values.Number("domain.distant_sigma_mm", distant_sigma_m, 1 / kMetrePerMm);
+  Eigen::MatrixXd of_poses(joints.size(), poses.size());
+  for (std::size_t k = 0; k < poses.size(); ++k) of_poses.col(static_cast<int>(k)) = poses[k];
+  values.Matrix("domain.poses_deg", of_poses);
   values.Number("domain.time_zero_utc (s since 1970)", time_zero_s);
   if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }

@@ -64,7 +64,7 @@ std::string JsonFrom(const ModelFacts& facts) {
   Put(object, "change_mm", facts.change_mm);
   Put(object, "points_change_mm", facts.points_change_mm);
   if (!facts.implausible.empty()) object["implausible"] = facts.implausible;
-  Put(object, "remainder_share", facts.remainder_share);
+  Put(object, "discrepancy_share", facts.discrepancy_share);
   return object.dump(1) + "\n";
 }
 
@@ -101,7 +101,10 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.report = TextIn(object, "report");
   facts.effects = TextsIn(object, "effects");
   facts.implausible = TextsIn(object, "implausible");
-  facts.remainder_share = NumberIn(object, "remainder_share");
+  facts.discrepancy_share = NumberIn(object, "discrepancy_share");
+  if (!facts.discrepancy_share) {
+    facts.discrepancy_share = NumberIn(object, "remainder_share");  // its former name
+  }
   facts.based_on = WholeIn(object, "based_on");
   facts.rms_before_mm = NumberIn(object, "rms_before_mm");
   facts.rms_after_mm = NumberIn(object, "rms_after_mm");
@@ -158,11 +161,13 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
     }
   }
   facts.implausible = TextsIn(object, "implausible");
-  if (const auto remainder = object.find("remainder");
-      remainder != object.end() && !remainder->is_null()) {
+  auto discrepancy = object.find("discrepancy_model");
+  if (discrepancy == object.end()) discrepancy = object.find("remainder");  // its former name
+  if (discrepancy != object.end() && !discrepancy->is_null()) {
     // Whatever its size: a model that carries one is not explained by names alone.
-    facts.remainder_share =
-        remainder->is_object() ? NumberIn(*remainder, "share_of_correction").value_or(1.0) : 1.0;
+    facts.discrepancy_share = discrepancy->is_object()
+                                  ? NumberIn(*discrepancy, "share_of_correction").value_or(1.0)
+                                  : 1.0;
   }
   const auto rms = object.find("rms_mm");
   if (rms == object.end() || !rms->is_object()) return Error{"the diagnosis tells no rms_mm"};

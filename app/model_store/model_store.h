@@ -22,9 +22,9 @@ struct ModelFacts {
   std::vector<std::string> effects;                   ///< ids that the diagnosis added
   std::string report;                                 ///< file name in the store; empty: none
   std::optional<double> rms_before_mm, rms_after_mm;  ///< on held-out rows
-  std::vector<std::string> implausible;   ///< what a sound machine does not show, in words
-  std::optional<double> remainder_share;  ///< of the correction that has no name; absent: none
-  std::optional<double> change_mm;        ///< largest change of a predicted tip on the rows used
+  std::vector<std::string> implausible;     ///< what a sound machine does not show, in words
+  std::optional<double> discrepancy_share;  ///< of the correction that has no name; absent: none
+  std::optional<double> change_mm;          ///< largest change of a predicted tip on the rows used
   /// Largest move of a configured point's corrected command at its loads; absent: not known.
   std::optional<double> points_change_mm = std::nullopt;
 };

@@ -20,8 +20,8 @@ inline std::vector<CameraFacts> CamerasOf(const ShownNow& now) {
   if (!now.state) return cameras;
   for (std::size_t k = 0; k < now.state->cameras.size(); ++k) {
     const ViewCamera& camera = now.state->cameras[k];
-    if (!camera.watch.configured) continue;
-    const std::string name = CameraNameText(camera.watch.name);
+    if (!camera.status.configured) continue;
+    const std::string name = CameraNameText(camera.status.name);
     cameras.push_back({name.empty() ? "camera" : name, &camera,
                        k < now.frames_per_s.size() ? now.frames_per_s[k] : 0});
   }

@@ -78,7 +78,7 @@ void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
   if (cameras.empty()) return;
   writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
   for (const CameraFacts& facts : cameras) {
-    writer.Add(facts.camera->watch.state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
+    writer.Add(facts.camera->status.state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
   }
   writer.Begin("camera_image_age_seconds", Type::kGauge, "Since the newest image was taken.");
   for (const CameraFacts& facts : cameras) {
@@ -111,24 +111,25 @@ void AddPairs(MetricsWriter& writer, const ShownNow& now) {
   }
 }
 
-void AddLoop(MetricsWriter& writer, const ViewState& state) {
-  const PlcLoop& loop = state.loop;
+void AddMonitoring(MetricsWriter& writer, const ViewState& state) {
+  const MonitoringStatus& monitoring = state.monitoring;
   writer.Gauge("model_version", "Version of the model in force; 0: the cell file.",
                state.model_version);
   writer.Gauge("model_proposed_version", "Version that waits for approval; 0: none.",
-               loop.proposed);
-  if ((loop.state & loop_state::kRecording) == 0) return;
+               monitoring.model.proposed);
+  if (!monitoring.recording) return;
   writer.Begin("probes_total", Type::kCounter, "Measured points since the daemon started.");
-  writer.Add(loop.probes);
-  writer.Gauge("drift_ratio", "The drift monitor's statistic; it alarms above 1.", loop.statistic);
+  writer.Add(monitoring.probes);
+  writer.Gauge("drift_ratio", "The drift monitor's statistic; it alarms above 1.",
+               monitoring.drift_statistic);
   writer.Gauge("diagnosis_running", "Whether the diagnosis is at work.",
-               (loop.state & loop_state::kDiagnosing) != 0 ? 1 : 0);
-  if (loop.probes == 0) return;
+               monitoring.diagnosing ? 1 : 0);
+  if (monitoring.probes == 0) return;
   writer.Begin("residual_meters", Type::kGauge,
                "Of the last measured point, measured minus predicted, in the measurement frame.");
   constexpr std::array kAxes = {"x", "y", "z"};
   for (std::size_t k = 0; k < kAxes.size(); ++k) {
-    writer.Add(loop.residual_m[static_cast<Eigen::Index>(k)], {{"axis", kAxes[k]}});
+    writer.Add(monitoring.residual_m[static_cast<Eigen::Index>(k)], {{"axis", kAxes[k]}});
   }
 }
 
@@ -172,7 +173,7 @@ void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
   }
   AddHealth(writer, now.health);
   AddPoints(writer, now);
-  AddLoop(writer, state);
+  AddMonitoring(writer, state);
   AddCameras(writer, now, now_s);
   AddPairs(writer, now);
 }

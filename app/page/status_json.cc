@@ -10,6 +10,7 @@
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -58,9 +59,9 @@ Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
   if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
   json["joints"] = Json::array();
   for (std::size_t i = 0; i < types.size(); ++i) {
-    const bool slides = types[i] == JointType::kPrismatic;
-    const double shown = (slides ? kMmPerMetre : kDegPerRad) * point.q[static_cast<int>(i)];
-    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", slides ? "mm" : "deg"}});
+    const JointColumnForm& form = PositionForm(types[i]);
+    const double shown = form.from_SI * point.q[static_cast<int>(i)];
+    json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", form.unit}});
   }
   return json;
 }
@@ -92,7 +93,7 @@ Json CamerasJson(const ShownNow& now, double now_s) {
   Json list = Json::array();
   for (const CameraFacts& facts : CamerasOf(now)) {
     const ViewCamera& camera = *facts.camera;
-    const PlcCamera& watch = camera.watch;
+    const CameraStatus& status = camera.status;
     Json tags = Json::array();
     for (const ViewTag& tag : camera.tags) tags.push_back(tag.id);
     Json entry = {{"name", facts.name},
@@ -100,15 +101,15 @@ Json CamerasJson(const ShownNow& now, double now_s) {
                   {"mode", camera.mode},
                   {"images_per_s", FiniteJson(facts.images_per_s)},
                   {"image_age_s", nullptr},
-                  {"lens_state", std::string(ZoomStateText(watch.state))},
-                  {"lens_reason", std::string(ZoomReasonText(watch.reason))},
-                  {"lens_valid", watch.state == ZoomState::kValid},
-                  {"lens_id", watch.lens_id},
+                  {"lens_state", std::string(ZoomStateText(status.state))},
+                  {"lens_reason", std::string(ZoomReasonText(status.reason))},
+                  {"lens_valid", status.state == ZoomState::kValid},
+                  {"lens_id", status.lens_id},
                   {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
-                  {"prompt", std::string(BoardPromptText(watch.prompt))},
-                  {"board_views", watch.board_views},
-                  {"zoom_counts", KnownJson(watch.zoom_counts)},
-                  {"focus_counts", KnownJson(watch.focus_counts)},
+                  {"prompt", std::string(BoardPromptText(status.prompt))},
+                  {"board_views", status.board_views},
+                  {"zoom_counts", KnownJson(status.zoom_counts)},
+                  {"focus_counts", KnownJson(status.focus_counts)},
                   {"tags", tags}};
     if (camera.image) {
       entry["width"] = camera.image->width;
@@ -157,15 +158,15 @@ void AddStateTo(Json& json, const ShownNow& now, double now_s) {
                    {"late", state.cycle.late},
                    {"longest_s", FiniteJson(state.cycle.longest_s)}};
   json["points"] = PointsJson(now);
-  const PlcLoop& loop = state.loop;
+  const MonitoringStatus& monitoring = state.monitoring;
   json["model"] = {{"version", state.model_version},
-                   {"proposed", loop.proposed},
-                   {"recording", (loop.state & loop_state::kRecording) != 0},
-                   {"probes", loop.probes},
-                   {"drift", FiniteJson(loop.statistic)},
-                   {"drift_alarm", (loop.state & loop_state::kAlarm) != 0},
-                   {"diagnosing", (loop.state & loop_state::kDiagnosing) != 0},
-                   {"residual_m", ListJson(loop.residual_m)}};
+                   {"proposed", monitoring.model.proposed},
+                   {"recording", monitoring.recording},
+                   {"probes", monitoring.probes},
+                   {"drift", FiniteJson(monitoring.drift_statistic)},
+                   {"drift_alarm", monitoring.drift_alarm},
+                   {"diagnosing", monitoring.diagnosing},
+                   {"residual_m", ListJson(monitoring.residual_m)}};
   json["cameras"] = CamerasJson(now, now_s);
   json["pairs"] = PairsJson(now.pairs);
 }

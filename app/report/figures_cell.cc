@@ -104,15 +104,13 @@ std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel
 PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const CellModel& cell) {
   PanelGroup group;
   std::vector<Vec3> at;
-  for (const int row : rival.rows) {
-    at.push_back(diagnosis.rows[static_cast<std::size_t>(row)].p_measured);
-  }
+  for (const RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
   assert(rival.shift_W.size() == at.size());
   if (at.empty()) return group;
   const double large_mm = LargeArrow_mm(rival.shift_W);
   std::vector<std::vector<double>> rows;
   for (std::size_t k = 0; k < at.size(); k += plot::Stride(at.size())) {
-    rows.push_back({rival.rows[k] + 1.0, 1e3 * rival.shift_W[k].norm()});
+    rows.push_back({rival.rows[k].value() + 1.0, 1e3 * rival.shift_W[k].norm()});
   }
   Panel by_row{"By row", "", plot::Begin(460, 420), ""};
   by_row.script += "set xlabel 'row'\nset ylabel 'difference of the predictions (mm)'\n";

@@ -27,18 +27,18 @@ struct Cloud {
 };
 
 Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
-  std::vector<std::size_t> order;
-  for (std::size_t k = 0; k < std::min(signal.values.size(), diagnosis.rows.size()); ++k) {
-    if (!diagnosis.rows[k].outlier && std::isfinite(signal.values[k])) order.push_back(k);
+  std::vector<RowIndex> order;
+  const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
+  for (const RowIndex row : FirstIndices<RowIndex>(count)) {
+    if (!diagnosis.rows[row].outlier && std::isfinite(signal.values[row])) order.push_back(row);
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return signal.values[a] < signal.values[b];
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
   Cloud cloud;
-  for (const std::size_t k : order) {
-    cloud.value.push_back(signal.values[k]);
-    cloud.before.push_back(1e3 * diagnosis.rows[k].before[axis]);
-    cloud.after.push_back(1e3 * diagnosis.rows[k].after[axis]);
+  for (const RowIndex row : order) {
+    cloud.value.push_back(signal.values[row]);
+    cloud.before.push_back(1e3 * diagnosis.rows[row].before[axis]);
+    cloud.after.push_back(1e3 * diagnosis.rows[row].after[axis]);
   }
   return cloud;
 }

@@ -9,6 +9,7 @@
 #include "app/report/html.h"
 #include "app/report/sections.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -85,10 +86,8 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
     const NextPose& pose = diagnosis.next_poses[k];
     std::vector<std::string> cells = {fmt::format("{}", k + 1)};
     for (int i = 0; i < cell.robot.size(); ++i) {
-      const bool prismatic =
-          cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
-      cells.push_back(
-          NumberHtml(fmt::format("{:.2f}", pose.q[i] * (prismatic ? 1e3 : kDegPerRad))));
+      const JointType type = cell.robot.joints[static_cast<std::size_t>(i)].type;
+      cells.push_back(NumberHtml(fmt::format("{:.2f}", pose.q[i] * PositionForm(type).from_SI)));
     }
     cells.push_back(fmt::format("{:.1f}", pose.payload_kg));
     cells.push_back(Escape(MeasuringText(pose)));
@@ -162,6 +161,15 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
                                                SigmaOriginText(diagnosis)))});
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
+  }
+  const Domain& domain = diagnosis.domain;
+  if (domain.residual_sigma_m) {
+    std::string spread = MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
+    if (domain.distant_sigma_m) {
+      const double away_m = std::hypot(*domain.residual_sigma_m, *domain.distant_sigma_m);
+      spread += fmt::format(", {} mm one radian away from them", MillimetreText(away_m));
+    }
+    table.AddRow({"New points deviate by (one sigma, one axis)", spread});
   }
   table.AddRow({"Date", Escape(source.date)});
   table.AddRow({"Program", "Plumbline " + Escape(source.version)});

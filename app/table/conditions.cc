@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "app/table/measured_point_of.h"
+
 namespace plumbline {
 namespace {
 
@@ -73,13 +75,14 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     Conditions& moment = conditions.emplace_back(declared);
-    moment.q = row.q;
-    if (table.recorded.qd) moment.qd = row.qd;
-    if (table.recorded.qdd) moment.qdd = row.qdd;
-    if (table.recorded.tau) moment.tau = row.tau;
-    if (table.recorded.payload) moment.payload_kg = row.payload_kg;
-    if (table.recorded.time) moment.t_s = row.t_s;
-    if (table.recorded.temperature) moment.temp_C = row.temp_C;
+    const MeasuredPoint point = MeasuredPointOf(row, table.recorded);
+    moment.q = point.q;
+    moment.qd = point.qd;
+    moment.qdd = point.qdd;
+    moment.tau = point.tau;
+    if (point.payload_kg) moment.payload_kg = *point.payload_kg;
+    if (point.t_s) moment.t_s = point.t_s;
+    if (point.temp_C) moment.temp_C = point.temp_C;
     moment.row = table.rows_before + static_cast<double>(k + 1);
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});

@@ -12,6 +12,7 @@
 #include "app/config/toml_reader.h"
 #include "app/table/gaps.h"
 #include "drivers/files/open_failure.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
@@ -45,6 +46,20 @@ struct Column {
   double to_si = 1;
 };
 
+Quantity QuantityOf(JointQuantity quantity) {
+  switch (quantity) {
+    case JointQuantity::kPosition:
+      return Quantity::kQ;
+    case JointQuantity::kVelocity:
+      return Quantity::kQd;
+    case JointQuantity::kAcceleration:
+      return Quantity::kQdd;
+    case JointQuantity::kTorque:
+      return Quantity::kTau;
+  }
+  return Quantity::kUnused;
+}
+
 std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
   std::vector<Column> columns = {{"session", Quantity::kSession},
                                  {"t_s", Quantity::kTime},
@@ -63,27 +78,14 @@ std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
                                  {"wait_min", Quantity::kUnused},
                                  {"measure", Quantity::kUnused}};
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool prismatic = joints[i].type == JointType::kPrismatic;
-    const char* unit = prismatic ? "mm" : "deg";
-    const double to_si = prismatic ? kMetrePerMm : kRadPerDeg;
     const int index = static_cast<int>(i);
-    columns.push_back({fmt::format("q{}_{}", i + 1, unit), Quantity::kQ, index, to_si});
-    columns.push_back({fmt::format("qd{}_{}_s", i + 1, unit), Quantity::kQd, index, to_si});
-    columns.push_back({fmt::format("qdd{}_{}_s2", i + 1, unit), Quantity::kQdd, index, to_si});
-    columns.push_back(
-        {fmt::format("tau{}_{}", i + 1, prismatic ? "N" : "Nm"), Quantity::kTau, index});
+    for (const JointColumnForm& form : kJointColumnForms) {
+      if (form.type != joints[i].type) continue;
+      columns.push_back({JointColumnName(form.quantity, form.type, index),
+                         QuantityOf(form.quantity), index, form.to_SI});
+    }
   }
   return columns;
-}
-
-/// `q7_deg`, `qd7_deg_s`, `tau7_Nm`: the column of some joint.
-bool LooksLikeJointColumn(std::string_view name) {
-  for (const std::string_view prefix : {"qdd", "qd", "q", "tau"}) {
-    if (name.substr(0, prefix.size()) != prefix) continue;
-    const std::string_view rest = name.substr(prefix.size());
-    if (!rest.empty() && rest[0] >= '0' && rest[0] <= '9') return true;
-  }
-  return false;
 }
 
 std::string_view Trimmed(std::string_view text) {
@@ -204,7 +206,7 @@ void TableReader::AddColumn(std::string_view name) {
     columns_.push_back(*known);
     return;
   }
-  if (LooksLikeJointColumn(name)) {
+  if (ResemblesJointColumn(name)) {
     AddHeaderFault(name,
                    fmt::format("does not fit the cell: it has {} joints, revolute ones in deg "
                                "and Nm, prismatic ones in mm and N",

@@ -81,7 +81,7 @@ enum class TableUse {
 /// a byte-order mark and CRLF line ends are accepted. Angles become rad, lengths m. Of measured
 /// tables an empty cell costs that cell: see gaps.h.
 ///
-/// @param joints  the cell's: joint i has the column q<i>_deg, or q<i>_mm where it is prismatic
+/// @param joints  the cell's; their columns are those of joint_columns.h
 /// @param faults  gets faults of the header (a joint's column missing, a group incomplete, a
 ///                column twice, a column of a joint that the cell lacks) and warnings for each
 ///                column of another meaning and each row that cannot be read, by line and reason

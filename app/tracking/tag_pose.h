@@ -10,18 +10,11 @@
 
 #include "app/tracking/corner_refinement.h"
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline {
 
-/// Covariance of a lens: fx, fy, cx, cy [px], k1, k2, p1, p2, k3 (1), in this order.
-using LensCovariance = Eigen::Matrix<double, 9, 9>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
-
-/// A lens as it is known.
-struct KnownLens {
-  Lens lens;
-  LensCovariance covariance = LensCovariance::Zero();
-};
 
 /// Four corners of a tag: where they are in the frame of the body (or tag) K, and in the image.
 struct CornerSet {

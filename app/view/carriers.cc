@@ -83,7 +83,7 @@ Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
   const ViewCamera& camera = CameraOf(state, camera_number);
   Carriers carriers;
   carriers.lens_stale =
-      !camera.watch.configured || camera.watch.state != ZoomState::kValid || !camera.lens;
+      !camera.status.configured || camera.status.state != ZoomState::kValid || !camera.lens;
   carriers.image_stale = !camera.image || now_s - camera.image->time_s > kImageFresh_s;
   carriers.robot_stale = (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 

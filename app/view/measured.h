@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/scene/interference.h"
-#include "drivers/plc/plc_scene.h"
 #include "firmware-like/scene/interference_watch.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -25,7 +25,7 @@ struct MeasuredDistance {
 };
 
 /// A point of the table, where it is now.
-struct MeasuredPoint {
+struct PlacedPoint {
   std::string name;
   std::optional<Vec3> p_W;  ///< nothing: what carries it is not in place
 };
@@ -42,12 +42,12 @@ struct Measured {
   double took_s = 0;
   std::vector<MeasuredPair> pairs;
   std::vector<MeasuredDistance> distances;
-  std::vector<MeasuredPoint> points;
+  std::vector<PlacedPoint> points;
   std::vector<MeasuredSweep> sweeps;
 };
 
 /// What of it the PLC is told; without its time.
-PlcScene SceneForPlc(const Measured& measured);
+SceneStatus SceneForPlc(const Measured& measured);
 
 /// Older results are told as not known.
 inline constexpr double kMeasuredFresh_s = 1.0;

@@ -269,9 +269,9 @@ void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& lay
   const Area& image = layout.image;
   const float inset = 0.6F * layout.em;
   const ViewState& state = *input.facts.state;
-  const PlcCamera& watch = CameraOf(state, k).watch;
-  if (watch.name != CameraName::kNone) {
-    marks.Write(image.x + inset, image.y + inset, CameraNameText(watch.name), kTitle);
+  const CameraStatus& status = CameraOf(state, k).status;
+  if (status.name != CameraName::kNone) {
+    marks.Write(image.x + inset, image.y + inset, CameraNameText(status.name), kTitle);
   }
   const auto reasons = StaleBecause(input.facts, std::span(&k, 1));
   if (!reasons.empty()) {
@@ -293,9 +293,9 @@ void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& lay
     marks.Write(image.x + inset, image.y + inset,
                 fmt::format("deflection shown x {:g}", input.config.exaggeration), kStale);
   }
-  if (watch.prompt != BoardPrompt::kNone) {
+  if (status.prompt != BoardPrompt::kNone) {
     marks.Write(image.x + inset, image.y + inset,
-                fmt::format("→ {} ({} views)", BoardPromptText(watch.prompt), watch.board_views),
+                fmt::format("→ {} ({} views)", BoardPromptText(status.prompt), status.board_views),
                 kStale);
   }
   AddStressScale(input, layout, marks, writer);

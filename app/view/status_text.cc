@@ -70,7 +70,7 @@ Panel AlarmPanel(const ViewState& state, const CellHealth& health) {
 
 /// What a line is about, where there are several cameras.
 std::string About(const ViewCamera& camera) {
-  const std::string name = CameraNameText(camera.watch.name);
+  const std::string name = CameraNameText(camera.status.name);
   return name.empty() ? "" : name + ": ";
 }
 
@@ -94,24 +94,24 @@ Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
 
 std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
-  const PlcCamera& watch = camera.watch;
-  const bool valid = watch.state == ZoomState::kValid;
-  const bool in_place = valid && watch.reason == ZoomReason::kMarksGood;
+  const CameraStatus& status = camera.status;
+  const bool valid = status.state == ZoomState::kValid;
+  const bool in_place = valid && status.reason == ZoomReason::kMarksGood;
   std::vector<PanelLine> lines = {
       {in_place ? "valid: the marks are in place"  // in a line of the column, with a name before it
-                : fmt::format("{}: {}", ZoomStateText(watch.state), ZoomReasonText(watch.reason)),
+                : fmt::format("{}: {}", ZoomStateText(status.state), ZoomReasonText(status.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
-  if (watch.prompt != BoardPrompt::kNone) {
-    lines.push_back({"→ " + std::string(BoardPromptText(watch.prompt)), Tone::kAttention});
+  if (status.prompt != BoardPrompt::kNone) {
+    lines.push_back({"→ " + std::string(BoardPromptText(status.prompt)), Tone::kAttention});
     lines.push_back({facts.model != nullptr
-                         ? fmt::format("{} of {} views so far", watch.board_views,
+                         ? fmt::format("{} of {} views so far", status.board_views,
                                        facts.model->config.vision.board.views)
-                         : fmt::format("{} views so far", watch.board_views),
+                         : fmt::format("{} views so far", status.board_views),
                      Tone::kAttention});
   }
-  std::string zoom =
-      watch.zoom_counts ? fmt::format("zoom {}", *watch.zoom_counts) : std::string("zoom not told");
-  if (watch.lens_id > 0) zoom += fmt::format(", lens {} of the store", watch.lens_id);
+  std::string zoom = status.zoom_counts ? fmt::format("zoom {}", *status.zoom_counts)
+                                        : std::string("zoom not told");
+  if (status.lens_id > 0) zoom += fmt::format(", lens {} of the store", status.lens_id);
   lines.push_back({zoom});
   if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
   return lines;
@@ -275,31 +275,31 @@ Panel ObjectsPanel(const ViewFacts& facts) {
 }
 
 Panel ModelPanel(const ViewState& state) {
-  const PlcLoop& loop = state.loop;
+  const MonitoringStatus& monitoring = state.monitoring;
   Panel panel{"Model", {}};
   panel.lines.push_back(state.model_version > 0
                             ? PanelLine{fmt::format("version {} in force", state.model_version)}
                             : PanelLine{"the cell file, no versions kept"});
-  if (loop.proposed > 0) {
+  const int proposed = monitoring.model.proposed;
+  if (proposed > 0) {
     panel.lines.push_back(
-        {fmt::format("version {} waits: plumbline model apply {}", loop.proposed, loop.proposed),
+        {fmt::format("version {} waits: plumbline model apply {}", proposed, proposed),
          Tone::kAttention});
   }
-  if ((loop.state & loop_state::kRecording) != 0) {
-    const bool drift = (loop.state & loop_state::kAlarm) != 0;
-    const bool refused = (loop.state & loop_state::kReferenceRefused) != 0;
+  if (monitoring.recording) {
     panel.lines.push_back(
-        refused ? PanelLine{fmt::format("{} probes, not watched: their reference disagrees",
-                                        loop.probes),
-                            Tone::kAttention}
-                : PanelLine{fmt::format("{} probes, drift {:.2f} of the threshold", loop.probes,
-                                        loop.statistic),
-                            drift ? Tone::kBad : Tone::kPlain});
+        monitoring.reference_refused
+            ? PanelLine{fmt::format("{} probes, not watched: their reference disagrees",
+                                    monitoring.probes),
+                        Tone::kAttention}
+            : PanelLine{fmt::format("{} probes, drift {:.2f} of the threshold", monitoring.probes,
+                                    monitoring.drift_statistic),
+                        monitoring.drift_alarm ? Tone::kBad : Tone::kPlain});
   }
-  if ((loop.state & loop_state::kQuarantined) != 0) {
+  if (monitoring.quarantined > 0) {
     panel.lines.push_back({"probes wait: plumbline journal quarantine list", Tone::kAttention});
   }
-  if ((loop.state & loop_state::kDiagnosing) != 0) {
+  if (monitoring.diagnosing) {
     panel.lines.push_back({"the diagnosis is at work", Tone::kAttention});
   }
   return panel;
@@ -326,9 +326,9 @@ std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
   } else if (carriers.image_stale) {
     reasons.push_back("the image is from " + AgeText(facts.now_s - camera.image->time_s));
   }
-  if (camera.watch.state != ZoomState::kValid) {
-    reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(camera.watch.state),
-                                  ZoomReasonText(camera.watch.reason)));
+  if (camera.status.state != ZoomState::kValid) {
+    reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(camera.status.state),
+                                  ZoomReasonText(camera.status.reason)));
   } else if (camera.image && !camera.lens) {
     reasons.emplace_back("the image came without its lens");
   }

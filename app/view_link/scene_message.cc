@@ -23,7 +23,7 @@ static_assert(kMagic.size() + sizeof(Fields) == kSceneMessageBytes);
 
 }  // namespace
 
-SceneMessage BytesOfScene(const PlcScene& scene) {
+SceneMessage BytesOfScene(const SceneStatus& scene) {
   const Fields fields{scene.interferences, scene.unmeasured,
                       scene.blocked,       static_cast<float>(kMillimetres * scene.smallest_m),
                       scene.object_a,      scene.object_b};
@@ -33,7 +33,7 @@ SceneMessage BytesOfScene(const PlcScene& scene) {
   return message;
 }
 
-std::optional<PlcScene> SceneOfBytes(std::span<const std::uint8_t> bytes) {
+std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kSceneMessageBytes) return std::nullopt;
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return std::nullopt;
   Fields fields;
@@ -45,7 +45,7 @@ std::optional<PlcScene> SceneOfBytes(std::span<const std::uint8_t> bytes) {
                        (fields.object_a == 0) == (fields.object_b == 0);
   const bool nothing_measured = fields.object_a == 0 && fields.smallest_mm != 0;
   if (!counts || !distance || !numbers || nothing_measured) return std::nullopt;
-  PlcScene scene;
+  SceneStatus scene;
   scene.interferences = fields.interferences;
   scene.unmeasured = fields.unmeasured;
   scene.blocked = fields.blocked;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "drivers/plc/plc_scene.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -16,12 +16,12 @@ inline constexpr std::size_t kSceneMessageBytes = 28;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
 /// The time of `scene` does not travel: who receives it knows when.
-SceneMessage BytesOfScene(const PlcScene& scene);
+SceneMessage BytesOfScene(const SceneStatus& scene);
 
 /// @return  nothing where the bytes are no whole message or their values make no sense: more than
 ///          kMostScenePairs, a distance that is not 0..1 km, object numbers above 9999, or numbers
 ///          and distance that contradict each other. Never reads beyond `bytes`.
 inline constexpr std::uint32_t kMostScenePairs = 5000;
-std::optional<PlcScene> SceneOfBytes(std::span<const std::uint8_t> bytes);
+std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

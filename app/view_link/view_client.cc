@@ -147,7 +147,7 @@ bool ViewClient::CopyImages(View& view) const {
   return true;
 }
 
-void ViewClient::Tell(const PlcScene& scene) {
+void ViewClient::Tell(const SceneStatus& scene) {
   if (!socket_) return;
   const SceneMessage message = BytesOfScene(scene);
   // What cannot be sent now is old by the next time; a connection that is gone shows in Read().

@@ -10,6 +10,7 @@
 #include "drivers/back_off.h"
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -40,7 +41,7 @@ class ViewClient {
   bool Read(double timeout_s, View& view);
 
   /// Says what was measured, where the daemon listens to this user; it is not waited for.
-  void Tell(const PlcScene& scene);
+  void Tell(const SceneStatus& scene);
 
   bool connected() const { return static_cast<bool>(socket_); }
   /// Why there is no state, in words that say what to do; empty while they come.

@@ -21,7 +21,7 @@ Json NumberJson(double value) {
 }
 
 double NumberOf(const Json& json) {
-  return json.is_null() ? PlcCamera::kNever : json.get<double>();
+  return json.is_null() ? CameraStatus::kNever : json.get<double>();
 }
 
 template <typename Vector>
@@ -138,51 +138,85 @@ Lens LensOf(const Json& json) {
   return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
 }
 
-Json WatchJson(const PlcCamera& watch) {
-  return {{"configured", watch.configured},
-          {"name", static_cast<int>(watch.name)},
-          {"state", static_cast<int>(watch.state)},
-          {"reason", static_cast<int>(watch.reason)},
-          {"bits", watch.bits},
-          {"prompt", static_cast<int>(watch.prompt)},
-          {"board_views", watch.board_views},
-          {"zoom_counts", OptionalJson(watch.zoom_counts)},
-          {"focus_counts", OptionalJson(watch.focus_counts)},
-          {"lens_id", watch.lens_id},
-          {"zoom_time_s", NumberJson(watch.zoom_time_s)},
-          {"frame_time_s", NumberJson(watch.frame_time_s)},
-          {"tip_valid", watch.tip_valid},
-          {"tip_W_m", VectorJson(watch.tip_W)},
-          {"tip_covariance_W_m2",
-           VectorJson((watch.tip_covariance_W + watch.tip_places_W).eval().reshaped())},
-          {"tip_time_s", NumberJson(watch.tip_time_s)}};
+/// The flags of a status, by the names that they have in the text.
+template <typename Status>
+struct Flag {
+  const char* name;
+  bool Status::*value;
+};
+constexpr std::array kCameraFlags = {
+    Flag<CameraStatus>{"lens_stale", &CameraStatus::lens_stale},
+    Flag<CameraStatus>{"camera_lost", &CameraStatus::camera_lost},
+    Flag<CameraStatus>{"zoom_unknown", &CameraStatus::zoom_unknown},
+    Flag<CameraStatus>{"board_wanted", &CameraStatus::board_wanted},
+    Flag<CameraStatus>{"fiducials_hidden", &CameraStatus::fiducials_hidden},
+    Flag<CameraStatus>{"fiducial_moved", &CameraStatus::fiducial_moved},
+    Flag<CameraStatus>{"store_fault", &CameraStatus::store_fault},
+    Flag<CameraStatus>{"tip_valid", &CameraStatus::tip_valid},
+};
+constexpr std::array kMonitoringFlags = {
+    Flag<MonitoringStatus>{"recording", &MonitoringStatus::recording},
+    Flag<MonitoringStatus>{"drift_alarm", &MonitoringStatus::drift_alarm},
+    Flag<MonitoringStatus>{"learning", &MonitoringStatus::learning},
+    Flag<MonitoringStatus>{"reference_refused", &MonitoringStatus::reference_refused},
+    Flag<MonitoringStatus>{"diagnosing", &MonitoringStatus::diagnosing},
+    Flag<MonitoringStatus>{"fault", &MonitoringStatus::fault},
+    Flag<MonitoringStatus>{"storage_unavailable", &MonitoringStatus::storage_unavailable},
+};
+
+template <typename Status, typename Flags>
+void AddFlags(const Status& status, const Flags& flags, Json& json) {
+  for (const auto& flag : flags) json[flag.name] = status.*flag.value;
+}
+template <typename Status, typename Flags>
+void ReadFlags(const Json& json, const Flags& flags, Status& status) {
+  for (const auto& flag : flags) status.*flag.value = json.at(flag.name).template get<bool>();
 }
 
-PlcCamera WatchOf(const Json& json) {
-  PlcCamera watch;
-  watch.configured = json.at("configured").get<bool>();
-  watch.name = EnumOf(json.at("name"), CameraName::kTop);
-  watch.state = EnumOf(json.at("state"), ZoomState::kRefused);
-  watch.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
-  watch.bits = WholeOf<std::uint16_t>(json.at("bits"));
-  watch.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
-  watch.board_views = WholeOf<std::uint16_t>(json.at("board_views"));
-  watch.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
-  watch.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  watch.lens_id = WholeOf<std::uint32_t>(json.at("lens_id"));
-  watch.zoom_time_s = NumberOf(json.at("zoom_time_s"));
-  watch.frame_time_s = NumberOf(json.at("frame_time_s"));
-  watch.tip_valid = json.at("tip_valid").get<bool>();
-  watch.tip_W = Vec3Of(json.at("tip_W_m"));
+Json CameraStatusJson(const CameraStatus& status) {
+  Json json = {{"configured", status.configured},
+               {"name", static_cast<int>(status.name)},
+               {"state", static_cast<int>(status.state)},
+               {"reason", static_cast<int>(status.reason)},
+               {"prompt", static_cast<int>(status.prompt)},
+               {"board_views", status.board_views},
+               {"zoom_counts", OptionalJson(status.zoom_counts)},
+               {"focus_counts", OptionalJson(status.focus_counts)},
+               {"lens_id", status.lens_id},
+               {"zoom_time_s", NumberJson(status.zoom_time_s)},
+               {"frame_time_s", NumberJson(status.frame_time_s)},
+               {"tip_W_m", VectorJson(status.tip_W)},
+               {"tip_covariance_W_m2",
+                VectorJson((status.tip_covariance_W + status.tip_places_W).eval().reshaped())},
+               {"tip_time_s", NumberJson(status.tip_time_s)}};
+  AddFlags(status, kCameraFlags, json);
+  return json;
+}
+
+CameraStatus CameraStatusOf(const Json& json) {
+  CameraStatus status;
+  status.configured = json.at("configured").get<bool>();
+  status.name = EnumOf(json.at("name"), CameraName::kTop);
+  status.state = EnumOf(json.at("state"), ZoomState::kRefused);
+  status.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
+  status.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
+  status.board_views = WholeOf<std::uint16_t>(json.at("board_views"));
+  status.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
+  status.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
+  status.lens_id = WholeOf<std::uint32_t>(json.at("lens_id"));
+  status.zoom_time_s = NumberOf(json.at("zoom_time_s"));
+  status.frame_time_s = NumberOf(json.at("frame_time_s"));
+  ReadFlags(json, kCameraFlags, status);
+  status.tip_W = Vec3Of(json.at("tip_W_m"));
   Eigen::Matrix<double, 9, 1> covariance;
   ReadVector(json.at("tip_covariance_W_m2"), covariance);
-  watch.tip_covariance_W = covariance.reshaped(3, 3);
-  watch.tip_time_s = NumberOf(json.at("tip_time_s"));
-  return watch;
+  status.tip_covariance_W = covariance.reshaped(3, 3);
+  status.tip_time_s = NumberOf(json.at("tip_time_s"));
+  return status;
 }
 
 Json CameraJson(const ViewCamera& camera) {
-  Json json = {{"watch", WatchJson(camera.watch)},
+  Json json = {{"status", CameraStatusJson(camera.status)},
                {"serial", camera.serial},
                {"mode", camera.mode},
                {"image", camera.image ? ImageJson(*camera.image) : Json(nullptr)},
@@ -206,7 +240,7 @@ Json CameraJson(const ViewCamera& camera) {
 
 ViewCamera CameraOf(const Json& json) {
   ViewCamera camera;
-  camera.watch = WatchOf(json.at("watch"));
+  camera.status = CameraStatusOf(json.at("status"));
   camera.serial = json.at("serial").get<std::string>();
   camera.mode = json.at("mode").get<std::string>();
   if (!json.at("image").is_null()) camera.image = ImageOf(json.at("image"));
@@ -268,26 +302,29 @@ ViewPoint PointOf(const Json& json) {
   return point;
 }
 
-Json LoopJson(const PlcLoop& loop) {
-  return {{"state", loop.state},
-          {"applied", loop.applied},
-          {"proposed", loop.proposed},
-          {"declared", loop.declared},
-          {"probes", loop.probes},
-          {"statistic", NumberJson(loop.statistic)},
-          {"residual_m", VectorJson(loop.residual_m)}};
+Json MonitoringJson(const MonitoringStatus& status) {
+  Json json = {{"applied", status.model.applied},
+               {"proposed", status.model.proposed},
+               {"declared", status.model.declared},
+               {"probes", status.probes},
+               {"quarantined", status.quarantined},
+               {"drift_statistic", NumberJson(status.drift_statistic)},
+               {"residual_m", VectorJson(status.residual_m)}};
+  AddFlags(status, kMonitoringFlags, json);
+  return json;
 }
 
-PlcLoop LoopOf(const Json& json) {
-  PlcLoop loop;
-  loop.state = WholeOf<std::uint16_t>(json.at("state"));
-  loop.applied = WholeOf<int>(json.at("applied"));
-  loop.proposed = WholeOf<int>(json.at("proposed"));
-  loop.declared = WholeOf<int>(json.at("declared"));
-  loop.probes = WholeOf<std::uint32_t>(json.at("probes"));
-  loop.statistic = NumberOf(json.at("statistic"));
-  loop.residual_m = Vec3Of(json.at("residual_m"));
-  return loop;
+MonitoringStatus MonitoringOf(const Json& json) {
+  MonitoringStatus status;
+  ReadFlags(json, kMonitoringFlags, status);
+  status.model.applied = WholeOf<int>(json.at("applied"));
+  status.model.proposed = WholeOf<int>(json.at("proposed"));
+  status.model.declared = WholeOf<int>(json.at("declared"));
+  status.probes = WholeOf<std::uint32_t>(json.at("probes"));
+  status.quarantined = WholeOf<std::uint32_t>(json.at("quarantined"));
+  status.drift_statistic = NumberOf(json.at("drift_statistic"));
+  status.residual_m = Vec3Of(json.at("residual_m"));
+  return status;
 }
 
 Json CycleJson(const ViewCycle& cycle) {
@@ -350,7 +387,7 @@ ViewState StateOf(const Json& json) {
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
-  state.loop = LoopOf(json.at("loop"));
+  state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
   if (state.cameras.size() > kMostCameras)
     throw std::out_of_range("more cameras than there may be");
@@ -382,7 +419,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
                      {"temp_C", OptionalJson(state.temp_C)},
                      {"points", PointsJson(state.points)},
-                     {"loop", LoopJson(state.loop)},
+                     {"monitoring", MonitoringJson(state.monitoring)},
                      {"cameras", CamerasJson(state.cameras)},
                      {"lines", LinesJson(state.lines)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -10,7 +10,7 @@
 namespace plumbline {
 
 /// Raised with every change that an older reader would misunderstand.
-inline constexpr int kViewSchema = 4;
+inline constexpr int kViewSchema = 5;
 
 /// One JSON object. Numbers that are not finite become null.
 std::string JsonOfView(const ViewState& state);

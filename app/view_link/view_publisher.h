@@ -53,7 +53,7 @@ class ViewPublisher {
   /// The newest that a viewer of the daemon's own user said (scene_message.h), with the moment at
   /// which Watched() took it; nothing: none did. What others say, or what is no such message, is
   /// thrown away.
-  const std::optional<PlcScene>& scene() const { return scene_; }
+  const std::optional<SceneStatus>& scene() const { return scene_; }
 
  private:
   struct Viewer {
@@ -77,7 +77,7 @@ class ViewPublisher {
   std::array<int, kMostCameras> next_{};  ///< of the camera's own slots
   std::uint32_t stamp_ = 0;
   bool Hear(const Viewer& viewer);
-  std::optional<PlcScene> scene_;
+  std::optional<SceneStatus> scene_;
 };
 
 /// At the begin of each slot; the pixels follow at kViewPixels.

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "drivers/lateness.h"
-#include "drivers/plc/register_map.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/status/camera_status.h"
+#include "firmware-like/status/monitoring_status.h"
 
 namespace plumbline {
 
@@ -42,9 +43,9 @@ struct ViewBody {
   bool ambiguous = false;
 };
 
-/// A camera: what it saw, all of one image, and how its watch stands.
+/// A camera: what it saw, all of one image, and its status.
 struct ViewCamera {
-  PlcCamera watch;  ///< its name, state of the zoom and the lens, prompts, measured tip
+  CameraStatus status;  ///< its name, state of the zoom and the lens, prompts, measured tip
   std::string serial, mode;
   std::optional<ViewImage> image;  ///< nothing: none came
   std::optional<Lens> lens;        ///< in use at that image
@@ -93,7 +94,7 @@ struct ViewState {
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
   std::vector<ViewPoint> points;  ///< in configured order
-  PlcLoop loop;
+  MonitoringStatus monitoring;
   std::vector<ViewCamera> cameras;  ///< in configured order; empty: none is configured
   std::vector<ViewLine> lines;      ///< the newest, oldest first
 };

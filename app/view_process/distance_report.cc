@@ -49,7 +49,7 @@ class DistanceReport {
     }
     json_["distances"].push_back(json);
   }
-  void Add(const MeasuredPoint& one) {
+  void Add(const PlacedPoint& one) {
     json_["points"].push_back(
         {{"name", one.name}, {"xyz_W_mm", one.p_W ? XyzJson(*one.p_W) : nlohmann::json()}});
     one.p_W ? Line(one.name, "at " + XyzText(*one.p_W) + " mm") : Missing(one.name);
@@ -131,7 +131,7 @@ int TellDistances(const DistanceOptions& options) {
     const bool a = wanted(one.a), b = wanted(one.b);
     if (a || b) report.Add(one);
   }
-  for (const MeasuredPoint& one : measured.points) {
+  for (const PlacedPoint& one : measured.points) {
     if (wanted(one.name)) report.Add(one);
   }
   for (const std::string& name : left) {

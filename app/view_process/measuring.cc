@@ -14,8 +14,8 @@ constexpr double kSweepShare = 10;  ///< they pause for so many times as long as
 
 }  // namespace
 
-PlcScene SceneForPlc(const Measured& measured) {
-  PlcScene scene;
+SceneStatus SceneForPlc(const Measured& measured) {
+  SceneStatus scene;
   for (const MeasuredPair& pair : measured.pairs) {
     if (pair.state == Nearness::kInterference) ++scene.interferences;
     if (!pair.separation) {

@@ -54,7 +54,7 @@ void Print(const SnapshotOptions& options, const ViewFacts& facts) {
   for (const std::size_t k : facts.shown) {
     const ViewCamera& camera = CameraOf(state, k);
     json["cameras"].push_back(
-        {{"name", CameraNameText(camera.watch.name)},
+        {{"name", CameraNameText(camera.status.name)},
          {"image_age_s", camera.image ? nlohmann::json(facts.now_s - camera.image->time_s)
                                       : nlohmann::json(nullptr)}});
   }

@@ -188,7 +188,7 @@ const ViewFacts& Viewer::Facts() {
   facts_.shown.clear();
   for (std::size_t k = 0; k < eyes_.size(); ++k) {
     facts_.frames_per_s.push_back(eyes_[k].frames_per_s);
-    const bool other = overlay_.camera && CameraOf(view_.state, k).watch.name != *overlay_.camera;
+    const bool other = overlay_.camera && CameraOf(view_.state, k).status.name != *overlay_.camera;
     if (!other) facts_.shown.push_back(k);
   }
   if (facts_.shown.empty()) facts_.shown = {0};  // the daemon's cameras are others until a restart

@@ -15,7 +15,7 @@ using Source = const MapSource&;
 constexpr double kNoAge = 65535;
 using enum FieldType;
 
-const PlcCamera& Camera(Source s) {
+const CameraStatus& Camera(Source s) {
   return *s.camera;
 }
 
@@ -51,7 +51,7 @@ const std::array kCameraFields = {
     MapField{501, kU16, "camera_reason", "code", "why, see below",
              [](Source s) { return static_cast<double>(Camera(s).reason); }},
     MapField{502, kU16, "camera_bits", "bits", "see below",
-             [](Source s) -> double { return Camera(s).bits; }},
+             [](Source s) -> double { return plc_map::CameraWord(Camera(s)); }},
     MapField{503, kU16, "board_prompt", "code", "what to do with the calibration board, see below",
              [](Source s) { return static_cast<double>(Camera(s).prompt); }},
     MapField{504, kU16, "board_views", "", "views of the board that are kept in this capture",
@@ -98,15 +98,24 @@ const std::array kBodyFields = {
              [](Source s) { return kMmPerMetre * s.body->radius_m; }},
 };
 
-constexpr std::array kCameraBits = {
-    BitMeaning{camera_bits::kLensStale, "the lens is not to be trusted"},
-    BitMeaning{camera_bits::kCameraLost, "no frames"},
-    BitMeaning{camera_bits::kSensorLost, "the zoom is not known"},
-    BitMeaning{camera_bits::kBoardWanted, "the board is asked for"},
-    BitMeaning{camera_bits::kMarksHidden, "the fixed marks are not seen"},
-    BitMeaning{camera_bits::kMarkMoved, "a mark stands elsewhere"},
-    BitMeaning{camera_bits::kStoreFault, "lenses cannot be kept"},
+struct CameraBit {
+  BitMeaning bit;
+  bool CameraStatus::*flag;
 };
+constexpr std::array kCameraFlags = {
+    CameraBit{{1 << 0, "the lens is not to be trusted"}, &CameraStatus::lens_stale},
+    CameraBit{{1 << 1, "no frames"}, &CameraStatus::camera_lost},
+    CameraBit{{1 << 2, "the zoom is not known"}, &CameraStatus::zoom_unknown},
+    CameraBit{{1 << 3, "the board is asked for"}, &CameraStatus::board_wanted},
+    CameraBit{{1 << 4, "the fixed marks are not seen"}, &CameraStatus::fiducials_hidden},
+    CameraBit{{1 << 5, "a mark stands elsewhere"}, &CameraStatus::fiducial_moved},
+    CameraBit{{1 << 6, "lenses cannot be kept"}, &CameraStatus::store_fault},
+};
+constexpr auto kCameraBits = [] {
+  std::array<BitMeaning, kCameraFlags.size()> bits{};
+  for (std::size_t k = 0; k < bits.size(); ++k) bits[k] = kCameraFlags[k].bit;
+  return bits;
+}();
 
 }  // namespace
 
@@ -118,6 +127,11 @@ std::span<const MapField> plc_map::BodyFields() {
 }
 std::span<const BitMeaning> plc_map::CameraBits() {
   return kCameraBits;
+}
+std::uint16_t plc_map::CameraWord(const CameraStatus& camera) {
+  int word = 0;
+  for (const CameraBit& known : kCameraFlags) word |= camera.*known.flag ? known.bit.mask : 0;
+  return static_cast<std::uint16_t>(word);
 }
 
 }  // namespace plumbline

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/modbus/word_order.h"
 
@@ -10,8 +9,6 @@ namespace plumbline {
 namespace {
 
 using modbus::WordOrder;
-
-constexpr double kRadians = std::numbers::pi / 180;
 
 WordOrder OrderOf(bool little_word_first) {
   return little_word_first ? WordOrder::kCdab : WordOrder::kAbcd;
@@ -119,7 +116,7 @@ void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
   const std::size_t further = plc_map::kCameraStride * camera;
   for (const MapField& field : plc_map::CameraFields()) put(field, further);
   std::size_t base = plc_map::kBodies + further;
-  for (const PlcCamera::Body& body : source.camera->bodies) {
+  for (const CameraStatus::Body& body : source.camera->bodies) {
     source.body = &body;
     for (const MapField& field : plc_map::BodyFields()) put(field, base);
     base += plc_map::kBodySize;
@@ -148,53 +145,6 @@ double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::s
     }
   }
   return 0;
-}
-
-PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
-                                   std::span<const std::uint8_t> coils,
-                                   const PlcConvention& convention) {
-  const auto at = [&](std::uint16_t address) {
-    return static_cast<std::size_t>(address - plc_map::kCommands);
-  };
-  const auto number = [&](std::uint16_t address) {
-    return ValueOfField(FieldType::kFloat, window, at(address), convention.little_word_first);
-  };
-  const auto scaled = [&](std::uint16_t address) {
-    return static_cast<double>(static_cast<std::int16_t>(window[at(address)]));
-  };
-  PlcCommand command;
-  command.sequence = window[at(1039)];
-  command.code = static_cast<PlcCommandCode>(window[at(1000)]);
-  command.point_id = window[at(1001)];
-  command.camera = window[at(1016)];
-  command.heartbeat = window[at(1030)];
-  command.acknowledge = coils[0] != 0;
-  command.manual = (window[at(1031)] & 1) != 0 || coils[1] != 0;
-  const double payload_kg = number(1014);
-  if (!(payload_kg <= 0)) command.payload_kg = payload_kg;  // NaN is passed on, to be refused
-
-  Vec3 position_m, angles;
-  OrientationConvention orientation = convention.orientation;
-  if (command.code == PlcCommandCode::kCorrectPoseScaled) {
-    position_m = 1e-4 * Vec3(scaled(1020), scaled(1021), scaled(1022));
-    angles = 1e-3 * Vec3(scaled(1023), scaled(1024), scaled(1025));
-    orientation = OrientationConvention::kRotationVector;
-  } else {
-    position_m = 1e-3 * Vec3(number(1002), number(1004), number(1006));
-    angles = kRadians * Vec3(number(1008), number(1010), number(1012));
-  }
-  command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
-                       angles.norm() < 100;
-  if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
-  if (command.code == PlcCommandCode::kProbe) {
-    if (position_m.allFinite()) command.probe_W = position_m;
-  } else if (command.code == PlcCommandCode::kProbeFine) {
-    const auto fine = [&](std::uint16_t address) {
-      return ValueOfField(FieldType::kI32, window, at(address), convention.little_word_first);
-    };
-    command.probe_W = 1e-6 * Vec3(fine(1032), fine(1034), fine(1036));
-  }
-  return command;
 }
 
 std::uint16_t CrcOfRegisters(std::span<const std::uint16_t> registers) {

@@ -1,53 +1,89 @@
-// Registers 1000..1039, which clients write.
-#include <array>
+#include "drivers/plc/command_registers.h"
 
-#include "drivers/plc/register_map.h"
+#include "drivers/plc/codec.h"
+#include "firmware-like/geometry/angle.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::array kCommandFields = {
-    CommandField{
-        1000, FieldType::kU16, "command_code", "code",
-        "1 correct a configured point, 2 correct the pose in 1002-1013, 3 correct the "
-        "pose in 1020-1025, 4 tell where the pose in 1002-1013 lands, 5 acknowledge, 6 record a "
-        "probe (measured tip in 1002-1007, measurement frame), 7 likewise from 1032-1037, "
-        "8 restart the drift monitor, 9 start a calibration of the lens, 10 cancel it, 11 record a "
-        "probe by camera"},
-    CommandField{1001, FieldType::kU16, "command_point", "", "id of the point, for code 1"},
-    CommandField{1002, FieldType::kFloat, "command_x", "mm",
-                 "wanted pose of the tool point, robot base frame"},
-    CommandField{1004, FieldType::kFloat, "command_y", "mm", ""},
-    CommandField{1006, FieldType::kFloat, "command_z", "mm", ""},
-    CommandField{1008, FieldType::kFloat, "command_rx", "deg",
-                 "orientation, convention of register 3"},
-    CommandField{1010, FieldType::kFloat, "command_ry", "deg", ""},
-    CommandField{1012, FieldType::kFloat, "command_rz", "deg", ""},
-    CommandField{1014, FieldType::kFloat, "command_payload", "kg",
-                 "mass to compute with; 0 or less: what the robot carries now"},
-    CommandField{1016, FieldType::kU16, "command_camera", "",
-                 "for codes 9 to 11: 1 the first camera, 2 the second; 0: 9 those that ask for "
-                 "the board (all, where none does), 10 all, 11 all that see the tip"},
-    CommandField{1020, FieldType::kI16, "command_x_scaled", "0.1 mm", "wanted pose for code 3"},
-    CommandField{1021, FieldType::kI16, "command_y_scaled", "0.1 mm", ""},
-    CommandField{1022, FieldType::kI16, "command_z_scaled", "0.1 mm", ""},
-    CommandField{1023, FieldType::kI16, "command_rx_scaled", "mrad", "rotation vector, always"},
-    CommandField{1024, FieldType::kI16, "command_ry_scaled", "mrad", ""},
-    CommandField{1025, FieldType::kI16, "command_rz_scaled", "mrad", ""},
-    CommandField{1030, FieldType::kU16, "plc_heartbeat", "", "change it at least every 2 s"},
-    CommandField{1031, FieldType::kU16, "plc_flags", "bits", "bit 0: operated by hand"},
-    CommandField{1032, FieldType::kI32, "probe_x_fine", "0.001 mm",
-                 "measured tip for code 7, measurement frame"},
-    CommandField{1034, FieldType::kI32, "probe_y_fine", "0.001 mm", ""},
-    CommandField{1036, FieldType::kI32, "probe_z_fine", "0.001 mm", ""},
-    CommandField{1039, FieldType::kU16, "command_sequence", "",
-                 "write it last; a new value executes, once"},
+constexpr double kMetrePerScaled = 1e-4, kRadianPerScaled = 1e-3, kMetrePerFine = 1e-6;
+
+/// The command window by the names of its registers.
+class CommandWindow {
+ public:
+  CommandWindow(std::span<const std::uint16_t> window, bool little_word_first)
+      : window_(window), little_word_first_(little_word_first) {}
+
+  double Value(const CommandField& field) const {
+    const auto offset = static_cast<std::size_t>(field.address - plc_map::kCommands);
+    return ValueOfField(field.type, window_, offset, little_word_first_);
+  }
+  std::uint16_t Word(const CommandField& field) const {
+    return static_cast<std::uint16_t>(Value(field));
+  }
+  Vec3 Vector(const CommandField& x, const CommandField& y, const CommandField& z) const {
+    return {Value(x), Value(y), Value(z)};
+  }
+
+ private:
+  std::span<const std::uint16_t> window_;
+  bool little_word_first_;
 };
+
+/// The wanted pose, where its numbers make sense.
+void ReadPose(const CommandWindow& window, const PlcConvention& convention, PlcCommand& command) {
+  Vec3 position_m, angles;
+  OrientationConvention orientation = convention.orientation;
+  if (command.code == PlcCommandCode::kCorrectPoseScaled) {
+    position_m = kMetrePerScaled * window.Vector(CommandNamed("command_x_scaled"),
+                                                 CommandNamed("command_y_scaled"),
+                                                 CommandNamed("command_z_scaled"));
+    angles = kRadianPerScaled * window.Vector(CommandNamed("command_rx_scaled"),
+                                              CommandNamed("command_ry_scaled"),
+                                              CommandNamed("command_rz_scaled"));
+    orientation = OrientationConvention::kRotationVector;
+  } else {
+    position_m = kMetrePerMm * window.Vector(CommandNamed("command_x"), CommandNamed("command_y"),
+                                             CommandNamed("command_z"));
+    angles = kRadPerDeg * window.Vector(CommandNamed("command_rx"), CommandNamed("command_ry"),
+                                        CommandNamed("command_rz"));
+  }
+  command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
+                       angles.norm() < 100;
+  if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
+  if (command.code == PlcCommandCode::kProbe && position_m.allFinite()) {
+    command.probe_W = position_m;
+  }
+}
 
 }  // namespace
 
 std::span<const CommandField> plc_map::Commands() {
   return kCommandFields;
+}
+
+PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
+                                   std::span<const std::uint8_t> coils,
+                                   const PlcConvention& convention) {
+  const CommandWindow window(registers, convention.little_word_first);
+  PlcCommand command;
+  command.sequence = window.Word(CommandNamed("command_sequence"));
+  command.code = static_cast<PlcCommandCode>(window.Word(CommandNamed("command_code")));
+  command.point_id = window.Word(CommandNamed("command_point"));
+  command.camera = window.Word(CommandNamed("command_camera"));
+  command.heartbeat = window.Word(CommandNamed("plc_heartbeat"));
+  command.acknowledge = coils[0] != 0;
+  command.manual = (window.Word(CommandNamed("plc_flags")) & 1) != 0 || coils[1] != 0;
+  const double payload_kg = window.Value(CommandNamed("command_payload"));
+  if (!(payload_kg <= 0)) command.payload_kg = payload_kg;  // NaN is passed on, to be refused
+  ReadPose(window, convention, command);
+  if (command.code == PlcCommandCode::kProbeFine) {
+    command.probe_W =
+        kMetrePerFine * window.Vector(CommandNamed("probe_x_fine"), CommandNamed("probe_y_fine"),
+                                      CommandNamed("probe_z_fine"));
+  }
+  return command;
 }
 
 }  // namespace plumbline

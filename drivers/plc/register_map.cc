@@ -102,11 +102,11 @@ double PointAngle_deg(Source s) {
 
 template <int K>
 double ProbeResidual(Source s) {
-  return kMmPerMetre * s.environment.loop.residual_m[K];
+  return kMmPerMetre * s.environment.monitoring.residual_m[K];
 }
 template <int K>
 double ProbeResidualScaled(Source s) {
-  return 1e5 * s.environment.loop.residual_m[K];
+  return 1e5 * s.environment.monitoring.residual_m[K];
 }
 
 double InputBits(Source s) {
@@ -210,7 +210,7 @@ const std::array kMapFields = {
     MapField{132, kU64, "result_time", "ms", "wall clock, since 1970-01-01 UTC",
              [](Source s) { return static_cast<double>(s.snapshot.result.unix_ms); }},
     MapField{136, kU16, "result_model", "", "version of the cell model that was used",
-             [](Source s) -> double { return s.environment.loop.applied; }},
+             [](Source s) -> double { return s.environment.monitoring.model.applied; }},
     MapField{137, kU16, "result_orientation", "", "as register 3",
              [](Source s) { return static_cast<double>(s.convention.orientation); }},
     MapField{138, kU16, "result_crc", "", "Modbus CRC16 of registers 100-137, high bytes first",
@@ -286,23 +286,23 @@ const std::array kMapFields = {
              "bit 0 probes are recorded, 1 drift alarm, 2 proposal waiting, 3 reference being "
              "taken, 4 diagnosis at work, 5 journal or diagnosis failed, 6 probes are quarantined, "
              "7 reference refused: its probes disagree, 8 state directory cannot be written",
-             [](Source s) -> double { return s.environment.loop.state; }},
+             [](Source s) -> double { return plc_map::MonitoringWord(s.environment.monitoring); }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
-             [](Source s) -> double { return s.environment.loop.applied; }},
+             [](Source s) -> double { return s.environment.monitoring.model.applied; }},
     MapField{402, kU16, "model_proposed", "", "version that waits for approval, 0: none",
-             [](Source s) -> double { return s.environment.loop.proposed; }},
+             [](Source s) -> double { return s.environment.monitoring.model.proposed; }},
     MapField{403, kU16, "model_declared", "", "version of the configured cell file",
-             [](Source s) -> double { return s.environment.loop.declared; }},
+             [](Source s) -> double { return s.environment.monitoring.model.declared; }},
     MapField{404, kU32, "probes", "", "probes written to the journal since the start",
-             [](Source s) -> double { return s.environment.loop.probes; }},
+             [](Source s) -> double { return s.environment.monitoring.probes; }},
     MapField{406, kFloat, "drift_statistic", "", "the monitor alarms above 1",
-             [](Source s) { return s.environment.loop.statistic; }},
+             [](Source s) { return s.environment.monitoring.drift_statistic; }},
     MapField{408, kFloat, "residual_x", "mm",
              "last probe, measured minus predicted, measurement frame", ProbeResidual<0>},
     MapField{410, kFloat, "residual_y", "mm", "", ProbeResidual<1>},
     MapField{412, kFloat, "residual_z", "mm", "", ProbeResidual<2>},
     MapField{414, kU16, "drift_statistic_scaled", "0.01", "as register 406",
-             [](Source s) { return 100 * s.environment.loop.statistic; }},
+             [](Source s) { return 100 * s.environment.monitoring.drift_statistic; }},
     MapField{415, kI16, "residual_x_scaled", "0.01 mm", "as registers 408-413",
              ProbeResidualScaled<0>},
     MapField{416, kI16, "residual_y_scaled", "0.01 mm", "", ProbeResidualScaled<1>},
@@ -310,15 +310,15 @@ const std::array kMapFields = {
     MapField{418, kU16, "model_fitted", "",
              "1: the model in force was fitted to measured points, 0: it is declared, and its "
              "uncertainty assumed",
-             [](Source s) -> double { return s.environment.loop.fitted ? 1 : 0; }},
+             [](Source s) -> double { return s.environment.monitoring.model.fitted ? 1 : 0; }},
     MapField{419, kU16, "model_effects", "", "effects that the model in force holds",
-             [](Source s) -> double { return s.environment.loop.effects; }},
+             [](Source s) -> double { return s.environment.monitoring.model.effects; }},
     MapField{420, kU32, "probes_refused", "",
              "implausible, or while the robot moved; since the start",
              [](Source s) -> double { return s.snapshot.probes.refused; }},
     MapField{422, kU16, "probes_quarantined", "",
              "kept in the journal, and not used before a person accepts them",
-             [](Source s) -> double { return s.environment.loop.quarantined; }},
+             [](Source s) -> double { return s.environment.monitoring.quarantined; }},
     MapField{423, kU16, "probe_fault", "",
              "of the newest probe: 0 none, 1 zero, 2 given in metres, 3 beyond the arm's reach, "
              "4 the robot moved",

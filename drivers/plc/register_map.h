@@ -5,10 +5,11 @@
 #include <cstdint>
 #include <span>
 
-#include "drivers/plc/plc_camera.h"
-#include "drivers/plc/plc_scene.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/snapshot.h"
+#include "firmware-like/status/camera_status.h"
+#include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/scene_status.h"
 
 namespace plumbline {
 
@@ -17,32 +18,6 @@ enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
 
 int RegisterCount(FieldType type);
 const char* NameOf(FieldType type);
-
-/// Bits of register 400.
-namespace loop_state {
-inline constexpr std::uint16_t kRecording = 1 << 0;  ///< probes are taken
-inline constexpr std::uint16_t kAlarm = 1 << 1;
-inline constexpr std::uint16_t kProposalWaiting = 1 << 2;
-inline constexpr std::uint16_t kLearning = 1 << 3;     ///< the monitor's reference is being taken
-inline constexpr std::uint16_t kDiagnosing = 1 << 4;   ///< the diagnosis is at work
-inline constexpr std::uint16_t kFault = 1 << 5;        ///< journal or diagnosis failed; see the log
-inline constexpr std::uint16_t kQuarantined = 1 << 6;  ///< probes wait for a person's decision
-inline constexpr std::uint16_t kReferenceRefused = 1 << 7;  ///< its probes disagree; no drift watch
-inline constexpr std::uint16_t kStorage = 1 << 8;  ///< the state directory cannot be written
-}  // namespace loop_state
-
-/// What the loop of probes, monitor and model tells the PLC.
-struct PlcLoop {
-  std::uint16_t state = 0;                      ///< loop_state bits
-  int applied = 0, proposed = 0, declared = 0;  ///< model versions, 0: none
-  std::uint32_t probes = 0;                     ///< in the journal, on disk, since the start
-  double statistic = 0;                         ///< of the monitor; it alarms above 1
-  Vec3 residual_m = Vec3::Zero();               ///< of the last probe, measured minus predicted, W
-  bool fitted = false;   ///< the model in force was fitted to measured points, not only declared
-  int effects = 0;       ///< that the model in force holds
-  bool settled = false;  ///< whether probes are recorded is known: the journal was opened, or not
-  std::uint32_t quarantined = 0;  ///< probes in the journal that wait for a person's decision
-};
 
 /// Who commands: the ends of the clients' IPv4 addresses (third byte high, fourth byte low), by
 /// which a PLC's program recognises its own. 0: none, or the serial line.
@@ -63,10 +38,10 @@ struct PlcEnvironment {
   double longest_cycle_s = 0;  ///< since the start
   std::uint32_t overruns = 0;
   double now_s = 0;  ///< monotonic
-  PlcLoop loop;
+  MonitoringStatus monitoring;
   PlcMasters masters;
-  std::array<PlcCamera, kMostCameras> cameras;
-  PlcScene scene;
+  std::array<CameraStatus, kMostCameras> cameras;
+  SceneStatus scene;
 };
 
 /// How orientations and 32-bit values stand in the map.
@@ -82,8 +57,8 @@ struct MapSource {
   const PlcConvention& convention;
   const PointResult* point = nullptr;  ///< of a point block
   std::uint16_t point_id = 0;
-  const PlcCamera* camera = nullptr;      ///< of a camera's block
-  const PlcCamera::Body* body = nullptr;  ///< of a body's block
+  const CameraStatus* camera = nullptr;      ///< of a camera's block
+  const CameraStatus::Body* body = nullptr;  ///< of a body's block
 };
 
 /// One entry. `value` gives it in `unit`; where it is not finite the registers keep what they have.
@@ -123,10 +98,9 @@ inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kLoop = 400, kLoopSize = 28;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
 inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and its bodies
-inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< PlcCamera::kMostBodies blocks
+inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMostBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
-inline constexpr std::uint16_t kPlcHeartbeat = 1030;  ///< among them, and no command
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
 inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
 /// The posture of each point, apart from its block, whose size PLC programs rely on.
@@ -175,6 +149,11 @@ std::span<const MapField> BodyFields();
 std::span<const MapField> SceneFields();
 /// Bits of a camera's register 502.
 std::span<const BitMeaning> CameraBits();
+std::uint16_t CameraWord(const CameraStatus& camera);
+/// Register 400: the state of the monitoring, in bits.
+std::uint16_t MonitoringWord(const MonitoringStatus& monitoring);
+/// The flags of register 400 read back; all that the word does not hold has its default.
+MonitoringStatus MonitoringFlagsFromWord(std::uint16_t word);
 /// Bits of the status, alarm and warning words, ascending.
 std::span<const BitMeaning> StatusBits();
 std::span<const BitMeaning> AlarmBits();

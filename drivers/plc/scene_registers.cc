@@ -14,12 +14,12 @@ using Source = const MapSource&;
 using enum FieldType;
 constexpr double kOldest_ms = 65535, kNotKnown = -1;
 
-const PlcScene& Scene(Source s) {
+const SceneStatus& Scene(Source s) {
   return s.environment.scene;
 }
 
 bool Fresh(Source s) {
-  return s.environment.now_s - Scene(s).time_s <= PlcScene::kFresh_s;
+  return Scene(s).FreshAt(s.environment.now_s);
 }
 
 /// One that touches is known although others are not measured; "apart" is said of all or of none.

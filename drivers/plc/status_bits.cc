@@ -1,4 +1,4 @@
-// What the bits of the status, alarm and warning words mean.
+// Bits of the status, alarm and warning words, and of the state of the monitoring.
 #include <array>
 
 #include "drivers/plc/register_map.h"
@@ -53,7 +53,37 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kTwoMasters, "two clients write the command window"},
 };
 
+struct MonitoringBit {
+  std::uint16_t mask;
+  bool MonitoringStatus::*flag;
+};
+constexpr std::array kMonitoringFlags = {
+    MonitoringBit{1 << 0, &MonitoringStatus::recording},
+    MonitoringBit{1 << 1, &MonitoringStatus::drift_alarm},
+    MonitoringBit{1 << 3, &MonitoringStatus::learning},
+    MonitoringBit{1 << 4, &MonitoringStatus::diagnosing},
+    MonitoringBit{1 << 5, &MonitoringStatus::fault},
+    MonitoringBit{1 << 7, &MonitoringStatus::reference_refused},
+    MonitoringBit{1 << 8, &MonitoringStatus::storage_unavailable},
+};
+// Two bits repeat what other registers count.
+constexpr int kProposalWaiting = 1 << 2, kQuarantined = 1 << 6;
+
 }  // namespace
+
+std::uint16_t plc_map::MonitoringWord(const MonitoringStatus& monitoring) {
+  int word = 0;
+  for (const MonitoringBit& bit : kMonitoringFlags) word |= monitoring.*bit.flag ? bit.mask : 0;
+  if (monitoring.proposal_waiting()) word |= kProposalWaiting;
+  if (monitoring.quarantined > 0) word |= kQuarantined;
+  return static_cast<std::uint16_t>(word);
+}
+
+MonitoringStatus plc_map::MonitoringFlagsFromWord(std::uint16_t word) {
+  MonitoringStatus monitoring;
+  for (const MonitoringBit& bit : kMonitoringFlags) monitoring.*bit.flag = (word & bit.mask) != 0;
+  return monitoring;
+}
 
 std::span<const BitMeaning> plc_map::StatusBits() {
   return kStatusBits;

@@ -33,7 +33,8 @@ Mat3Of<T> RotationFromRpy(const Vec3Of<T>& rpy) {
 inline bool Acts(double value) {
   return value != 0;
 }
-inline bool Acts(const Dual& value) {
+template <int kWidth>
+bool Acts(const ceres::Jet<double, kWidth>& value) {
   return value.a != 0 || !value.v.isZero(0);
 }
 

@@ -10,6 +10,11 @@ namespace {
 /// Of the mean square error: beyond it the radius grows by more than a tenth, 1 - 1 / 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
+std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
+  if (!cell.domain || !cell.domain->distant_sigma_m) return {};
+  return cell.domain->poses;
+}
+
 }  // namespace
 
 LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
@@ -20,6 +25,8 @@ LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& a
       deviation_stated_(deviation.stated),
       residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
                                   : cell.measurement.sigma_m.value_or(0.0)),
+      distant_sigma_m_(held_out_ ? cell.domain->distant_sigma_m.value_or(0.0) : 0.0),
+      distance_(arm.chain(), arm.X_FT().p, MeasuredPoses(cell)),
       assumed_(std::make_unique<AssumedError>(cell, arm, deviation.share)),
       scratch_(arm) {}
 
@@ -32,7 +39,8 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
-  const Mat3 covariance = effects_W + residual_sigma_m_ * residual_sigma_m_ * Mat3::Identity();
+  const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
+  const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();
   const RadiusBasis basis = held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
   const StatedRadius inside{RadiusHolding95Percent(covariance),
                             as_validated_ ? basis : RadiusBasis::kAssumed};

@@ -5,6 +5,7 @@
 
 #include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/kinematics/pose_distance.h"
 #include "firmware-like/model/radius_basis.h"
 
 namespace plumbline {
@@ -14,11 +15,12 @@ class AssumedError;
 /// The 95 % radius of a landing.
 ///
 /// A model that was fitted to measured points (its cell names a [domain]), inside that domain:
-///   C = sum_e J_e Sigma_e J_e^T + sigma^2 I
-/// with the covariance of the effects' parameters (EffectCovariance) and sigma, the model's
-/// residual on one axis in rows that took no part in the fit: basis `measured`. Without such a
-/// residual sigma is the instrument's, and the basis `propagated`. It is the radius for points
-/// measured with that instrument; for the tip itself it is too large by the instrument's noise.
+///   C = sum_e J_e Sigma_e J_e^T + sigma^2(d) I
+/// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the model's
+/// residual on one axis in rows that took no part in the fit, which grows with the distance d from
+/// the measured poses (Domain::distant_sigma_m): basis `measured`. Without such a residual sigma is
+/// the instrument's, and the basis `propagated`. It is the radius for points measured with that
+/// instrument; for the tip itself it is too large by the instrument's noise.
 ///
 /// Any other model: the error sampled from the priors of all that the cell leaves open
 /// (AssumedError), with the same covariance of its effects. The basis is `propagated` where the
@@ -57,6 +59,8 @@ class LandingUncertainty {
   bool held_out_;  ///< the domain states a held-out residual
   bool deviation_stated_;
   double residual_sigma_m_;
+  double distant_sigma_m_;
+  PoseDistance distance_;
   std::unique_ptr<AssumedError> assumed_;
   EffectScratch scratch_;
   LoadedState state_;

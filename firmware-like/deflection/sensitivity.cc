@@ -1,8 +1,10 @@
 #include "firmware-like/deflection/sensitivity.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "firmware-like/deflection/equations.h"
 
@@ -10,6 +12,8 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
+/// Wide enough for the joints of most arms, where every wanted entry has a closed form.
+using NarrowDual = ceres::Jet<double, 8>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
 /// Entries of a joint that only turn it, by `Sag`: the tip follows them through the posture alone.
@@ -98,6 +102,20 @@ Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
   return (1 + influence[I::kScale]) * Mat3::Identity();
 }
 
+/// The rotation vector by which R turns per unit of a dual number's variable.
+template <typename T>
+Vec3 TurnPer(const Mat3Of<T>& R, int variable) {
+  Mat3 value, change;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      value(i, j) = R(i, j).a;
+      change(i, j) = R(i, j).v[variable];
+    }
+  }
+  const Mat3 turn = change * value.transpose();
+  return 0.5 * Vec3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
+}
+
 /// The base turns rigidly, and gravity turns the other way in it; first order in the turns.
 void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
                     const InfluenceSet& wanted, Sensitivity& sensitivity) {
@@ -107,6 +125,8 @@ void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
     if (!wanted[static_cast<std::size_t>(I::kBaseTilt + axis)]) continue;
     sensitivity.dp.col(I::kBaseTilt + axis) =
         reading * Vec3::Unit(axis).cross(arm_W) - sensitivity.dp.col(I::kGravityTurnX + axis);
+    sensitivity.dr.col(I::kBaseTilt + axis) =
+        Vec3::Unit(axis) - sensitivity.dr.col(I::kGravityTurnX + axis);
   }
 }
 
@@ -124,7 +144,7 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
   JointVector tau;
   const Vec3 g_B = X_BF.R * state.tool.g_F;
   arm.loads().Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost), turns(3, kMost);
   std::array<int, kMost> entries{};
   int count = 0;
   for (int i = arm.size() - 1; i >= 0; --i) {
@@ -134,20 +154,25 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
       const double size = influence.Joint(kStructureEntries[k], i);
       const Mat3 R = SmallRotation<double>(size * motions[k].turn);
       const Vec3 lever = R * (p_B - motions[k].centre);
-      if (size != 0) columns.leftCols(count) = (R * columns.leftCols(count)).eval();
+      if (size != 0) {
+        columns.leftCols(count) = (R * columns.leftCols(count)).eval();
+        turns.leftCols(count) = (R * turns.leftCols(count)).eval();
+      }
       entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * kMaxJoints + i;
-      columns.col(count++) = motions[k].turn.cross(lever) + motions[k].shift;
+      columns.col(count) = motions[k].turn.cross(lever) + motions[k].shift;
+      turns.col(count++) = motions[k].turn;
       p_B = motions[k].centre + lever + size * motions[k].shift;
       R_BT = R * R_BT;
     }
   }
   // Lean and base turn all of it: from R_BT to R_WT.
-  const Mat3 outwards =
-      ReadingPerPlace(arm, influence, sensitivity) * state.X_WT.R * R_BT.transpose();
+  const Mat3 R_WB = state.X_WT.R * R_BT.transpose();
+  const Mat3 outwards = ReadingPerPlace(arm, influence, sensitivity) * R_WB;
   for (int k = 0; k < count; ++k) {
     const int entry = entries[static_cast<std::size_t>(k)];
     if (!wanted[static_cast<std::size_t>(entry)]) continue;
     sensitivity.dp.col(entry) = outwards * columns.col(k);
+    sensitivity.dr.col(entry) = R_WB * turns.col(k);
   }
 }
 
@@ -159,36 +184,38 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
   AddTiltEntries(arm, influence, wanted, sensitivity);
   for (int entry = 0; entry < I::kSize; ++entry) {
     const auto at = static_cast<std::size_t>(entry);
-    if (ingredients[at] && !wanted[at]) sensitivity.dp.col(entry).setZero();
+    if (!ingredients[at] || wanted[at]) continue;
+    sensitivity.dp.col(entry).setZero();
+    sensitivity.dr.col(entry).setZero();
   }
 }
 
-}  // namespace
-
-bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                   const Influence<double>& influence, const JointVector& measured_tau,
-                   const InfluenceSet& wanted, Sensitivity& sensitivity) {
-  if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
-  const int n = arm.size();
-  const JointVector theta = q + sensitivity.state.sag;
-  sensitivity.p_W = sensitivity.state.p_read_W;
-  sensitivity.dp.setZero();
-
-  // The variables: theta first, then the entries; a chunk of them carries derivatives at a time.
-  std::array<int, I::kSize> entries{};
-  const InfluenceSet ingredients = WithIngredients(arm, wanted);
-  const int variables = n + DualEntries(arm, ingredients, entries);
-  Eigen::Matrix<double, 3, kMaxJoints> p_theta;
-  Square s_theta(n, n);
+/// What the implicit function theorem joins: derivatives of tip and sag at a fixed theta.
+struct PartialDerivatives {
+  Eigen::Matrix<double, 3, kMaxJoints> p_theta, r_theta;
+  Square s_theta;
   Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
       Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
-  const PayloadOf<Dual> load{Dual(payload.mass_kg), payload.cog_F.cast<Dual>()};
-  LoadedStateOf<Dual> state;
-  for (int first = 0; first < variables; first += kDualWidth) {
-    JointVectorOf<Dual> theta_dual = theta.cast<Dual>();
-    Influence<Dual> influence_dual;
+};
+
+/// Derivatives with respect to theta and to `entries`, by dual numbers of type T: as many variables
+/// at a time as T carries derivatives. Those of the tip with respect to the entries go to
+/// `sensitivity`.
+template <typename T>
+void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload& payload,
+                   const Influence<double>& influence, const JointVector& measured_tau,
+                   std::span<const int> entries, bool with_turn, PartialDerivatives& partial,
+                   Sensitivity& sensitivity) {
+  constexpr int kWidth = T::DIMENSION;
+  const int n = arm.size();
+  const int variables = n + static_cast<int>(entries.size());
+  const PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
+  LoadedStateOf<T> state;
+  for (int first = 0; first < variables; first += kWidth) {
+    JointVectorOf<T> theta_dual = theta.cast<T>();
+    Influence<T> influence_dual;
     for (int k = 0; k < I::kSize; ++k) influence_dual[k].a = influence[k];
-    const int count = std::min(kDualWidth, variables - first);
+    const int count = std::min(kWidth, variables - first);
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       if (variable < n) {
@@ -197,34 +224,64 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
         influence_dual[entries[static_cast<std::size_t>(variable - n)]].v[k] = 1;
       }
     }
-    arm.Equations<Dual>(theta_dual, load, &influence_dual, measured_tau, state);
-    const Vec3Of<Dual>& p_W = state.p_read_W;
+    arm.Equations<T>(theta_dual, load, &influence_dual, measured_tau, state);
+    const Vec3Of<T>& p_W = state.p_read_W;
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
+      const Vec3 dr = with_turn ? TurnPer<T>(state.X_WT.R, k) : Vec3(Vec3::Zero());
       if (variable < n) {
-        p_theta.col(variable) = dp;
-        for (int i = 0; i < n; ++i) s_theta(i, variable) = state.sag[i].v[k];
+        partial.p_theta.col(variable) = dp;
+        partial.r_theta.col(variable) = dr;
+        for (int i = 0; i < n; ++i) partial.s_theta(i, variable) = state.sag[i].v[k];
       } else {
         const int entry = entries[static_cast<std::size_t>(variable - n)];
         sensitivity.dp.col(entry) = dp;
-        for (int i = 0; i < n; ++i) s_x(i, entry) = state.sag[i].v[k];
+        sensitivity.dr.col(entry) = dr;
+        for (int i = 0; i < n; ++i) partial.s_x(i, entry) = state.sag[i].v[k];
       }
     }
   }
+}
+
+}  // namespace
+
+bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                   const Influence<double>& influence, const JointVector& measured_tau,
+                   const InfluenceSet& wanted, Sensitivity& sensitivity, bool with_turn) {
+  if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
+  const int n = arm.size();
+  const JointVector theta = q + sensitivity.state.sag;
+  sensitivity.p_W = sensitivity.state.p_read_W;
+  sensitivity.dp.setZero();
+  sensitivity.dr.setZero();
+
+  std::array<int, I::kSize> entries_of_all{};
+  const InfluenceSet ingredients = WithIngredients(arm, wanted);
+  const int dual_entries = DualEntries(arm, ingredients, entries_of_all);
+  const std::span<const int> entries(entries_of_all.data(), static_cast<std::size_t>(dual_entries));
+  PartialDerivatives partial;
+  partial.s_theta.resize(n, n);
+  const bool few = n + dual_entries <= NarrowDual::DIMENSION;
+  const auto differentiate = few ? Differentiate<NarrowDual> : Differentiate<Dual>;
+  differentiate(arm, theta, payload, influence, measured_tau, entries, with_turn, partial,
+                sensitivity);
   for (int i = 0; i < n; ++i) {
     const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * kMaxJoints + i;
       if (!wanted[static_cast<std::size_t>(entry)]) continue;
-      s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
+      partial.s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }
   if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);
   // p_theta (I - s_theta)^-1 once, then every entry.
-  const Square through = (Square::Identity(n, n) - s_theta).partialPivLu().inverse();
-  sensitivity.dp += (p_theta.leftCols(n) * through).eval() * s_x.topRows(n);
+  const Square through = (Square::Identity(n, n) - partial.s_theta).partialPivLu().inverse();
+  sensitivity.dp += (partial.p_theta.leftCols(n) * through).eval() * partial.s_x.topRows(n);
+  if (with_turn) {
+    sensitivity.dr += (partial.r_theta.leftCols(n) * through).eval() * partial.s_x.topRows(n);
+  }
   AddClosedForms(arm, theta, influence, wanted, ingredients, sensitivity);
   return true;
 }

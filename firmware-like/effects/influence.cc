@@ -1,40 +1,22 @@
 #include "firmware-like/effects/influence.h"
 
-#include <array>
-#include <charconv>
-
-#include "firmware-like/geometry/angle.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
 
-/// A column with one value a joint: prefix, number, suffix; and its SI value's factor to the file.
-struct JointColumn {
-  std::string_view prefix, suffix;
-  JointVector Conditions::*values;
-  double from_SI;
-};
-
-constexpr std::array kJointColumns = {
-    JointColumn{"q", "_deg", &Conditions::q, kDegPerRad},
-    JointColumn{"q", "_mm", &Conditions::q, 1e3},
-    JointColumn{"qd", "_deg_s", &Conditions::qd, kDegPerRad},
-    JointColumn{"qd", "_mm_s", &Conditions::qd, 1e3},
-    JointColumn{"qdd", "_deg_s2", &Conditions::qdd, kDegPerRad},
-    JointColumn{"qdd", "_mm_s2", &Conditions::qdd, 1e3},
-    JointColumn{"tau", "_Nm", &Conditions::tau, 1},
-};
-
-/// The joint (0-based) of a column such as "q3_deg"; nothing where it is no such column.
-std::optional<int> JointOf(std::string_view column, const JointColumn& pattern) {
-  if (!column.starts_with(pattern.prefix) || !column.ends_with(pattern.suffix)) return std::nullopt;
-  if (column.size() <= pattern.prefix.size() + pattern.suffix.size()) return std::nullopt;
-  const char* begin = column.data() + pattern.prefix.size();
-  const char* end = column.data() + column.size() - pattern.suffix.size();
-  int number = 0;
-  const auto [stop, error] = std::from_chars(begin, end, number);
-  if (error != std::errc() || stop != end || number < 1) return std::nullopt;
-  return number - 1;
+const JointVector& ValuesOf(const Conditions& conditions, JointQuantity quantity) {
+  switch (quantity) {
+    case JointQuantity::kPosition:
+      return conditions.q;
+    case JointQuantity::kVelocity:
+      return conditions.qd;
+    case JointQuantity::kAcceleration:
+      return conditions.qdd;
+    case JointQuantity::kTorque:
+      return conditions.tau;
+  }
+  return conditions.q;
 }
 
 }  // namespace
@@ -44,12 +26,10 @@ std::optional<double> Conditions::Signal(std::string_view column) const {
   if (column == "temp_C") return temp_C;
   if (column == "payload_kg") return payload_kg;
   if (column == "row") return row;
-  for (const JointColumn& pattern : kJointColumns) {
-    const std::optional<int> joint = JointOf(column, pattern);
-    if (!joint) continue;
-    const JointVector& values = this->*pattern.values;
-    if (*joint >= values.size()) return std::nullopt;
-    return values[*joint] * pattern.from_SI;
+  if (const std::optional<JointColumn> known = JointColumnFromName(column)) {
+    const JointVector& values = ValuesOf(*this, known->form->quantity);
+    if (known->joint >= values.size()) return std::nullopt;
+    return values[known->joint] * known->form->from_SI;
   }
   for (const RecordedValue& recorded : further) {
     if (recorded.column == column) return recorded.value;

@@ -105,8 +105,8 @@ struct Conditions {
   bool camera = false;  ///< a camera measures, and its pose in W is declared
 
   /// What a file's column of that name would hold in this moment, in its unit: t_s, temp_C,
-  /// payload_kg, row, q3_deg (q3_mm of a prismatic joint), qd2_deg_s, qdd1_deg_s2, tau1_Nm, or one
-  /// of `further`; nothing where it is not known. Allocates nothing.
+  /// payload_kg, row, a joint's (model/joint_columns.h), or one of `further`; nothing where it is
+  /// not known. Allocates nothing.
   std::optional<double> Signal(std::string_view column) const;
 };
 

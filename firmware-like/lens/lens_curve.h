@@ -5,14 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "firmware-like/lens/lens.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline {
-
-/// Parameters of a lens in the order of Lens: fx, fy, cx, cy, k1, k2, p1, p2, k3.
-inline constexpr int kLensParameters = 9;
-using LensVector = Eigen::Matrix<double, kLensParameters, 1>;
-using LensCovariance = Eigen::Matrix<double, kLensParameters, kLensParameters>;
 
 LensVector VectorOfLens(const Lens& lens);
 Lens LensOfVector(const LensVector& values);

@@ -132,7 +132,13 @@ struct Domain {
   /// deflects is in proportion to the load; empty: any load within `payload_kg` is seen.
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
-  std::optional<double> residual_sigma_m;  ///< one axis, noise included: of rows held out
+  /// One axis, noise included: of rows held out, at the measured poses.
+  std::optional<double> residual_sigma_m;
+  /// What a distance of one radian from the measured poses adds to it in squares, one axis:
+  ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, d by kinematics/pose_distance.h.
+  /// Absent: it is the same everywhere.
+  std::optional<double> distant_sigma_m;
+  std::vector<JointVector> poses;  ///< some of those measured, spread over them [rad] or [m]
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;

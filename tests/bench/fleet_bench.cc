@@ -133,7 +133,7 @@ std::vector<Message> AnHour() {
     if (time_s < kHour_s * probes / kProbesPerHour) continue;
     ProbeRow probe;
     probe.id = ++probes;
-    probe.source = "plc";
+    probe.measured_W = probe.predicted_W = Vec3::Zero();
     messages.push_back({MessageKind::kProbe, 1, ProbeBody(probe)});
   }
   return messages;
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
 
   std::atomic<bool> stop{false};
   std::thread feed([&] {
-    for (double time_s = 0; !stop; time_s += kFeedPeriod_s) {
+    while (!stop) {
       if (publisher.value()->Watched()) publisher.value()->Send(StateAt(0));
       SleepSeconds(kFeedPeriod_s);
     }

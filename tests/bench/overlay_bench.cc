@@ -118,8 +118,8 @@ class Scene {
     state.payload_kg = payload_kg_;
     state.payload_cog_F = *model.config.machine.cell.payload_cog_F;
     state.cameras.resize(1);
-    state.cameras[0].watch.configured = true;
-    state.cameras[0].watch.state = ZoomState::kValid;
+    state.cameras[0].status.configured = true;
+    state.cameras[0].status.state = ZoomState::kValid;
     state.cameras[0].lens = lens.lens;
     state.cameras[0].image = ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
     for (const SeenBody& body : seen.bodies) {

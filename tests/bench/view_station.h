@@ -141,7 +141,7 @@ class ViewStation {
     lens.key = {serial, "test mode", 0, 0};
     lens.lens = TrueLens(camera);
     lens.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    lens.image = {1920, 1080};
+    lens.size = {1920, 1080};
     lens.board = "none";
     lens.utc = "2026-01-01T00:00:00Z";
     if (!store || !store.value().Append(lens)) std::exit(1);

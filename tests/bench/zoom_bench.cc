@@ -44,7 +44,7 @@ void MakeState(const std::string& folder) {
     entry.key = {"bench", "mode", zoom, std::nullopt};
     entry.lens = TrueLens(renderer::ZoomLens(2600));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    entry.image = {1920, 1080};
+    entry.size = {1920, 1080};
     entry.utc = "2026-01-01T00:00:00Z";
     if (!store || !store.value().Append(entry)) std::abort();
   }
@@ -56,7 +56,7 @@ void MakeState(const std::string& folder) {
 bool Await(CameraLink& link, bool stale, double patience_s) {
   const double give_up_s = MonotonicSeconds() + patience_s;
   while (MonotonicSeconds() < give_up_s) {
-    if (((link.told.Read()->bits & camera_bits::kLensStale) != 0) == stale) return true;
+    if (link.status.Read()->lens_stale == stale) return true;
     std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   return false;

@@ -365,7 +365,7 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   CHECK(taken.probe.payload_kg == 60);
   CHECK(taken.probe.temp_C == 24.5);
   CHECK((taken.probe.predicted_W - predicted_W).norm() < 1e-12);
-  CHECK((taken.probe.measured_W - predicted_W - miss_W).norm() < 1e-12);
+  CHECK((*taken.probe.measured_W - predicted_W - miss_W).norm() < 1e-12);
   CHECK((taken.result.correction.X_BP_command.p - state.X_BT.p).norm() < 1e-12);
   CHECK((arm.X_WB().R * taken.result.correction.translation_B - miss_W).norm() < 1e-12);
   CHECK_FALSE(cell.Next().probe_taken);  // the same sequence
@@ -434,7 +434,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
   const Snapshot taken = cell.Next();
   REQUIRE(taken.probe_taken);
   CHECK(taken.result.valid);
-  CHECK(taken.probe.measured_W == camera.tip.p_W);
+  CHECK(*taken.probe.measured_W == camera.tip.p_W);
   REQUIRE(taken.probe.covariance_W);
   CHECK(*taken.probe.covariance_W == camera.tip.covariance_W);
   CHECK((taken.status & status::kLensCalibrated) != 0);
@@ -506,7 +506,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   Snapshot taken = cell.Next();
   REQUIRE(taken.probe_taken);
   CHECK(taken.probe.cameras == 3);
-  CHECK((taken.probe.measured_W - tip_W - Vec3(7.5e-5, 0, 0)).norm() < 1e-12);
+  CHECK((*taken.probe.measured_W - tip_W - Vec3(7.5e-5, 0, 0)).norm() < 1e-12);
   CHECK((*taken.probe.covariance_W - 0.75e-8 * Mat3::Identity()).norm() < 1e-20);
   CHECK((taken.status & status::kLensCalibrated) != 0);
 
@@ -516,7 +516,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
     taken = cell.Next();
     REQUIRE(taken.probe_taken);
     CHECK(taken.probe.cameras == 2);
-    CHECK(taken.probe.measured_W == rear.tip.p_W);
+    CHECK(*taken.probe.measured_W == rear.tip.p_W);
     CHECK((taken.status & status::kLensCalibrated) == 0);
     command.camera = 1;
     command.sequence = 3;
@@ -525,7 +525,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   SECTION("one is named; a third there is not") {
     command.camera = 1;
     command.sequence = 2;
-    CHECK(cell.Next().probe.measured_W == side.tip.p_W);
+    CHECK(*cell.Next().probe.measured_W == side.tip.p_W);
     command.camera = 3;
     command.sequence = 3;
     CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
@@ -753,7 +753,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
       CHECK(after.result.unix_ms == before.result.unix_ms);
       CHECK(after.result.correction.translation_B == before.result.correction.translation_B);
       CHECK(after.probe.sequence == before.probe.sequence);
-      CHECK(after.probe.measured_W == before.probe.measured_W);
+      CHECK(*after.probe.measured_W == *before.probe.measured_W);
     }
     cell.input.command.sequence = 78;
     const Snapshot& again = cell.Next();

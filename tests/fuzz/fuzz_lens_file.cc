@@ -27,7 +27,7 @@ LensEntry EntryOf(int number) {
   entry.key = {"SN", "GREY 64x48@20", 1000 * number, 7};
   entry.lens = {1000.0 + number, 1001, 31.5, 23.5, -0.1, 0.05, 1e-5, -2e-5, 0};
   entry.covariance.diagonal().setConstant(1e-4);
-  entry.image = {64, 48};
+  entry.size = {64, 48};
   entry.board = "chessboard 17x11, 10 mm";
   entry.utc = "2026-11-21T07:30:00Z";
   entry.corners.assign(40, static_cast<std::uint8_t>(number));

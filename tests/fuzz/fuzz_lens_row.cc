@@ -10,6 +10,7 @@
 #include "app/lens_store/lens_row.h"
 #include "app/lens_store/opencv_file.h"
 #include "app/lens_store/stored_views.h"
+#include "firmware-like/lens/lens_curve.h"
 
 namespace {
 

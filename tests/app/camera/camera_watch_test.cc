@@ -56,7 +56,7 @@ struct Bench {
       entry.key = {"test camera", "mode", 100, std::nullopt};
       entry.lens = TrueLens(renderer::ZoomLens(2600));
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-      entry.image = lens_size;
+      entry.size = lens_size;
       entry.utc = "2026-01-01T00:00:00Z";
       REQUIRE(store.value().Append(entry));
     }
@@ -85,7 +85,7 @@ struct Bench {
   }
   bool Becomes(ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
-      if (link.told.Read()->state == state) return true;
+      if (link.status.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
@@ -126,14 +126,14 @@ TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, 
     REQUIRE(bench.Becomes(ZoomState::kRefused));
     CHECK(bench.Says("camera: calibration refused: no frame of the camera within 2 s"));
   }
-  const auto told = bench.link.told.Read();
-  CHECK((told->bits & camera_bits::kCameraLost) != 0);
-  CHECK((told->bits & camera_bits::kLensStale) != 0);
+  const auto told = bench.link.status.Read();
+  CHECK(told->camera_lost);
+  CHECK(told->lens_stale);
   // Back, and where it was calibrated: the last good lens, as it was.
   bench.ShowCell();
   bench.zoom = 100;
   REQUIRE(bench.Becomes(ZoomState::kValid));
-  CHECK(bench.link.told.Read()->lens_id == 1);
+  CHECK(bench.link.status.Read()->lens_id == 1);
   CHECK(bench.Says("camera back after"));
   auto store = LensStore::Open(bench.folder.path() + "/lenses.sqlite");
   CHECK(*store.value().Count() == 1);
@@ -142,7 +142,7 @@ TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, 
 TEST_CASE("images of another size than the lens's, or than the first, are not measured in") {
   const auto told = [](Bench& bench, bool valid) {
     for (int wait = 0; wait < kWaits; ++wait) {
-      if (bench.link.told.Read()->bodies[1].valid == valid) return true;
+      if (bench.link.status.Read()->bodies[1].valid == valid) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
@@ -151,7 +151,7 @@ TEST_CASE("images of another size than the lens's, or than the first, are not me
     Bench bench(60, {1280, 720});
     REQUIRE(bench.Says("its images have 1920 x 1080 px, the lens is of 1280 x 720"));
     REQUIRE(bench.Becomes(ZoomState::kStale));
-    CHECK_FALSE(bench.link.told.Read()->bodies[1].valid);
+    CHECK_FALSE(bench.link.status.Read()->bodies[1].valid);
   }
   SECTION("an image that changes its size") {
     Bench bench(60);
@@ -178,7 +178,7 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
     entry.key = {"test camera", "mode", 100, std::nullopt};
     entry.lens = TrueLens(renderer::ZoomLens(2600));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    entry.image = {1920, 1080};
+    entry.size = {1920, 1080};
     entry.utc = "2026-01-01T00:00:00Z";
     REQUIRE(store.value().Append(entry));
   }
@@ -202,16 +202,16 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   watch.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
-      if (link.told.Read()->state == state) return true;
+      if (link.status.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
   };
   REQUIRE(becomes(ZoomState::kValid));
-  CHECK(link.told.Read()->lens_id == 1);
+  CHECK(link.status.Read()->lens_id == 1);
   zoom = 5000;
   REQUIRE(becomes(ZoomState::kStale));
-  CHECK((link.told.Read()->bits & camera_bits::kBoardWanted) != 0);
+  CHECK(link.status.Read()->board_wanted);
   ++link.start_board;
   REQUIRE(becomes(ZoomState::kCalibrating));
   ++link.cancel_board;

@@ -16,7 +16,7 @@ struct Station {
   Station() {
     lens.known.lens = MarksLens();
     lens.known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
-    lens.size = {1920, 1080};
+    lens.known.size = {1920, 1080};
     lens.calibrated = true;
   }
   MarksLook Look(const Lens& real, const Pose& pose, const MarksMemory* memory,

@@ -51,7 +51,7 @@ TEST_CASE("the tip by camera: its error is what is stated, the lens' error inclu
     const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
-    const MeasuredPoint tip =
+    const PointByCamera tip =
         MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip, lens_covariance, 0);
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot(tip.covariance_W.ldlt().solve(error));
@@ -93,7 +93,7 @@ TEST_CASE("errors of the tags' declared places are in what is stated, and no mea
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
     REQUIRE((cell_seen->left_out.empty() && tool_seen->left_out.empty()));
-    const MeasuredPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
+    const PointByCamera tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
                                            known.covariance, 0, {kCellSd_m, kToolSd_m});
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot((tip.covariance_W + tip.places_W).ldlt().solve(error));
@@ -117,7 +117,7 @@ TEST_CASE("a single tag's place is the body's") {
 
 TEST_CASE("a tip stands where three looks agree, and only then") {
   Standing standing;
-  MeasuredPoint look;
+  PointByCamera look;
   look.covariance_W = 1e-10 * Mat3::Identity();
   look.p_W = Vec3(1, 2, 3);
   const auto take = [&](double time_s, double x) {

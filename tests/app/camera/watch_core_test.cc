@@ -49,7 +49,7 @@ struct Watch {
     auto in_use = std::make_shared<LensInUse>();
     in_use->known.lens = lens;
     in_use->known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
-    in_use->size = {1920, 1080};
+    in_use->known.size = {1920, 1080};
     in_use->calibrated = true;
     in_use->id = id;
     return in_use;
@@ -93,20 +93,22 @@ struct Watch {
       return line.find(text) != std::string::npos;
     });
   }
-  bool Bit(std::uint16_t bit) const { return (core.Told().bits & bit) != 0; }
 };
 
 }  // namespace
 
 TEST_CASE("from the first word of the sensor to bodies and tip in the measurement frame") {
   Watch watch;
-  CHECK(watch.core.Told().configured);
-  CHECK(watch.Bit(camera_bits::kLensStale));
-  CHECK(watch.Bit(camera_bits::kCameraLost));
+  CHECK(watch.core.Status().configured);
+  CHECK(watch.core.Status().lens_stale);
+  CHECK(watch.core.Status().camera_lost);
   watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);
   watch.Valid();
-  const PlcCamera told = watch.core.Told();
-  CHECK(told.bits == 0);
+  const CameraStatus told = watch.core.Status();
+  CHECK_FALSE(told.lens_stale);
+  CHECK_FALSE(told.camera_lost);
+  CHECK_FALSE(told.zoom_unknown);
+  CHECK_FALSE(told.board_wanted);
   CHECK(told.lens_id == 7);
   CHECK(told.zoom_counts == 4000);
   REQUIRE(told.bodies[1].valid);
@@ -124,9 +126,9 @@ TEST_CASE("one reading that differs makes everything stale, and a known lens bri
   watch.Valid();
   watch.zoom = 5000;
   watch.Reading();
-  PlcCamera told = watch.core.Told();
+  CameraStatus told = watch.core.Status();
   CHECK(told.state == ZoomState::kMoving);
-  CHECK(watch.Bit(camera_bits::kLensStale));
+  CHECK(watch.core.Status().lens_stale);
   CHECK_FALSE(told.tip_valid);
   CHECK_FALSE(told.bodies[0].valid);
   CHECK(told.lens_id == 0);
@@ -136,8 +138,8 @@ TEST_CASE("one reading that differs makes everything stale, and a known lens bri
   watch.real.fy *= 1.2;
   watch.Load(Watch::LensOf(watch.real, 8));
   watch.Look();
-  CHECK(watch.core.Told().state == ZoomState::kValid);
-  CHECK(watch.core.Told().lens_id == 8);
+  CHECK(watch.core.Status().state == ZoomState::kValid);
+  CHECK(watch.core.Status().lens_id == 8);
 }
 
 TEST_CASE("answers about a lens that has moved since are not believed") {
@@ -170,23 +172,23 @@ TEST_CASE("unknown zoom: the board is asked for, captured, accepted; the tracker
   CHECK(watch.core.state() == ZoomState::kStale);
   CHECK(watch.core.orders().want_board);
   CHECK_FALSE(watch.core.orders().look_up);
-  CHECK(watch.core.Told().prompt == BoardPrompt::kShowBoard);
-  CHECK(watch.Bit(camera_bits::kBoardWanted));
+  CHECK(watch.core.Status().prompt == BoardPrompt::kShowBoard);
+  CHECK(watch.core.Status().board_wanted);
   REQUIRE(watch.core.StartBoard(watch.now_s));
   const double began_s = watch.now_s;
   watch.core.TakeProgress(BoardPrompt::kTiltLeft, 3, watch.now_s += 0.5);
-  CHECK(watch.core.Told().prompt == BoardPrompt::kTiltLeft);
-  CHECK(watch.core.Told().board_views == 3);
+  CHECK(watch.core.Status().prompt == BoardPrompt::kTiltLeft);
+  CHECK(watch.core.Status().board_views == 3);
   CHECK(watch.Says("tilt the board's left edge"));
   watch.Reading();
   SECTION("accepted") {
     REQUIRE(watch.core.TakeAccepted(*Watch::LensOf(watch.real, 0), began_s, watch.now_s));
     watch.core.NoteKept(9);
-    CHECK(watch.core.Told().lens_id == 9);
+    CHECK(watch.core.Status().lens_id == 9);
     CHECK(watch.Look());  // the marks are remembered with the new lens
     CHECK_FALSE(watch.Look());
     CHECK(watch.core.state() == ZoomState::kValid);
-    CHECK(watch.core.Told().board_views == 0);
+    CHECK(watch.core.Status().board_views == 0);
   }
   SECTION("refused, with reasons; the board is still asked for") {
     watch.core.TakeRefused({"the board is not what it should be"}, watch.now_s);
@@ -213,7 +215,7 @@ TEST_CASE("a lens that was good stays while the board is refused or cancelled") 
   watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);
   watch.Valid();
   REQUIRE(watch.core.StartBoard(watch.now_s));
-  CHECK(watch.Bit(camera_bits::kLensStale));
+  CHECK(watch.core.Status().lens_stale);
   watch.Reading();
   watch.core.TakeRefused({"blurred"}, watch.now_s);
   CHECK(watch.core.orders().lens->id == 7);
@@ -229,20 +231,20 @@ TEST_CASE("marks: a hand in the picture is nothing, a drift is refined, a bad le
   SECTION("hidden") {
     for (int k = 0; k < 10; ++k) watch.Look(true);
     CHECK(watch.core.state() == ZoomState::kValid);
-    CHECK_FALSE(watch.core.Told().tip_valid);  // the cell is not seen
+    CHECK_FALSE(watch.core.Status().tip_valid);  // the cell is not seen
   }
   SECTION("drift") {
     watch.real.fx *= 1.002;
     watch.real.fy *= 1.002;
     CHECK_FALSE(watch.Look());
-    CHECK_FALSE(watch.core.Told().tip_valid);  // in doubt: nothing is measured
+    CHECK_FALSE(watch.core.Status().tip_valid);  // in doubt: nothing is measured
     CHECK_FALSE(watch.Look());
     CHECK(watch.Look());
     CHECK(watch.core.state() == ZoomState::kValid);
     CHECK(watch.core.orders().lens->known.lens.fx == Approx(1.002 * before.fx).epsilon(3e-4));
     CHECK(watch.Says("the zoom drifted"));
     for (int k = 0; k < 3; ++k) watch.Look();
-    CHECK(watch.core.Told().tip_valid);
+    CHECK(watch.core.Status().tip_valid);
   }
   SECTION("the camera is pushed") {
     watch.X_CK.p.x() += 0.01;
@@ -251,7 +253,7 @@ TEST_CASE("marks: a hand in the picture is nothing, a drift is refined, a bad le
     CHECK(watch.core.state() == ZoomState::kValid);
     CHECK(watch.Says("the camera was moved by"));
     CHECK(watch.core.orders().lens->known.lens.fx == before.fx);
-    CHECK(watch.core.Told().tip_valid);
+    CHECK(watch.core.Status().tip_valid);
   }
   SECTION("neither") {
     watch.real.k1 += 0.2;
@@ -260,7 +262,7 @@ TEST_CASE("marks: a hand in the picture is nothing, a drift is refined, a bad le
     CHECK(watch.core.state() == ZoomState::kValid);
     watch.Look();
     CHECK(watch.core.state() == ZoomState::kStale);
-    CHECK(watch.Bit(camera_bits::kBoardWanted));
+    CHECK(watch.core.Status().board_wanted);
     CHECK(watch.Says("neither a drift"));
     const std::size_t lines = watch.log.size();
     for (int k = 0; k < 20; ++k) watch.Look();
@@ -286,8 +288,8 @@ TEST_CASE(
   };
   read(true);
   CHECK(watch.core.state() == ZoomState::kRefused);
-  CHECK(watch.Bit(camera_bits::kLensStale));
-  CHECK_FALSE(watch.core.Told().tip_valid);
+  CHECK(watch.core.Status().lens_stale);
+  CHECK_FALSE(watch.core.Status().tip_valid);
   CHECK(watch.Says("camera refused: " + std::string(ZoomReasonText(ZoomReason::kDigitalZoom))));
   CHECK_FALSE(watch.core.StartBoard(watch.now_s));
   CHECK(watch.Says("no calibration now"));
@@ -308,8 +310,8 @@ TEST_CASE("reports too short, answers from elsewhere: unknown, with the driver's
     watch.Valid();
     for (int k = 0; k < 30; ++k) watch.core.TakeSensorFault(result, words, watch.now_s += 0.1);
     CHECK(watch.core.state() == ZoomState::kUnknown);
-    CHECK(watch.Bit(camera_bits::kSensorLost));
-    CHECK_FALSE(watch.core.Told().tip_valid);
+    CHECK(watch.core.Status().zoom_unknown);
+    CHECK_FALSE(watch.core.Status().tip_valid);
     CHECK(watch.Says(words));
   }
 }
@@ -323,7 +325,7 @@ TEST_CASE("sensor and camera lost, and back: told once each") {
                                "no answer of camera 1; cable?", watch.now_s += 0.1);
   }
   CHECK(watch.core.state() == ZoomState::kUnknown);
-  CHECK(watch.Bit(camera_bits::kSensorLost));
+  CHECK(watch.core.Status().zoom_unknown);
   CHECK(std::count_if(watch.log.begin(), watch.log.end(), [](const std::string& line) {
           return line.find("cable?") != std::string::npos;
         }) == 1);
@@ -335,9 +337,9 @@ TEST_CASE("sensor and camera lost, and back: told once each") {
     watch.core.TakeCameraResult(k % 2 == 0 ? CameraResult::kLost : CameraResult::kWaiting,
                                 "/dev/video0: unplugged", watch.now_s += 0.1);
   }
-  CHECK(watch.Bit(camera_bits::kCameraLost));
+  CHECK(watch.core.Status().camera_lost);
   watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s += 1);
-  CHECK_FALSE(watch.Bit(camera_bits::kCameraLost));
+  CHECK_FALSE(watch.core.Status().camera_lost);
   CHECK(watch.Says("camera back after 1.9 s"));
 }
 

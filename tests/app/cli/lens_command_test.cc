@@ -32,7 +32,7 @@ void Fill(const std::string& path) {
   entry.key = {"SN-1", "GREY 1920x1080@20", 4000, std::nullopt};
   entry.lens = solved.lens;
   entry.covariance = solved.covariance;
-  entry.image = {1920, 1080};
+  entry.size = {1920, 1080};
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(board);

@@ -496,6 +496,21 @@ TEST_CASE("The fingerprint of a model is the same on every computer and in every
                       "gravity_m_s2 = [-0.0, -9.81]\n") == "644b0b81167390cb");
 }
 
+TEST_CASE("The growth of the residual and the poses that it is counted from belong together") {
+  const auto told = [](const std::string& text) {
+    FaultList faults;
+    CHECK_FALSE(CellFromText(kGood + text, "cell.toml", faults));
+    return FaultsText(faults);
+  };
+  CHECK(told("distant_sigma_mm = 0.2\n").find("needs poses_deg beside it") != std::string::npos);
+  CHECK(told("poses_deg = [[1, 2, 3]]\n").find("needs distant_sigma_mm beside it") !=
+        std::string::npos);
+  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = [[1, 2]]\n").find("each of 3 joints") !=
+        std::string::npos);
+  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = []\n").find("each of 3 joints") !=
+        std::string::npos);
+}
+
 TEST_CASE("A fitted model keeps its validation through edits that change no value") {
   // [domain] is the last table of the text.
   const std::string good = kGood + "residual_sigma_mm = 0.05\n";

@@ -211,9 +211,9 @@ TEST_CASE("a ChArUco board that the configuration names is captured as well") {
   const auto views = ViewsOfBytes(entry.corners);
   REQUIRE(views);
   CHECK(views->views.size() >= 12);
-  const LensCalibration again = CalibrateLens(views->board, views->views, entry.image);
+  const LensCalibration again = CalibrateLens(views->board, views->views, entry.size);
   CHECK(again.accepted);
-  CHECK(LargestDifference(again.lens, entry.lens, entry.image) < 0.1 * *entry.uncertainty_px);
+  CHECK(LargestDifference(again.lens, entry.lens, entry.size) < 0.1 * *entry.uncertainty_px);
   CHECK(std::abs(entry.lens.fx - CameraAt(kNever).fx) < 5 * std::sqrt(entry.covariance(0, 0)));
 }
 

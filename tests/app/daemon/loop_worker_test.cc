@@ -63,10 +63,10 @@ struct Working {
     link.queue.Push(event);
   }
   std::string File() const { return folder.path() + "/journal.sqlite"; }
-  std::uint16_t State() const { return link.told.Read()->state; }
-  std::uint32_t Quarantined() const { return link.told.Read()->quarantined; }
-  bool Recording() const { return (link.told.Read()->state & loop_state::kRecording) != 0; }
-  std::uint32_t Recorded() const { return link.told.Read()->probes; }
+  MonitoringStatus Status() const { return *link.monitoring.Read(); }
+  std::uint32_t Quarantined() const { return link.monitoring.Read()->quarantined; }
+  bool Recording() const { return link.monitoring.Read()->recording; }
+  std::uint32_t Recorded() const { return link.monitoring.Read()->probes; }
   bool Told(const std::string& words) {
     const std::lock_guard lock(mutex);
     return told.find(words) != std::string::npos;
@@ -176,10 +176,10 @@ TEST_CASE("a write that fails while the file system shows room: storage is repor
   {
     const NoFileGrows no_file_grows;
     working.Probe();
-    CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) != 0; }));
+    CHECK(Working::Comes([&] { return working.Status().storage_unavailable; }));
     CHECK(working.Recorded() == 0);
   }
-  CHECK(Working::Comes([&] { return (working.State() & loop_state::kStorage) == 0; }));
+  CHECK(Working::Comes([&] { return !working.Status().storage_unavailable; }));
   CHECK(Working::Comes([&] { return working.Recorded() == 1; }));
   CHECK(working.Told("state directory cannot be written: "));
   CHECK(working.Told("File too large; make room on its disk"));
@@ -203,18 +203,18 @@ TEST_CASE("a journal that cannot be read to its end leaves no monitor that has s
   loop.probes_before_diagnosis = 1;
   Working working(loop);
   for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
-  REQUIRE(Working::Comes(
-      [&] { return working.Recorded() == 12 && (working.State() & loop_state::kAlarm) != 0; }));
+  REQUIRE(Working::Comes([&] { return working.Recorded() == 12 && working.Status().drift_alarm; }));
   auto other = Database::Open(working.File(), Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 12"));
   working.config.loop.diagnose = true;  // of an alarm that the rows before it would raise
   working.worker.Configure(working.config, working.models);
-  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
-  CHECK((working.State() & (loop_state::kAlarm | loop_state::kRecording)) == 0);
+  CHECK(Working::Comes([&] { return working.Status().fault; }));
+  CHECK_FALSE(working.Status().drift_alarm);
+  CHECK_FALSE(working.Status().recording);
   CHECK_FALSE(working.Told("diagnosis"));
   REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
-  CHECK(Working::Comes([&] { return (working.State() & loop_state::kAlarm) != 0; }));
+  CHECK(Working::Comes([&] { return working.Status().drift_alarm; }));
   CHECK(working.Told("journal works again"));
 }
 
@@ -226,10 +226,10 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   const Vec3 off_m(0, 0, 0.4);
   for (int k = 0; k < 12; ++k) working.Probe(off_m, true);
   REQUIRE(Working::Comes([&] { return working.Recorded() == 12 && working.Quarantined() == 12; }));
-  CHECK((working.State() & loop_state::kQuarantined) != 0);
-  CHECK((working.State() & loop_state::kAlarm) == 0);
-  CHECK(working.link.told.Read()->residual_m.isZero());
-  CHECK(working.link.told.Read()->statistic == 0);
+  CHECK(working.Status().quarantined > 0);
+  CHECK_FALSE(working.Status().drift_alarm);
+  CHECK(working.link.monitoring.Read()->residual_m.isZero());
+  CHECK(working.link.monitoring.Read()->drift_statistic == 0);
   CHECK(working.Told("probe quarantined: row 1 of the journal is (0.0, 0.0, 400.0) mm"));
   CHECK_FALSE(working.Told("row 2 of the journal"));  // once
 
@@ -237,11 +237,11 @@ TEST_CASE("a quarantined probe is kept, and neither watched nor a residual, unti
   REQUIRE(person);
   REQUIRE(person.value().Decide({1, 2}, false, 0));
   REQUIRE(Working::Comes([&] { return working.Quarantined() == 10; }));
-  CHECK((working.State() & loop_state::kAlarm) == 0);
+  CHECK_FALSE(working.Status().drift_alarm);
   REQUIRE(person.value().Decide({3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, true, 0));
-  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kAlarm) != 0; }));
+  REQUIRE(Working::Comes([&] { return working.Status().drift_alarm; }));
   CHECK(working.Quarantined() == 0);
-  CHECK((working.State() & loop_state::kQuarantined) == 0);
+  CHECK(working.Status().quarantined == 0);
   CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected"); }));
   CHECK(working.Told("drift alarm: the residual of probes changed"));
 }
@@ -254,11 +254,11 @@ TEST_CASE("once [loop] is switched off, nothing of its journal is reported") {
   REQUIRE(Working::Comes([&] { return working.Quarantined() == 1; }));
   const Database held = Held(working);
   working.Probe();
-  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  REQUIRE(Working::Comes([&] { return working.Status().fault; }));
   working.config.loop.enabled = false;
   working.worker.Configure(working.config, working.models);
-  CHECK(Working::Comes(
-      [&] { return (working.State() & (loop_state::kFault | loop_state::kQuarantined)) == 0; }));
+  CHECK(
+      Working::Comes([&] { return !working.Status().fault && working.Status().quarantined == 0; }));
   CHECK(working.Quarantined() == 0);
 }
 
@@ -306,7 +306,7 @@ TEST_CASE("a decision is reported also where the journal cannot be read at once"
   REQUIRE(other);
   REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 2"));
   REQUIRE(person.value().Decide({1}, false, 0));
-  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  REQUIRE(Working::Comes([&] { return working.Status().fault; }));
   CHECK_FALSE(working.Told("probes were accepted or rejected"));
   REQUIRE(other.value().Run("UPDATE measurement SET q = (SELECT q FROM measurement LIMIT 1)"));
   CHECK(Working::Comes([&] { return working.Told("probes were accepted or rejected, 0 wait"); }));
@@ -318,9 +318,9 @@ TEST_CASE("decisions that cannot be read are a fault of the journal, which ends 
   auto other = Database::Open(working.File(), Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("ALTER TABLE quarantine_decision RENAME TO elsewhere"));
-  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) != 0; }));
+  CHECK(Working::Comes([&] { return working.Status().fault; }));
   REQUIRE(other.value().Run("ALTER TABLE elsewhere RENAME TO quarantine_decision"));
-  CHECK(Working::Comes([&] { return (working.State() & loop_state::kFault) == 0; }));
+  CHECK(Working::Comes([&] { return !working.Status().fault; }));
   CHECK(Working::Comes([&] { return working.Told("journal works again"); }));
 }
 
@@ -331,30 +331,30 @@ TEST_CASE(
   loop.diagnose = false;
   Working working(loop);
   for (int k = 0; k < 10; ++k) working.Probe(k % 2 == 0 ? Vec3(0, 0, 0) : Vec3(0, 5e-3, 0));
-  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kReferenceRefused) != 0; }));
-  CHECK((working.State() & loop_state::kLearning) == 0);
+  REQUIRE(Working::Comes([&] { return working.Status().reference_refused; }));
+  CHECK_FALSE(working.Status().learning);
   CHECK(working.Told("reference refused: its 10 probes, rows 1 to 10, disagree; they scatter by"));
   CHECK(working.Told("command 8"));
   CHECK_FALSE(working.Told("drift monitor has its reference"));
   for (int k = 0; k < 30; ++k) working.Probe(Vec3(0, 0, 0.02));
   REQUIRE(Working::Comes([&] { return working.Recorded() == 40; }));
-  CHECK((working.State() & loop_state::kAlarm) == 0);
+  CHECK_FALSE(working.Status().drift_alarm);
 
   LoopEvent restart;
   restart.monitor_restart = true;
   working.link.queue.Push(restart);
-  REQUIRE(Working::Comes([&] { return (working.State() & loop_state::kLearning) != 0; }));
-  CHECK((working.State() & loop_state::kReferenceRefused) == 0);
+  REQUIRE(Working::Comes([&] { return working.Status().learning; }));
+  CHECK_FALSE(working.Status().reference_refused);
   for (int k = 0; k < 10; ++k) working.Probe();
   REQUIRE(Working::Comes([&] { return working.Told("drift monitor has its reference"); }));
-  CHECK((working.State() & loop_state::kReferenceRefused) == 0);
+  CHECK_FALSE(working.Status().reference_refused);
 }
 
 TEST_CASE("whether probes are recorded is known only once the journal was opened, or not") {
   const LoopLink link;
-  CHECK_FALSE(link.told.Read()->settled);
+  CHECK_FALSE(link.monitoring.Read()->settled);
   const Working working;
-  CHECK(working.link.told.Read()->settled);
+  CHECK(working.link.monitoring.Read()->settled);
 }
 
 TEST_CASE(

@@ -52,9 +52,9 @@ TEST_CASE("rows of many orientations determine tip and base, whatever was declar
   data.cell.tool.tcp_F += Vec3(0.06, -0.05, 0.06);
   Dataset dataset;
   const Alignment alignment = AlignmentOf(data, dataset);
-  CHECK((alignment.model.frames[0].tip_F - true_tip_F).norm() < 1e-4);
-  CHECK(alignment.model.frames[0].X_WB.p.norm() < 2e-4);
-  CHECK_FALSE(WhatStaysDeclared(dataset, alignment, 0));
+  CHECK((alignment.model.frames.front().tip_F - true_tip_F).norm() < 1e-4);
+  CHECK(alignment.model.frames.front().X_WB.p.norm() < 2e-4);
+  CHECK_FALSE(WhatStaysDeclared(dataset, alignment, SessionIndex(0)));
 }
 
 TEST_CASE("rows of one orientation leave the tip as declared, and what that may cost is known") {
@@ -62,14 +62,14 @@ TEST_CASE("rows of one orientation leave the tip as declared, and what that may 
   data.cell.tool.tcp_F += Vec3(0.012, 0, -0.015);
   Dataset dataset;
   const Alignment alignment = AlignmentOf(data, dataset);
-  const Model::Frames& frames = alignment.model.frames[0];
+  const Model::Frames& frames = alignment.model.frames.front();
   CHECK((frames.tip_F - data.cell.tool.tcp_F).norm() < 1e-6);
   // The base takes the tip's error over; points of this orientation are right all the same.
   CHECK(frames.X_WB.p.norm() == Approx(Vec3(0.012, 0, -0.015).norm()).margin(1e-3));
   const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
   REQUIRE(linear);
   const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
-    return RadiusHolding95Percent(J * alignment.covariance[0] * J.transpose());
+    return RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
   };
   for (const LinearRow& row : linear->rows) {
     CHECK(row.residual.norm() < 3e-4);
@@ -79,7 +79,7 @@ TEST_CASE("rows of one orientation leave the tip as declared, and what that may 
     turned.rightCols<3>() = -turned.rightCols<3>();
     CHECK(radius(turned) > 0.1);
   }
-  const auto held = WhatStaysDeclared(dataset, alignment, 0);
+  const auto held = WhatStaysDeclared(dataset, alignment, SessionIndex(0));
   REQUIRE(held);
   CHECK_THAT(*held, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
 }

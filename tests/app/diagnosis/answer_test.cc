@@ -31,10 +31,11 @@ TEST_CASE("the keys are those of the format, in its order, with every verdict") 
   for (const auto& [verdict, word] : cases) {
     CAPTURE(word);
     const Json answer = Json::parse(AnswerJson(ExampleDiagnosis(verdict), ""));
-    CHECK(KeysOf(answer) == std::vector<std::string>{
-                                "schema", "verdict", "effects", "rivals", "drivers", "next_poses",
-                                "minimum_detectable_mm", "rms_mm", "outlier_rows", "implausible",
-                                "remainder", "checks", "doubts", "held_out", "withheld"});
+    CHECK(KeysOf(answer) ==
+          std::vector<std::string>{"schema", "verdict", "effects", "rivals", "drivers",
+                                   "next_poses", "minimum_detectable_mm", "rms_mm", "outlier_rows",
+                                   "implausible", "discrepancy_model", "remainder", "checks",
+                                   "doubts", "held_out", "withheld"});
     CHECK(answer["schema"] == 1);
     CHECK(answer["verdict"] == word);
     CHECK(answer["next_poses"].is_null());
@@ -91,14 +92,15 @@ TEST_CASE("what is implausible, and what the model carries without a name, is to
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
   Json answer = Json::parse(AnswerJson(diagnosis, ""));
   CHECK(answer["implausible"] == Json::array());
-  CHECK(answer["remainder"].is_null());
+  CHECK(answer["discrepancy_model"].is_null());
   diagnosis.findings[1].implausible = "alpha is that of no metal";
-  diagnosis.remainder = {diagnosis.findings[0]};
-  diagnosis.remainder_parameters = 9.5;
-  diagnosis.remainder_share = 0.8;
+  diagnosis.discrepancy = {diagnosis.findings[0]};
+  diagnosis.discrepancy_parameters = 9.5;
+  diagnosis.discrepancy_share = 0.8;
   answer = Json::parse(AnswerJson(diagnosis, ""));
   CHECK(answer["implausible"] == Json({"thermal_growth: alpha is that of no metal"}));
-  CHECK(answer["remainder"] == Json({{"parameters", 9.5}, {"share_of_correction", 0.8}}));
+  CHECK(answer["discrepancy_model"] == Json({{"parameters", 9.5}, {"share_of_correction", 0.8}}));
+  CHECK(answer["remainder"] == answer["discrepancy_model"]);
 }
 
 TEST_CASE("a choice is a parameter whose value is a word") {

@@ -62,9 +62,8 @@ TEST_CASE("repeats that jitter belong together, wherever they lie") {
     const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
     REQUIRE(dataset);
     CHECK(dataset->clusters == static_cast<int>(base.table.rows.size()));
-    for (int k = 0; k < dataset->rows(); ++k) {
-      CHECK(dataset->cluster_of[static_cast<std::size_t>(k)] ==
-            k % static_cast<int>(base.table.rows.size()));
+    for (const RowIndex row : dataset->row_indices()) {
+      CHECK(dataset->cluster_of[row].offset() == row.offset() % base.table.rows.size());
     }
   }
 }
@@ -92,6 +91,23 @@ TEST_CASE("a slow path is no pose, and other sessions and payloads are other clu
   const Result<Dataset> one_pose = DatasetFrom(data.cell, data.table);
   REQUIRE(one_pose);
   CHECK(one_pose->clusters == 4);
+}
+
+TEST_CASE("thinned rows number their clusters anew: none is without a row") {
+  const MeasuredCell measured = Simulated("--family none --robot ur10 --rows 20 --seed 4");
+  const Result<Dataset> data = DatasetFrom(measured.cell, measured.table);
+  REQUIRE(data);
+  const FitRows rows = EvenlySpread(*data, data->rows() / 2);
+  const Dataset thin = Thinned(*data, rows);
+  std::set<ClusterIndex> numbers(thin.cluster_of.begin(), thin.cluster_of.end());
+  CHECK(static_cast<int>(numbers.size()) == thin.clusters);
+  CHECK(numbers.rbegin()->value() == thin.clusters - 1);
+  for (const FitRowIndex a : rows.indices()) {
+    for (const FitRowIndex b : rows.indices()) {
+      CHECK((thin.cluster_of[RowIndex(a.value())] == thin.cluster_of[RowIndex(b.value())]) ==
+            (data->cluster_of[rows[a]] == data->cluster_of[rows[b]]));
+    }
+  }
 }
 
 TEST_CASE("a clock that starts far from zero hides a warm-up, and that is said") {

@@ -116,9 +116,9 @@ TEST_CASE("of more rows than are searched every trace belongs to its row") {
     REQUIRE(signal.values.size() == diagnosis->rows.size());
     if (signal.name != "q2_deg") continue;
     ++joints_seen;
-    const double scale = signal.values[0] / data.table.rows[0].q[1];
+    const double scale = signal.values.front() / data.table.rows[0].q[1];
     for (std::size_t k = 0; k < signal.values.size(); ++k) {
-      REQUIRE(signal.values[k] == Approx(scale * data.table.rows[k].q[1]));
+      REQUIRE(signal.values[RowIndex(k)] == Approx(scale * data.table.rows[k].q[1]));
     }
   }
   CHECK(joints_seen == 1);
@@ -131,7 +131,7 @@ TEST_CASE("of more rows than are searched every trace belongs to its row") {
   CHECK(held_out < diagnosis->rows.size());
   for (const Rival& rival : diagnosis->rivals) {
     CHECK(rival.rows.size() == rival.shift_W.size());
-    CHECK(rival.rows.back() < 2600);
+    CHECK(rival.rows.back() < RowIndex(2600));
   }
 }
 
@@ -311,7 +311,7 @@ TEST_CASE("many lines in a joint are corrected; clean data get no discrepancy mo
   Data data = Simulated("--family none --seed 8 --rows 250 --robot ur10");
   const auto clean = Answer(data);
   REQUIRE(clean);
-  CHECK(clean->remainder.empty());
+  CHECK(clean->discrepancy.empty());
   // The first joint errs by 24 lines of one size and unlike phases.
   for (MeasuredRow& row : data.table.rows) {
     double turn = 0;

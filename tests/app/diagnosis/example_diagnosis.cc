@@ -89,7 +89,7 @@ class Simulation {
 };
 
 void AddSignals(const Simulation& simulation, Verdict verdict, Diagnosis& diagnosis) {
-  std::vector<double> t, temp, payload;
+  PerRow<double> t, temp, payload;
   for (const Conditions& moment : simulation.moments) {
     t.push_back(*moment.t_s);
     temp.push_back(*moment.temp_C);
@@ -98,7 +98,7 @@ void AddSignals(const Simulation& simulation, Verdict verdict, Diagnosis& diagno
   const bool unknown = verdict == Verdict::kUnknown;
   diagnosis.signals.push_back({"t_s", t, 0.31, 0.02});
   for (int joint = 0; joint < 6; ++joint) {
-    std::vector<double> values;
+    PerRow<double> values;
     for (const Conditions& moment : simulation.moments) {
       values.emplace_back(moment.q[joint] / kDegree);
     }
@@ -107,8 +107,8 @@ void AddSignals(const Simulation& simulation, Verdict verdict, Diagnosis& diagno
   }
   diagnosis.signals.push_back({"payload_kg", payload, 0.44, 0.01});
   diagnosis.signals.push_back({"temp_C", temp, 0.52, 0.01});
-  diagnosis.signals.push_back(
-      {"air_pressure_bar", simulation.pressure_bar, unknown ? 1e-4 : 0.7, unknown ? 0.78 : 0.005});
+  diagnosis.signals.push_back({"air_pressure_bar", PerRow<double>(simulation.pressure_bar),
+                               unknown ? 1e-4 : 0.7, unknown ? 0.78 : 0.005});
 }
 
 void AddRows(Simulation& simulation, const std::vector<Finding>& truth, Verdict verdict,
@@ -189,7 +189,7 @@ void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagno
   Rival rival{"tool_stiffness", "payload_mass", "", "", {}, 0.012, 1.4, {}, {}};
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
-    rival.rows.push_back(static_cast<int>(k));
+    rival.rows.emplace_back(k);
   }
   diagnosis.rivals.push_back(rival);
   diagnosis.next_poses_separate_all = true;

@@ -219,17 +219,16 @@ TEST_CASE("a p-value pays for the joints that were chosen") {
   const Model model = Model::Declared(*dataset);
   const Result<Linearisation> linear = Linearise(*dataset, model, true, 1);
   REQUIRE(linear);
-  const std::vector<double> weights(static_cast<std::size_t>(dataset->rows()), 1.0);
-  std::vector<int> rows;
-  for (int k = 0; k < dataset->rows(); ++k) rows.push_back(k);
-  const LinearProblem problem(*dataset, std::make_shared<const Linearisation>(*linear), model, rows,
-                              weights, 5e-5, 1);
+  FitProblem fit = FitOfEveryRow(*dataset, 1);
+  fit.sigma_m = 5e-5;
+  const LinearProblem problem(std::move(fit), std::make_shared<const Linearisation>(*linear),
+                              model);
   Pool pool(problem);
   const Candidates candidates = CandidatesFor(*dataset);
   const auto offsets = std::find_if(candidates.blocks.begin(), candidates.blocks.end(),
                                     [](const Block& block) { return block.id == "joint_offset"; });
   REQUIRE(offsets != candidates.blocks.end());
-  const int block = pool.Add(*offsets);
+  const BlockIndex block = pool.Add(*offsets);
   Explanation all = pool.Fit({block});
   const auto visible = static_cast<double>(all.columns.size());
   REQUIRE(visible >= 5);

@@ -242,6 +242,26 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
   }
 }
 
+TEST_CASE("the measured poses are written and belong to the model that was validated") {
+  const std::string original = ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
+  Diagnosis diagnosis;
+  diagnosis.domain.q.assign(6, {-3, 3});
+  diagnosis.domain.residual_sigma_m = 5e-5;
+  diagnosis.domain.distant_sigma_m = 2e-4;
+  JointVector q(6);
+  q << 0.1, -0.2, 0.3, -0.4, 0.5, -0.6;
+  diagnosis.domain.poses = {q, 2 * q};
+  const std::string written = Corrected(original, diagnosis);
+  const Domain domain = *Read(written).domain;
+  CHECK(domain.as_validated);
+  CHECK(*domain.distant_sigma_m == Approx(2e-4));
+  REQUIRE(domain.poses.size() == 2);
+  CHECK((domain.poses[1] - 2 * q).norm() < 1e-4);
+  CHECK_FALSE(Read(Edited(written, "distant_sigma_mm = 0.2", "distant_sigma_mm = 0.1"))
+                  .domain->as_validated);
+  CHECK_FALSE(Read(Edited(written, "11.459", "11.460")).domain->as_validated);
+}
+
 TEST_CASE("a written model with effects and frames reads back as it was validated") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
   diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};

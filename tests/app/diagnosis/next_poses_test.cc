@@ -52,7 +52,8 @@ Dataset Rows(MeasuredTable table) {
   REQUIRE(data);
   const Result<Linearisation> tips = Linearise(*data, Model::Declared(*data), false, 1);
   REQUIRE(tips);
-  for (std::size_t k = 0; k < table.rows.size(); ++k) table.rows[k].p_WT = tips->rows[k].p_W;
+  for (std::size_t k = 0; k < table.rows.size(); ++k)
+    table.rows[k].p_WT = tips->rows[RowIndex(k)].p_W;
   data = DatasetFrom(cell, table);
   REQUIRE(data);
   return *data;
@@ -104,26 +105,24 @@ struct TwoExplanations {
       : data(rows), model(Model::Declared(data)) {
     const Result<Linearisation> linear = LineariseApart(data, model, 1);
     REQUIRE(linear);
-    std::vector<int> all(static_cast<std::size_t>(data.rows()));
-    for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
-    const std::vector<double> whole(all.size(), 1.0);
-    problem = std::make_unique<LinearProblem>(data, std::make_shared<const Linearisation>(*linear),
-                                              model, all, whole, kSigma_m, 1);
+    FitProblem fit = FitOfEveryRow(data, 1);
+    fit.sigma_m = kSigma_m;
+    problem = std::make_unique<LinearProblem>(
+        std::move(fit), std::make_shared<const Linearisation>(*linear), model);
     pool = std::make_unique<Pool>(*problem);
     std::vector<Explanation> pair;
-    int first = 0;  // column of the pool
+    ColumnIndex next;
     for (const auto& [block, values] : {std::pair(&a, &of_a), std::pair(&b, &of_b)}) {
       Explanation explanation;
       explanation.blocks = {pool->Add(*block)};
-      for (const BlockColumn& column : block->columns) {
-        explanation.columns.push_back(first + static_cast<int>(&column - block->columns.data()));
+      for (std::size_t k = 0; k < block->columns.size(); ++k, ++next) {
+        explanation.columns.push_back(next);
       }
-      first += static_cast<int>(block->columns.size());
       explanation.values = *values;
       pair.push_back(explanation);
     }
     task = std::make_unique<DesignTask>(DesignTask{*pool, model, data, pair});
-    space = DesignSpaceOf(data, {&pool->blocks()[0], &pool->blocks()[1]});
+    space = DesignSpaceOf(data, {&pool->blocks().front(), &pool->blocks().back()});
   }
 
   PoseDesign Design() const { return SequentialDesign(*task, space).Run(); }
@@ -167,10 +166,10 @@ TEST_CASE("candidates stay where the robot has worked, within its limits, at the
     const MeasuredRow& row = candidates.table.rows[k];
     payloads.insert(row.payload_kg);
     CHECK(points[k].Extras() == 0);
-    CHECK(candidates.payloads[k].mass_kg == row.payload_kg);
-    CHECK(candidates.conditions[k].payload_kg == row.payload_kg);
-    CHECK(candidates.conditions[k].q == row.q);
-    CHECK(candidates.conditions[k].t_s == data.conditions.back().t_s);
+    CHECK(candidates.payloads[RowIndex(k)].mass_kg == row.payload_kg);
+    CHECK(candidates.conditions[RowIndex(k)].payload_kg == row.payload_kg);
+    CHECK(candidates.conditions[RowIndex(k)].q == row.q);
+    CHECK(candidates.conditions[RowIndex(k)].t_s == data.conditions.back().t_s);
     CHECK(std::abs(row.q[0]) <= 1.0);
     for (Eigen::Index i = 1; i < row.q.size(); ++i) CHECK(std::abs(row.q[i]) <= 0.9 * 1.5);
   }
@@ -184,14 +183,14 @@ TEST_CASE("a candidate is reached from the pose before it; a joint that stays ke
   Dataset candidates = CandidateRows(data, space, points, data.conditions.back());
   Conditions previous = data.conditions.back();
   previous.approach = JointVector::Constant(previous.q.size(), -1.0);
-  previous.q[2] = candidates.conditions[0].q[2];
-  previous.q[3] = candidates.conditions[0].q[3] - 0.1;
-  previous.q[4] = candidates.conditions[0].q[4] + 0.1;
+  previous.q[2] = candidates.conditions.front().q[2];
+  previous.q[3] = candidates.conditions.front().q[3] - 0.1;
+  previous.q[4] = candidates.conditions.front().q[4] + 0.1;
   ComeFrom(previous, space, points, candidates);
-  CHECK(candidates.conditions[0].approach[2] == -1.0);
-  CHECK(candidates.conditions[0].approach[3] == 1.0);
-  CHECK(candidates.conditions[0].approach[4] == -1.0);
-  CHECK(candidates.conditions[0].last_move[3] == Approx(0.1));
+  CHECK(candidates.conditions.front().approach[2] == -1.0);
+  CHECK(candidates.conditions.front().approach[3] == 1.0);
+  CHECK(candidates.conditions.front().approach[4] == -1.0);
+  CHECK(candidates.conditions.front().last_move[3] == Approx(0.1));
 }
 
 TEST_CASE("a side, a wait and a motion change how a candidate is reached, and within the limits") {
@@ -229,11 +228,12 @@ TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows le
   const Result<Linearisation> linear = LineariseApart(data, model, 1);
   REQUIRE(linear);
   // The pool sees the first half; the second half is what is going to be measured.
-  std::vector<int> seen, all;
-  for (int k = 0; k < data.rows(); ++k) (k < 20 ? seen : all).push_back(k);
-  const std::vector<double> whole(static_cast<std::size_t>(data.rows()), 1.0);
+  FitRows seen, all;
+  for (const RowIndex row : data.row_indices()) (row < RowIndex(20) ? seen : all).push_back(row);
+  FitProblem fit = FitOfEveryRow(data, 1).WithRows(seen);
+  fit.sigma_m = kSigma_m;
   const auto shared = std::make_shared<const Linearisation>(*linear);
-  const LinearProblem problem(data, shared, model, seen, whole, kSigma_m, 1);
+  const LinearProblem problem(std::move(fit), shared, model);
   Pool pool(problem);
   std::vector<Explanation> pair;
   for (const char* id : {"joint_offset", "base_frame"}) {
@@ -244,7 +244,7 @@ TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows le
   Discrimination discrimination(pool, pair);
   CHECK_FALSE(discrimination.Separated(1));
   double sum = 0;
-  for (const int row : all) {
+  for (const RowIndex row : all) {
     const double gain = discrimination.Gain(data, *linear, row);
     CHECK(gain >= 0);
     // Both ways, each what it needs and a tenth of what is beyond.
@@ -395,30 +395,30 @@ TEST_CASE("the prior of a joint's compliance is a wind-up, whatever the arm weig
   const Dataset data = Rows({20});
   const TwoExplanations pair = PlayOrOffset();
   const Block block = BlockOf(data, "joint_compliance");
-  const std::vector<double> sizes = PriorSizes(*pair.problem, block);
+  const Indexed<BlockColumnIndex, double> sizes = PriorSizes(*pair.problem, block);
   REQUIRE(sizes.size() == block.columns.size());
   double most_Nm = 0;
   const LoadedArm arm(pair.data.cell);
-  for (std::size_t k = 0; k < pair.data.table.rows.size(); ++k) {
+  for (const RowIndex row : pair.data.row_indices()) {
     LoadedState state;
-    REQUIRE(arm.AtCommanded(pair.data.table.rows[k].q, pair.data.payloads[k], nullptr,
-                            pair.data.conditions[k].tau, state));
+    REQUIRE(arm.AtCommanded(pair.data.measured(row).q, pair.data.payloads[row], nullptr,
+                            pair.data.conditions[row].tau, state));
     most_Nm = std::max(most_Nm, std::abs(state.tau[1]));
   }
-  CHECK(sizes[1] == Approx(7e-3 / most_Nm).epsilon(0.02));
-  CHECK(sizes[1] < block.columns[1].largest);
+  constexpr BlockColumnIndex kSecond(1);
+  CHECK(sizes[kSecond] == Approx(7e-3 / most_Nm).epsilon(0.02));
+  CHECK(sizes[kSecond] < block.columns[kSecond].largest);
   const Block offsets = BlockOf(data, "joint_offset");
-  CHECK(PriorSizes(*pair.problem, offsets)[1] == offsets.columns[1].largest);
+  CHECK(PriorSizes(*pair.problem, offsets)[kSecond] == offsets.columns[kSecond].largest);
 }
 
 TEST_CASE("the loss is what the weights are the slope of, and bounded") {
-  for (const int axes : {1, 3}) {
+  for (int count = 1; count <= kMostResiduals; ++count) {
     for (double d = 0.05; d < 12; d += 0.1) {
-      const auto loss = [&](double at) { return HampelLoss({Vec3(at, 0, 0)}, 1.0, axes); };
-      const double weight = HampelWeights({Vec3(d, 0, 0)}, 1.0, axes).front();
       const double h = 1e-6;
-      CHECK((loss(d + h) - loss(d - h)) / (2 * h) == Approx(2 * weight * d).margin(1e-6));
-      CHECK(loss(d) <= 41);
+      const double slope = (HampelLoss(count, d + h) - HampelLoss(count, d - h)) / (2 * h);
+      CHECK(slope == Approx(2 * HampelWeight(count, d) * d).margin(1e-6));
+      if (count <= 3) CHECK(HampelLoss(count, d) <= 41);
     }
   }
 }

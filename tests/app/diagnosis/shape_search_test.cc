@@ -27,9 +27,9 @@ struct Rows {
     REQUIRE(data);
     const Model declared = Model::Declared(*data);
     linear = std::make_shared<const Linearisation>(*Linearise(*data, declared, true, 1));
-    std::vector<int> all;
-    for (int k = 0; k < data->rows(); ++k) all.push_back(k);
-    problem.emplace(*data, linear, declared, all, std::vector<double>(all.size(), 1.0), 2e-5, 1);
+    FitProblem fit = FitOfEveryRow(*data, 1);
+    fit.sigma_m = 2e-5;
+    problem.emplace(std::move(fit), linear, declared);
   }
 
   Result<Dataset> WithEffect(const std::string& id,
@@ -78,8 +78,8 @@ TEST_CASE("a moment is found between the rows where the base moved") {
   const double found = blocks.front().columns.front().values.front();
   CHECK(found > before);
   CHECK(found < after);
-  const ActiveEffect effect =
-      ShapeSearchOf(*blocks.front().term.effect)->EffectFrom(blocks.front(), {{0, 1e-4}});
+  const ActiveEffect effect = ShapeSearchOf(*blocks.front().term.effect)
+                                  ->EffectFrom(blocks.front(), {{BlockColumnIndex(0), 1e-4}});
   CHECK(ValueOf(effect, "time") == found);
   CHECK(ValueOf(effect, "x") == 1e-4);
   CHECK(effect.values.size() == 2);  // y and z were not kept
@@ -94,10 +94,11 @@ TEST_CASE("a line is found between whole cycles, and its phase comes back") {
   });
   REQUIRE(line != blocks.end());
   CHECK(LineOf(*line)->joint == 2);
-  ActiveEffect effect = search.EffectFrom(*line, {{0, 3e-4}, {1, 4e-4}});
+  constexpr BlockColumnIndex kSine(0), kCosine(1);
+  ActiveEffect effect = search.EffectFrom(*line, {{kSine, 3e-4}, {kCosine, 4e-4}});
   CHECK(ValueOf(effect, "q#_amplitude") == Approx(5e-4));
   CHECK(ValueOf(effect, "q#_phase") == Approx(std::atan2(4.0, 3.0)));
-  search.Join(search.EffectFrom(*line, {{1, 1e-4}}), effect);
+  search.Join(search.EffectFrom(*line, {{kCosine, 1e-4}}), effect);
   CHECK(ValueOf(effect, "q#_#_amplitude") == Approx(1e-4));
   CHECK(effect.term.parameters.back().harmonic == 2);
 }

@@ -22,9 +22,11 @@ struct Problem {
     y += 8 * X.col(0) + 5 * X.col(3);
   }
   SupportFit Fit(double cost) const {
-    return SupportFit(
-        X.transpose() * X, X.transpose() * y, y.squaredNorm(),
-        {{0, 0, {0, 1}, cost}, {0, 1, {2}, cost}, {1, 0, {3, 4}, cost}, {2, 0, {5}, cost}});
+    return SupportFit(X.transpose() * X, X.transpose() * y, y.squaredNorm(),
+                      {{BlockIndex(0), 0, {0, 1}, cost},
+                       {BlockIndex(0), 1, {2}, cost},
+                       {BlockIndex(1), 0, {3, 4}, cost},
+                       {BlockIndex(2), 0, {5}, cost}});
   }
   /// chi2 of the columns at `places` by themselves, by QR.
   double Chi2(const std::vector<int>& places) const {

@@ -31,7 +31,7 @@ HeldOut HeldOutOf(const Dataset& data, double size_m) {
   held_out.by = "blocks of time";
   held_out.predicted.assign(rows, true);
   held_out.before.assign(rows, Vec3(1e-3, 0, 0));
-  held_out.after = held_out.after_named = std::vector<Vec3>(rows, Vec3(size_m, 0, 0));
+  held_out.after = held_out.after_named = PerRow<Vec3>(rows, Vec3(size_m, 0, 0));
   return held_out;
 }
 
@@ -58,14 +58,16 @@ TEST_CASE("repeats share a region, and sessions are held out one by one") {
   const FoldPlan regions = RegionsOfJointSpace(data);
   REQUIRE(regions.fold_of.size() == data.table.rows.size());
   CHECK(std::set<int>(regions.fold_of.begin(), regions.fold_of.end()).size() == 5);
-  std::map<int, int> of_cluster;
-  for (std::size_t row = 0; row < regions.fold_of.size(); ++row) {
+  std::map<ClusterIndex, int> of_cluster;
+  for (const RowIndex row : data.row_indices()) {
     const auto [known, fresh] = of_cluster.emplace(data.cluster_of[row], regions.fold_of[row]);
     CHECK(known->second == regions.fold_of[row]);
   }
   const FoldPlan sessions = Sessions(data);
   CHECK(sessions.folds == 2);
-  CHECK(sessions.fold_of == data.session_of);
+  for (const RowIndex row : data.row_indices()) {
+    CHECK(sessions.fold_of[row] == data.session_of[row].value());
+  }
   CHECK(sessions.aligned);
   CHECK(Sessions(DatasetOf("--family none --seed 3")).folds == 0);
 }
@@ -78,31 +80,30 @@ TEST_CASE("no row is predicted between the last known before a step and the firs
   const Model model = Model::Declared(data);
   const Result<Linearisation> linear = Linearise(data, model, true, 1);
   REQUIRE(linear);
-  constexpr int kFirstHeldOut = 18, kLastHeldOut = 23;
-  std::vector<int> training;
-  for (int row = 0; row < data.rows(); ++row) {
+  constexpr RowIndex kFirstHeldOut(18), kLastHeldOut(23), kBeforeStep(20), kAfterStep(21);
+  FitRows training;
+  for (const RowIndex row : data.row_indices()) {
     if (row < kFirstHeldOut || row > kLastHeldOut) training.push_back(row);
   }
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
-  const LinearProblem problem(data, std::make_shared<const Linearisation>(*linear), model, training,
-                              weights, data.sigma_m, 1);
-  const double time_s = (*data.conditions[20].t_s + *data.conditions[21].t_s) / 2;
+  const LinearProblem problem(FitOfEveryRow(data, 1).WithRows(training),
+                              std::make_shared<const Linearisation>(*linear), model);
+  const double time_s = (*data.conditions[kBeforeStep].t_s + *data.conditions[kAfterStep].t_s) / 2;
   const ActiveEffect step = EffectWith(cell.cell, "step_event",
                                        {{"time", time_s}, {"x", 1e-3}, {"y", 0}, {"z", 0}}, "base");
   const ShapeSearch& search = *ShapeSearchOf(*step.term.effect);
   const Block block = search.Refitted(data, step).front();
-  for (int row = 0; row < data.rows(); ++row) {
-    CAPTURE(row);
+  for (const RowIndex row : data.row_indices()) {
+    CAPTURE(row.value());
     CHECK(search.LeavesOpen(problem, block, row) == (row >= kFirstHeldOut && row <= kLastHeldOut));
   }
 }
 
 TEST_CASE("an explanation that folds do not select, or that chance may bring, is in doubt") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
-  const double sigma_m = data.sigma_m;
+  const FitProblem problem = FitOfEveryRow(data, 1);
+  const double sigma_m = problem.sigma_m;
   HeldOut held_out = HeldOutOf(data, std::sqrt(3) * sigma_m);
-  const ExplanationEvidence evidence{data, held_out, weights, sigma_m, 2, 0};
+  const ExplanationEvidence evidence{problem, held_out, 2, 0};
   const std::vector<SelectedEffect> taken = {{{"gear_ratio", ""}, {}}}, nothing;
 
   held_out.selected = {taken, taken, taken, taken, nothing};
@@ -141,134 +142,93 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   CHECK(diagnosis.doubts.size() == 1);
 }
 
-TEST_CASE("a radius never leaves out more of the held-out rows than chance does, rejected or not") {
-  Validation validation;
-  for (const char* by : {"blocks of time", "regions of the joint space"}) {
-    HeldOut& held_out = validation.ways.emplace_back();
-    held_out.by = by;
-    for (int k = 0; k < 100; ++k) {
-      held_out.fold_of.push_back(k % 5);
-      held_out.after.push_back(Vec3(k % 10 == 0 ? 8e-4 : 1e-4, 0, 0));  // one row in ten is off
-    }
-    held_out.before = held_out.after;
-    held_out.predicted.assign(100, true);
-    HeldOutError& error = validation.errors.emplace_back();
-    error.by = by;  // without the rejected rows
-    error.after_m = error.before_m = 1e-4;
-  }
-  const double radius_m = std::sqrt(7.815) * ValidatedSigma(validation, 5e-5, 3, true).value();
-  CHECK(radius_m == Approx(8e-4).epsilon(0.01));
-  for (HeldOut& way : validation.ways) {  // one in twenty five is within what 5 % may be
-    for (int k = 0; k < 100; ++k) way.after[static_cast<std::size_t>(k)][0] = k % 25 ? 1e-4 : 8e-4;
-  }
-  CHECK(*ValidatedSigma(validation, 5e-5, 3, true) < 1e-4);
-}
-
 TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
-  const double sigma_m = data.sigma_m;
+  const FitProblem problem = FitOfEveryRow(data, 1);
+  const double sigma_m = problem.sigma_m;
   HeldOut held_out = HeldOutOf(data, 2 * std::sqrt(3) * sigma_m);
   held_out.selected.assign(5, {{{"gear_ratio", ""}, {}}});
   Diagnosis diagnosis = Explained("gear_ratio");
-  CheckExplanation({data, held_out, weights, sigma_m, 2, 0}, diagnosis);
+  CheckExplanation({problem, held_out, 2, 0}, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kUnknown);
   CHECK(CheckNamed(diagnosis, "held_out_error").figure >
         CheckNamed(diagnosis, "held_out_error").limit);
 
   held_out = HeldOutOf(data, sigma_m);
   diagnosis = Explained("gear_ratio");
-  CheckExplanation({data, held_out, weights, sigma_m, 2, 3 * sigma_m}, diagnosis);
+  CheckExplanation({problem, held_out, 2, 3 * sigma_m}, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kUnknown);
   CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
 }
 
 TEST_CASE("a fold that selected other effects does not judge the explanation") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const FitProblem problem = FitOfEveryRow(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
   const FoldPlan plan = BlocksOfTime(data);
   held_out.fold_of = plan.fold_of;
   held_out.selected.assign(5, {{{"gear_ratio", ""}, {}}});
   held_out.selected[2] = {{{"joint_offset", ""}, {}}};
-  for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
+  for (const RowIndex row : data.row_indices()) {
     if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
   }
   Diagnosis diagnosis = Explained("gear_ratio");
-  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CheckExplanation({problem, held_out, 2, 0}, diagnosis);
   CHECK(CheckNamed(diagnosis, "held_out_error").passed);
   CHECK(diagnosis.verdict == Verdict::kExplained);  // four searches of five
   held_out.selected[2] = {{{"gear_ratio", ""}, {}}};
   diagnosis = Explained("gear_ratio");
-  CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+  CheckExplanation({problem, held_out, 2, 0}, diagnosis);
   CHECK_FALSE(CheckNamed(diagnosis, "held_out_error").passed);
 }
 
 TEST_CASE("a fold that selected the effect in other joints does not judge the explanation") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const FitProblem problem = FitOfEveryRow(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
   const FoldPlan plan = BlocksOfTime(data);
   held_out.fold_of = plan.fold_of;
   held_out.selected.assign(5, {{{"gear_ratio", ""}, {1, 2}}});
-  for (std::size_t row = 0; row < plan.fold_of.size(); ++row) {
+  for (const RowIndex row : data.row_indices()) {
     if (plan.fold_of[row] == 2) held_out.after[row] *= 30;
   }
   for (const bool agrees : {true, false}) {
     if (!agrees) held_out.selected[2] = {{{"gear_ratio", ""}, {1}}, {{"joint_offset", ""}, {2}}};
     Diagnosis diagnosis = Explained("gear_ratio");
     diagnosis.findings.front().effect.term.parameters = {{0, 1}, {0, 2}};
-    CheckExplanation({data, held_out, weights, data.sigma_m, 2, 0}, diagnosis);
+    CheckExplanation({problem, held_out, 2, 0}, diagnosis);
     CHECK(CheckNamed(diagnosis, "held_out_error").passed == !agrees);
     CHECK(CheckNamed(diagnosis, "selection_frequency").figure == Approx(agrees ? 1 : 0.8));
   }
 }
 
-TEST_CASE("the validated deviation is that of regions that were held out, widened where few were") {
-  Validation validation;
-  const auto way = [&](const std::string& by, int folds, double rms_m) {
-    HeldOut& held_out = validation.ways.emplace_back();
-    held_out.by = by;
-    for (int k = 0; k < 20; ++k) held_out.fold_of.push_back(k % folds);
-    held_out.predicted.assign(20, true);
-    HeldOutError& error = validation.errors.emplace_back();
-    error.by = by;
-    error.after_m = rms_m;
-    error.before_m = 2 * rms_m;
-  };
-  way("blocks of time", 5, std::sqrt(3) * 1e-4);
-  CHECK_FALSE(ValidatedSigma(validation, 1e-4, 3, true));  // a box of ranges is no evidence
-  way("regions of the joint space", 5, std::sqrt(3) * 1e-4);
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) == Approx(1e-4));
-  validation.errors[1].after_m = std::sqrt(3) * 1e-3;
-  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, true) ==
-        Approx(std::sqrt(1e-8 + 1.3115 * 1.3115 * (1e-6 - 1e-8))).epsilon(0.01));
-  CHECK(*ValidatedSigma(validation, 1e-4, 3, false) == Approx(2e-4));  // the declared model's
-}
-
 TEST_CASE("a few poses are regions of their own, whatever their loads") {
   Dataset data = DatasetOf("--family none --seed 3");
   const int joints = data.cell.robot.size();
-  for (std::size_t row = 0; row < data.table.rows.size(); ++row) {
-    data.table.rows[row].q.head(joints) = data.table.rows[row % 3].q.head(joints);
-    data.cluster_of[row] = static_cast<int>(row % 6);
+  for (const RowIndex row : data.row_indices()) {
+    data.table.rows[row.offset()].q.head(joints) = data.table.rows[row.offset() % 3].q.head(joints);
+    data.cluster_of[row] = ClusterIndex(row.value() % 6);
   }
   data.clusters = 6;
   const FoldPlan plan = RegionsOfJointSpace(data);
   CHECK(plan.folds == 3);
-  for (std::size_t row = 6; row < plan.fold_of.size(); ++row) {
-    CHECK(plan.fold_of[row] == plan.fold_of[row % 3]);
+  for (const RowIndex row : data.row_indices()) {
+    CHECK(plan.fold_of[row] == plan.fold_of[RowIndex(row.value() % 3)]);
   }
 }
 
 TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows between") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
+  const PerRow<double> weights(data.table.rows.size(), 1.0);
   HeldOut by_time = HeldOutOf(data, 1e-4), by_region = by_time;
   by_time.after_named.assign(weights.size(), Vec3(2e-4, 0, 0));
   by_region.after_named.assign(weights.size(), Vec3(0.5e-4, 0, 0));
   CHECK(AdmitsDiscrepancy({{by_time}, {}}, weights));
+  CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
+  // Ways of which no row was predicted neither admit nor refuse.
+  by_region.predicted.assign(weights.size(), false);
+  CHECK(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
+  by_time.predicted.assign(weights.size(), false);
   CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
 }
 
@@ -300,8 +260,7 @@ TEST_CASE("an empirical curve stays within the values that its rows saw") {
   effect.term.nodes.resize(4, 2);
   // Between the rows 0.1 mm; an edge that only extrapolation reaches, 50 mm.
   effect.term.nodes << low - 1, 0.1, low, 0.1, high, 0.1, high + 1, 50;
-  const std::vector<double> weights(static_cast<std::size_t>(data.rows()), 1.0);
-  BoundToRows(data, *linear, weights, effect);
+  BoundToRows(FitOfEveryRow(data, 1), *linear, effect);
   CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
   CHECK(effect.term.nodes.col(1).minCoeff() == Approx(0.1));
 }

@@ -72,7 +72,7 @@ TEST_CASE("a change is told at once, but not more often than change_s") {
   static_cast<void>(watched.After(0));
   int states = 0, points = 0;
   for (int k = 0; k < 100; ++k) {
-    watched.state.loop.state = static_cast<std::uint16_t>(k % 2);
+    watched.state.monitoring.recording = k % 2 == 1;
     watched.state.points[0].translation_B.x() += 2e-4;
     const auto messages = watched.After(0.1);
     states += watched.Count(messages, MessageKind::kState);
@@ -155,7 +155,7 @@ TEST_CASE("a message as it goes out: stream, number and time before its own valu
 TEST_CASE("values that are not finite become null, joints go in degrees") {
   ViewState state;
   state.q = JointVector::Constant(2, 0.5);
-  state.loop.statistic = std::numeric_limits<double>::infinity();
+  state.monitoring.drift_statistic = std::numeric_limits<double>::infinity();
   FleetCell cell;
   cell.joints.resize(2);
   cell.joints[1].type = JointType::kPrismatic;

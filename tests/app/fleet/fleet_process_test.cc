@@ -61,9 +61,9 @@ TEST_CASE("birth, states, an alarm that begins and ends, a point, a model, a len
     state.model_version = 2;
     state.points[0].translation_B = Vec3(0.002, 0, 0);
     state.cameras.resize(1);
-    state.cameras[0].watch.name = CameraName::kRear;
-    state.cameras[0].watch.configured = true;
-    state.cameras[0].watch.state = ZoomState::kValid;
+    state.cameras[0].status.name = CameraName::kRear;
+    state.cameras[0].status.configured = true;
+    state.cameras[0].status.state = ZoomState::kValid;
   });
   REQUIRE(historian.Awaits("NALARM"));
   REQUIRE(historian.Awaits("NMODEL", 2));

@@ -55,7 +55,7 @@ TEST_CASE("the first look takes nothing; then what was there at the look before,
   taken = tail.Look(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{4, 5});
   CHECK(taken.probes[0].model_version == 4);
-  CHECK((taken.probes[0].measured_W - taken.probes[0].predicted_W).norm() == Approx(1e-3));
+  CHECK((*taken.probes[0].measured_W - *taken.probes[0].predicted_W).norm() == Approx(1e-3));
   taken = tail.Look(taken.mark).value();
   CHECK(taken.probes.empty());
 }

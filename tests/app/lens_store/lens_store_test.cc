@@ -9,6 +9,7 @@
 #include <random>
 
 #include "app/lens_store/opencv_file.h"
+#include "firmware-like/lens/lens_curve.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
@@ -23,7 +24,7 @@ LensEntry EntryAt(std::int32_t zoom_counts, double fx) {
   entry.lens = {fx, 1.001 * fx, 959.25, 540.1, -0.123456789012345678, 0.05, 1e-5, -2e-5, 0.1 / 3};
   const LensVector sd = 1e-3 * VectorOfLens(entry.lens);
   entry.covariance = sd * sd.transpose();
-  entry.image = {1920, 1080};
+  entry.size = {1920, 1080};
   entry.rms_px = 0.04;
   entry.board = "chessboard 18x12, 10 mm";
   entry.pupil_shift_m = 0.0021;
@@ -112,7 +113,7 @@ TEST_CASE("what must not be kept is refused with its reason, and nothing is writ
       {[](LensEntry& e) { e.covariance(2, 3) = INFINITY; }, "covariance is not finite"},
       {[](LensEntry& e) { e.covariance(2, 2) = -1; }, "variance is negative"},
       {[](LensEntry& e) { e.covariance(0, 1) *= 1.1; }, "not symmetric"},
-      {[](LensEntry& e) { e.image.height = 0; }, "image size"},
+      {[](LensEntry& e) { e.size.height = 0; }, "image size"},
       {[](LensEntry& e) { e.rms_px = std::nan(""); }, "RMS"},
       {[](LensEntry& e) { e.uncertainty_px = INFINITY; }, "uncertainty"},
       {[](LensEntry& e) { e.key.camera_serial.clear(); }, "no camera serial"},

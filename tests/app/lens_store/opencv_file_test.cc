@@ -13,7 +13,7 @@ TEST_CASE("OpenCV reads every number to the last bit, as YAML and as XML") {
   for (int i = 0; i < kLensParameters; ++i) {
     for (int k = 0; k < kLensParameters; ++k) entry.covariance(i, k) = 1.0 / (i + k + 1) - 0.5;
   }
-  entry.image = {1920, 1080};
+  entry.size = {1920, 1080};
   entry.rms_px = 0.1;
   entry.utc = "2026-11-21T07:30:00Z";
   for (const bool yaml : {true, false}) {

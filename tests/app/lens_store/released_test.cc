@@ -22,8 +22,8 @@ void CheckLens(const LensEntry& entry, int number, int schema) {
   CHECK(entry.key.mode == "YUYV 1920x1080@30");
   CHECK(entry.key.zoom_counts == 1000 * number);
   CHECK(entry.key.focus_counts.has_value() == (number == 1));
-  CHECK(entry.image.width == 1920);
-  CHECK(entry.image.height == 1080);
+  CHECK(entry.size.width == 1920);
+  CHECK(entry.size.height == 1080);
   CHECK(entry.lens.fx == 1500.25 * number);
   CHECK(entry.lens.fy == 1501.5 * number);
   CHECK(entry.lens.cx == 959.25);

@@ -73,7 +73,7 @@ TEST_CASE("the life of a model: declared, proposed, applied, rolled back") {
   facts.rms_before_mm = 8.5;
   facts.rms_after_mm = 0.09;
   facts.implausible = {"joint_compliance: softer than any gear"};
-  facts.remainder_share = 0.25;
+  facts.discrepancy_share = 0.25;
   CHECK(*store.Propose("cell 1 corrected", facts, folder.path() + "/r.html") == 2);
   CHECK(StateOf(store) == ModelState{1, 1, 2, {1}});
   CHECK(*store.Text(2) == "cell 1 corrected");
@@ -83,7 +83,7 @@ TEST_CASE("the life of a model: declared, proposed, applied, rolled back") {
   CHECK(kept->effects == facts.effects);
   CHECK(kept->rms_before_mm == 8.5);
   CHECK(kept->implausible == facts.implausible);
-  CHECK(kept->remainder_share == 0.25);
+  CHECK(kept->discrepancy_share == 0.25);
   CHECK(kept->report == "0002.html");
   CHECK(std::ifstream(store.ReportFile(2)).get() == '<');
 
@@ -616,12 +616,16 @@ TEST_CASE("what the diagnosis answers is read, and nonsense is refused") {
   CHECK(facts->rms_before_mm == 8.7);
   CHECK(facts->rms_after_mm == 0.1);
   CHECK(facts->implausible.empty());
-  CHECK_FALSE(facts->remainder_share);
+  CHECK_FALSE(facts->discrepancy_share);
   const auto doubtful = ModelFactsFromDiagnosis(R"({"verdict": "explained", "rms_mm": {},
     "implausible": ["backlash: 3 degrees"], "remainder": {"parameters": 9, "share_of_correction": 0.5}})");
   REQUIRE(doubtful.ok());
   CHECK(doubtful->implausible == std::vector<std::string>{"backlash: 3 degrees"});
-  CHECK(doubtful->remainder_share == 0.5);
+  CHECK(doubtful->discrepancy_share == 0.5);
+  const auto renamed = ModelFactsFromDiagnosis(R"({"verdict": "explained", "rms_mm": {},
+    "discrepancy_model": {"parameters": 9, "share_of_correction": 0.4}, "remainder": null})");
+  REQUIRE(renamed.ok());
+  CHECK(renamed->discrepancy_share == 0.4);
   for (const char* text :
        {"", "[]", "{}", R"({"verdict": "fine", "rms_mm": {}})", R"({"verdict": "explained"})",
         R"({"verdict": "explained", "rms_mm": 3})"}) {

@@ -223,7 +223,7 @@ TEST_CASE("what stands in files is text, in HTML and in gnuplot") {
   diagnosis.notes = {evil[0]};
   diagnosis.not_recorded = {evil[1]};
   diagnosis.considered[0].reason = evil[0];
-  diagnosis.rows[15].session = evil[0];
+  diagnosis.rows[RowIndex(15)].session = evil[0];
   diagnosis.held_out_by = evil[1];
   CellModel cell = ExampleCell();
   cell.robot.name = "</title>" + evil[0];
@@ -264,7 +264,7 @@ TEST_CASE("of more rows than are searched each picture and number belongs to its
   rival.shift_W.clear();
   rival.rows.clear();
   for (std::size_t k = 0; k < diagnosis.rows.size(); ++k) {
-    RowTrace& of = diagnosis.rows[k];
+    RowTrace& of = diagnosis.rows[RowIndex(k)];
     signal.values.push_back(static_cast<double>(k));
     of.before = Vec3(0, 0, 1e-6 * static_cast<double>(k));
     of.after = 0.5 * of.before;
@@ -274,11 +274,11 @@ TEST_CASE("of more rows than are searched each picture and number belongs to its
     of.fold = 0;
     of.held_out_before = Vec3(4e-3, 0, 0);
     of.held_out_after = Vec3(k == 2000 ? 9e-3 : 3e-3, 0, 0);
-    rival.rows.push_back(static_cast<int>(k));
+    rival.rows.emplace_back(k);
     rival.shift_W.emplace_back(0, 0, 1e-6 * static_cast<double>(k));
   }
-  diagnosis.rows[2000].weight = 0.3;  // shortened so far that it counts as an outlier
-  diagnosis.rows[2000].outlier = true;
+  diagnosis.rows[RowIndex(2000)].weight = 0.3;  // shortened so far that it counts as an outlier
+  diagnosis.rows[RowIndex(2000)].outlier = true;
   diagnosis.outlier_rows = {2002};
   diagnosis.signals = {signal};
 
@@ -306,7 +306,7 @@ TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too")
   Diagnosis one = ExampleDiagnosis(Verdict::kExplained);
   one.rows.resize(1);
   for (SignalTrace& signal : one.signals) signal.values.resize(1);
-  one.rows[0].after = Vec3::Constant(std::nan(""));
+  one.rows.front().after = Vec3::Constant(std::nan(""));
   one.held_out.after_m = std::nan("");
   one.findings[0].covariance.setConstant(std::nan(""));
   const std::string html = Report(one);

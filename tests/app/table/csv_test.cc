@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "app/config/toml_reader.h"
+#include "app/table/measured_point_of.h"
 
 namespace plumbline {
 namespace {
@@ -66,6 +67,38 @@ TEST_CASE("A missing column is not recorded; joints alone are enough") {
   CHECK(table->recorded == RecordedColumns{});
   CHECK(table->rows.size() == 2);
   CHECK(table->rows[1].qd.size() == 0);
+}
+
+TEST_CASE("A row as a measured point has what the table recorded and the row holds") {
+  FaultList faults;
+  const auto whole = Read(
+      "q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,tau1_Nm,tau2_N,t_s,payload_kg,temp_C,q_step_deg,x_mm,y_mm,"
+      "z_mm,range_mm\n"
+      "90,250,180,1000,7,8,12.5,0,23.5,0.01,10,20,30,1500\n"
+      "90,250,180,1000,7,8,12.6,0,23.5,0.01,,,,1500\n",
+      faults);
+  REQUIRE(whole);
+  const MeasuredPoint point = MeasuredPointOf(whole->rows.at(0), whole->recorded);
+  CHECK(point.q[1] == Approx(0.25));
+  CHECK(point.qd[0] == Approx(180 * kRadPerDeg));
+  CHECK(point.qdd.size() == 0);
+  CHECK(point.tau[1] == 8);
+  CHECK(point.t_s.value() == 12.5);
+  CHECK(point.payload_kg.value() == 0);  // recorded as zero, not absent
+  CHECK(point.temp_C.value() == 23.5);
+  CHECK(point.q_step_rad.value() == Approx(0.01 * kRadPerDeg));
+  CHECK(point.measured_W.value().isApprox(Vec3(0.01, 0.02, 0.03)));
+  CHECK(point.range_m.value() == Approx(1.5));
+  CHECK_FALSE(point.orientation_W);
+  CHECK_FALSE(MeasuredPointOf(whole->rows.at(1), whole->recorded).measured_W);
+
+  const auto bare = Read("q1_deg,q2_mm\n90,250\n", faults);
+  REQUIRE(bare);
+  const MeasuredPoint joints = MeasuredPointOf(bare->rows.at(0), bare->recorded);
+  CHECK(joints.q.size() == 2);
+  CHECK((joints.qd.size() == 0 && joints.tau.size() == 0));
+  CHECK_FALSE((joints.t_s || joints.payload_kg || joints.temp_C || joints.q_step_rad));
+  CHECK_FALSE((joints.measured_W || joints.range_m));
 }
 
 TEST_CASE("A byte-order mark, CRLF and a missing last line end are accepted") {

@@ -73,7 +73,7 @@ TEST_CASE("another lens forgets all that was seen through the former") {
 TEST_CASE("a lens that is not valid, an old image, an untrusted robot: stale") {
   ViewScene scene;
   SECTION("lens") {
-    scene.state.cameras[0].watch.state = ZoomState::kMoving;
+    scene.state.cameras[0].status.state = ZoomState::kMoving;
     const Carriers carriers = scene.Placed();
     CHECK(carriers.lens_stale);
     CHECK(carriers.world->stale);
@@ -185,11 +185,11 @@ TEST_CASE("what one camera sees is placed in the other's picture, by the cell th
   }
   SECTION("nothing is given by a camera whose lens is stale, or taken by one") {
     for (const std::size_t stale : {0, 1}) {
-      scene.state.cameras[stale].watch.state = ZoomState::kStale;
+      scene.state.cameras[stale].status.state = ZoomState::kStale;
       eyes = scene.Placed();
       ShareSights(eyes);
       CHECK(eyes[1].Find(kGripper) == nullptr);
-      scene.state.cameras[stale].watch.state = ZoomState::kValid;
+      scene.state.cameras[stale].status.state = ZoomState::kValid;
     }
   }
 }
@@ -208,9 +208,9 @@ TEST_CASE("in the measurement frame a thing stands where it is seen largest") {
   CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
   scene.state.cameras[1].lens->fx = 300;
   CHECK((gripper_W()->p - by_side).norm() < 1e-9);
-  scene.state.cameras[0].watch.state = ZoomState::kStale;
+  scene.state.cameras[0].status.state = ZoomState::kStale;
   CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
-  scene.state.cameras[1].watch.state = ZoomState::kStale;
+  scene.state.cameras[1].status.state = ZoomState::kStale;
   CHECK_FALSE(gripper_W());
   // Of one camera it is what that one sees.
   ViewScene one;

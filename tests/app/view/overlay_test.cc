@@ -156,7 +156,7 @@ TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
   const ObjectTable table = Table();
   const Colour grey = Greyed({1, 1, 1, 1});
   SECTION("lens") {
-    scene.state.cameras[0].watch.state = ZoomState::kVerifying;
+    scene.state.cameras[0].status.state = ZoomState::kVerifying;
     const Composed composed(scene, {1280, 720}, &table);
     for (const DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
     for (const DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);

@@ -81,7 +81,7 @@ void MakeEverythingLong(ViewScene& scene) {
   for (std::uint64_t k = 0; k < 40; ++k) scene.state.lines.push_back({k, 1.8e9, 3, word});
   scene.state.alarms = 0xFFFF;
   scene.state.warnings = 0xFFFF;
-  scene.state.cameras[0].watch.prompt = BoardPrompt::kUpperLeft;
+  scene.state.cameras[0].status.prompt = BoardPrompt::kUpperLeft;
   for (int k = 0; k < 60; ++k) {
     scene.state.cameras[0].bodies.push_back({word + std::to_string(k), {}, false});
     ViewPoint point;
@@ -136,8 +136,8 @@ TEST_CASE("a text in lines: divided between words, a word too long is left whole
 
 TEST_CASE("what somebody should act on is written in full, in as many rows as it takes") {
   ViewScene scene;
-  scene.state.cameras[0].watch.state = ZoomState::kStale;
-  scene.state.cameras[0].watch.reason = ZoomReason::kMarksBad;
+  scene.state.cameras[0].status.state = ZoomState::kStale;
+  scene.state.cameras[0].status.reason = ZoomReason::kMarksBad;
   const std::string reason(ZoomReasonText(ZoomReason::kMarksBad));
   const Drawn drawn(scene, {640, 480});
   const float left = drawn.layout.column.x;
@@ -172,10 +172,10 @@ TEST_CASE("all is well: one word, and every panel") {
 TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
   SECTION("lens, and the prompt of a calibration") {
     ViewScene scene;
-    scene.state.cameras[0].watch.state = ZoomState::kCalibrating;
-    scene.state.cameras[0].watch.reason = ZoomReason::kBoardStarted;
-    scene.state.cameras[0].watch.prompt = BoardPrompt::kTiltLeft;
-    scene.state.cameras[0].watch.board_views = 7;
+    scene.state.cameras[0].status.state = ZoomState::kCalibrating;
+    scene.state.cameras[0].status.reason = ZoomReason::kBoardStarted;
+    scene.state.cameras[0].status.prompt = BoardPrompt::kTiltLeft;
+    scene.state.cameras[0].status.board_views = 7;
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: the lens is calibrating"));
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
@@ -222,7 +222,7 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {
       ViewScene scene("exaggeration = 25.0\n");
       CHECK(Drawn(scene, size).Says("deflection shown x 25"));
-      scene.state.cameras[0].watch.state = ZoomState::kMoving;
+      scene.state.cameras[0].status.state = ZoomState::kMoving;
       CHECK(Drawn(scene, size).Says("deflection shown x 25"));
     }
   }
@@ -260,10 +260,10 @@ TEST_CASE("without a daemon the picture says so") {
 TEST_CASE("two cameras: each in a part of its own, named; each line says whose it is") {
   ViewScene scene;
   scene.state.cameras.push_back(scene.state.cameras[0]);
-  scene.state.cameras[0].watch.name = CameraName::kSide;
-  scene.state.cameras[1].watch.name = CameraName::kRear;
-  scene.state.cameras[1].watch.state = ZoomState::kStale;
-  scene.state.cameras[1].watch.reason = ZoomReason::kZoomChanged;
+  scene.state.cameras[0].status.name = CameraName::kSide;
+  scene.state.cameras[1].status.name = CameraName::kRear;
+  scene.state.cameras[1].status.state = ZoomState::kStale;
+  scene.state.cameras[1].status.reason = ZoomReason::kZoomChanged;
   for (const ImageSize size : {ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
     CAPTURE(size.width);
     const Drawn drawn(scene, size);

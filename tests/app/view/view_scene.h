@@ -71,11 +71,11 @@ struct ViewScene {
       state.points.push_back(told);
     }
     state.cameras.resize(1);
-    state.cameras[0].watch.configured = true;
-    state.cameras[0].watch.state = ZoomState::kValid;
-    state.cameras[0].watch.reason = ZoomReason::kMarksGood;
-    state.cameras[0].watch.zoom_counts = 4000;
-    state.cameras[0].watch.lens_id = 1;
+    state.cameras[0].status.configured = true;
+    state.cameras[0].status.state = ZoomState::kValid;
+    state.cameras[0].status.reason = ZoomReason::kMarksGood;
+    state.cameras[0].status.zoom_counts = 4000;
+    state.cameras[0].status.lens_id = 1;
     // Beside the tip, the image's right along W's x.
     LoadedState loaded;
     REQUIRE(model->arm.AtCommanded(state.q, {*state.payload_kg, state.payload_cog_F}, {}, loaded));

@@ -50,20 +50,28 @@ ViewState FullState() {
   point.q = JointVector::LinSpaced(6, -1, 1);
   point.taught = point.differs = true;
   state.points = {point};
-  state.loop = {5, 3, 4, 1, 120, 0.6, Vec3(1e-4, 0, -2e-4)};
+  MonitoringStatus& monitoring = state.monitoring;
+  monitoring.recording = monitoring.reference_refused = true;
+  monitoring.probes = 120;
+  monitoring.quarantined = 2;
+  monitoring.drift_statistic = 0.6;
+  monitoring.residual_m = Vec3(1e-4, 0, -2e-4);
+  monitoring.model.applied = 3;
+  monitoring.model.proposed = 4;
+  monitoring.model.declared = 1;
   state.cameras.resize(1);
-  state.cameras[0].watch.name = CameraName::kRear;
-  state.cameras[0].watch.configured = state.cameras[0].watch.tip_valid = true;
-  state.cameras[0].watch.state = ZoomState::kCalibrating;
-  state.cameras[0].watch.reason = ZoomReason::kBoardStarted;
-  state.cameras[0].watch.bits = 9;
-  state.cameras[0].watch.prompt = BoardPrompt::kTiltUpper;
-  state.cameras[0].watch.board_views = 11;
-  state.cameras[0].watch.zoom_counts = 4096;
-  state.cameras[0].watch.lens_id = 2;
-  state.cameras[0].watch.zoom_time_s = 12.4;
-  state.cameras[0].watch.tip_W = {1, 2, 3};
-  state.cameras[0].watch.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
+  state.cameras[0].status.name = CameraName::kRear;
+  state.cameras[0].status.configured = state.cameras[0].status.tip_valid = true;
+  state.cameras[0].status.state = ZoomState::kCalibrating;
+  state.cameras[0].status.reason = ZoomReason::kBoardStarted;
+  state.cameras[0].status.lens_stale = state.cameras[0].status.board_wanted = true;
+  state.cameras[0].status.prompt = BoardPrompt::kTiltUpper;
+  state.cameras[0].status.board_views = 11;
+  state.cameras[0].status.zoom_counts = 4096;
+  state.cameras[0].status.lens_id = 2;
+  state.cameras[0].status.zoom_time_s = 12.4;
+  state.cameras[0].status.tip_W = {1, 2, 3};
+  state.cameras[0].status.tip_covariance_W = Vec3(1e-8, 2e-8, 3e-8).asDiagonal();
   state.cycle = {12.5, 0.0007, 1250, 3, {{1200, 40, 10}, 0.03}};
   state.cameras[0].serial = "A-1";
   state.cameras[0].mode = "GREY 8x4@30";
@@ -126,8 +134,8 @@ TEST_CASE("A state survives the text whole") {
   CHECK(back->cycle.late == 3);
   CHECK(back->cycle.starts.began == state.cycle.starts.began);
   CHECK(back->cycle.starts.sum_s == 0.03);
-  CHECK(back->cameras[0].watch.frame_time_s == PlcCamera::kNever);
-  CHECK(back->cameras[0].watch.tip_covariance_W == state.cameras[0].watch.tip_covariance_W);
+  CHECK(back->cameras[0].status.frame_time_s == CameraStatus::kNever);
+  CHECK(back->cameras[0].status.tip_covariance_W == state.cameras[0].status.tip_covariance_W);
 }
 
 TEST_CASE("The fuzzer starts from a state of the present form, as it is sent") {
@@ -145,7 +153,7 @@ TEST_CASE("A text that is none is told, and why") {
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":4"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":5"), 10, "\"schema\":9");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");
@@ -312,7 +320,7 @@ TEST_CASE("A path that cannot be a socket is refused with its reason") {
 }
 
 TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else") {
-  const PlcScene scene{2, 1, 0.0125, 3, 17, 0};
+  const SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
   const SceneMessage message = BytesOfScene(scene);
   const auto read = SceneOfBytes(message);
   REQUIRE(read);
@@ -329,7 +337,9 @@ TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else"
   std::vector<std::uint8_t> longer(message.begin(), message.end());
   longer.push_back(0);
   CHECK_FALSE(SceneOfBytes(longer));
-  const auto spoilt = [&](PlcScene wrong) { return SceneOfBytes(BytesOfScene(wrong)).has_value(); };
+  const auto spoilt = [&](SceneStatus wrong) {
+    return SceneOfBytes(BytesOfScene(wrong)).has_value();
+  };
   CHECK_FALSE(spoilt({5001, 0, 0, 1, 2, 0}));
   CHECK_FALSE(spoilt({0, 0xFFFFFFFF, 0, 1, 2, 0}));
   CHECK_FALSE(spoilt({0, 0, -0.001, 1, 2, 0}));
@@ -374,7 +384,7 @@ TEST_CASE("the daemon hears a viewer of its own user, and nobody else; nonsense 
   viewer.Tell({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
   REQUIRE(daemon.Watched());
   CHECK(daemon.scene()->smallest_m == Approx(0.5));
-  const PlcScene before = *daemon.scene();
+  const SceneStatus before = *daemon.scene();
 
   const auto say = [&](const std::string& words) {
     const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);

@@ -76,7 +76,7 @@ TEST_CASE("the bent tool's box and a wall: apart, near, interference, and the en
   Watched watched;
   watched.Stand(0.5);
   Measured measured = watched.Measure();
-  const PlcScene told = SceneForPlc(measured);
+  const SceneStatus told = SceneForPlc(measured);
   CHECK(told.interferences == 0);
   CHECK(told.object_a == 4);
   CHECK(told.object_b == 9);

@@ -76,7 +76,7 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   check(plc_map::BodyFields(), 0, plc_map::kBodySize - 1);
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
   check(plc_map::PostureFields(), 0, plc_map::kPostureSize - 1);
-  const auto bodies = plc_map::kBodySize * PlcCamera::kMostBodies;
+  const auto bodies = plc_map::kBodySize * CameraStatus::kMostBodies;
   CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
   CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
   CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCamera + plc_map::kCameraStride);
@@ -224,11 +224,11 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   PlcEnvironment environment;
   environment.now_s = 100;
   CHECK(encoder.Encode(SomeSnapshot(), environment)[500] == 0);
-  PlcCamera& camera = environment.cameras[0];
+  CameraStatus& camera = environment.cameras[0];
   camera.configured = true;
   camera.state = ZoomState::kValid;
   camera.reason = ZoomReason::kMarksGood;
-  camera.bits = camera_bits::kMarkMoved;
+  camera.fiducial_moved = true;
   camera.prompt = BoardPrompt::kTiltLeft;
   camera.zoom_counts = -70000;
   camera.lens_id = 70001;
@@ -279,7 +279,7 @@ TEST_CASE("the second camera has the same blocks 200 registers further, the firs
   PlcEncoder encoder({}, {1, 2});
   PlcEnvironment environment;
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    PlcCamera& camera = environment.cameras[k];
+    CameraStatus& camera = environment.cameras[k];
     camera.configured = true;
     camera.name = k == 0 ? CameraName::kSide : CameraName::kRear;
     camera.state = k == 0 ? ZoomState::kValid : ZoomState::kStale;
@@ -414,8 +414,8 @@ TEST_CASE("what became of probes, and who commands, stands behind the loop's reg
   snapshot.probes.fault = ProbeFault::kInMetres;
   snapshot.probes.standstill = true;
   PlcEnvironment environment;
-  environment.loop.state = loop_state::kQuarantined | loop_state::kReferenceRefused;
-  environment.loop.quarantined = 3;
+  environment.monitoring.reference_refused = true;
+  environment.monitoring.quarantined = 3;
   environment.masters = {0x000A, 49152, 0x0114};
   PlcEncoder encoder({}, {1, 2});
   const auto& image = encoder.Encode(snapshot, environment);
@@ -432,19 +432,19 @@ TEST_CASE("what became of probes, and who commands, stands behind the loop's reg
 TEST_CASE("what the loop tells stands in its window, as floats and as integers") {
   Snapshot snapshot = SomeSnapshot();
   PlcEnvironment environment;
-  environment.loop = {loop_state::kRecording | loop_state::kAlarm,
-                      4,
-                      5,
-                      3,
-                      70000,
-                      1.234,
-                      Vec3(1.25e-3, -0.5e-3, 0.01)};
+  MonitoringStatus& monitoring = environment.monitoring;
+  monitoring.recording = monitoring.drift_alarm = true;
+  monitoring.probes = 70000;
+  monitoring.drift_statistic = 1.234;
+  monitoring.residual_m = Vec3(1.25e-3, -0.5e-3, 0.01);
+  monitoring.model.applied = 4;
+  monitoring.model.declared = 3;
   PlcEncoder encoder({}, {1, 2});
   const auto& image = encoder.Encode(snapshot, environment);
   CHECK(Read(image, "loop_state") == 3);
   CHECK(Read(image, "model_applied") == 4);
   CHECK(Read(image, "result_model") == 4);
-  CHECK(Read(image, "model_proposed") == 5);
+  CHECK(Read(image, "model_proposed") == 0);
   CHECK(Read(image, "model_declared") == 3);
   CHECK(Read(image, "probes") == 70000);
   CHECK(Read(image, "drift_statistic") == Approx(1.234));
@@ -455,12 +455,41 @@ TEST_CASE("what the loop tells stands in its window, as floats and as integers")
   CHECK(Read(image, "residual_z_scaled") == 1000);
   CHECK(Read(image, "model_fitted") == 0);
   CHECK(Read(image, "model_effects") == 0);
-  environment.loop.fitted = true;
-  environment.loop.effects = 3;
+  monitoring.model.fitted = true;
+  monitoring.model.effects = 3;
+  monitoring.model.proposed = 5;
   const auto& fitted = encoder.Encode(snapshot, environment);
   CHECK(Read(fitted, "model_fitted") == 1);
   CHECK(Read(fitted, "model_effects") == 3);
+  CHECK(Read(fitted, "model_proposed") == 5);
+  CHECK(Read(fitted, "loop_state") == 7);
 }
+
+TEST_CASE("the words of the flags hold one bit each and are read back") {
+  using Flag = bool MonitoringStatus::*;
+  const std::pair<Flag, int> flags[] = {{&MonitoringStatus::recording, 0},
+                                        {&MonitoringStatus::drift_alarm, 1},
+                                        {&MonitoringStatus::learning, 3},
+                                        {&MonitoringStatus::diagnosing, 4},
+                                        {&MonitoringStatus::fault, 5},
+                                        {&MonitoringStatus::reference_refused, 7},
+                                        {&MonitoringStatus::storage_unavailable, 8}};
+  for (const auto& [flag, bit] : flags) {
+    MonitoringStatus status;
+    status.*flag = true;
+    CHECK(plc_map::MonitoringWord(status) == 1 << bit);
+    const MonitoringStatus back = plc_map::MonitoringFlagsFromWord(plc_map::MonitoringWord(status));
+    for (const auto& [other, unused] : flags) CHECK(back.*other == status.*other);
+  }
+  CameraStatus camera;
+  CHECK(plc_map::CameraWord(camera) == 0);
+  camera.lens_stale = camera.zoom_unknown = camera.store_fault = true;
+  CHECK(plc_map::CameraWord(camera) == 0x45);
+  camera = {};
+  camera.camera_lost = camera.board_wanted = camera.fiducials_hidden = true;
+  CHECK(plc_map::CameraWord(camera) == 0x1A);
+}
+
 TEST_CASE("virtual objects: interference, the smallest distance, and what is old") {
   PlcEncoder encoder({false, OrientationConvention::kRollPitchYaw}, {});
   PlcEnvironment environment;

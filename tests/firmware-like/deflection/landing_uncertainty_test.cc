@@ -55,6 +55,26 @@ CellModel WithoutCompliance() {
 
 }  // namespace
 
+TEST_CASE("the radius of an identified model grows with the distance from the measured poses") {
+  CellModel cell = Identified();
+  cell.effects[0].covariance.setZero();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const double uniform_m = Radius(cell, q, false).radius_m;
+  cell.domain->distant_sigma_m = 1e-3;
+  cell.domain->poses = {q};
+  CHECK(Radius(cell, q, false).radius_m == Approx(uniform_m));
+  JointVector away = q;
+  away[0] += 0.5;
+  const LoadedArm arm(cell);
+  const double d = PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
+  const StatedRadius grown = Radius(cell, away, false);
+  CHECK(grown.radius_m == Approx(uniform_m * std::hypot(5e-5, 1e-3 * d) / 5e-5));
+  CHECK(grown.basis == RadiusBasis::kMeasured);
+  cell.domain->residual_sigma_m.reset();  // nobody held rows out
+  CHECK(Radius(cell, away, false).radius_m < uniform_m);
+}
+
 TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") {
   const CellModel cell = Identified();
   std::mt19937 random(31);

@@ -34,6 +34,13 @@ double StepOf(int entry) {
   }
 }
 
+Mat3 TurnAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+            const Influence<double>& influence) {
+  LoadedStateOf<double> state;
+  REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
+  return state.X_WT.R;
+}
+
 Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
              const Influence<double>& influence) {
   LoadedStateOf<double> state;
@@ -41,9 +48,33 @@ Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
   return state.p_read_W;
 }
 
+/// Every kind of influence acts a little: derivatives are not only taken where nothing does.
+Influence<double> SomeInfluence() {
+  Influence<double> at;
+  at.Joint(I::kCompliance, 1) = 2e-7;
+  at.Joint(I::kTorque, 1) = 300;
+  at.Joint(I::kHardening, 1) = 1e-15;
+  at.Joint(I::kLengthA, 2) = 1e-3;
+  at[I::kRootCompliance] = 1e-7;
+  at[I::kPedestalCompliance] = 1e-8;
+  at[I::kBendRatio] = -0.2;
+  at[I::kBase] = 1e-3;
+  at[I::kScale] = 1e-4;
+  at[I::kCameraScale] = 2e-3;
+  at[I::kCameraDepth] = -1e-3;
+  at[I::kCameraRadial] = 0.02;
+  at.Joint(I::kBearing, 1) = 1e-8;
+  at.Joint(I::kGuideTiltX, 2) = 2e-5;
+  at.Joint(I::kGuideTiltY, 2) = 3e-5;
+  at.Joint(I::kLinkBending, 2) = 2e-8;
+  at.Joint(I::kLinkTorsion, 2) = 3e-8;
+  at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
+  return at;
+}
+
 }  // namespace
 
-TEST_CASE("the tip's gradient to every influence is its central difference") {
+TEST_CASE("the gradients of tip and turn to every influence are central differences") {
   CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
@@ -62,33 +93,14 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
   for (int trial = 0; trial < 5; ++trial) {
     const JointVector q = test::RandomPosture(cell, random);
     const Payload payload{40.0 * trial, *cell.payload_cog_F};
-    Influence<double> at;
-    if (trial > 2) {  // not only where nothing acts
-      at.Joint(I::kCompliance, 1) = 2e-7;
-      at.Joint(I::kTorque, 1) = 300;
-      at.Joint(I::kHardening, 1) = 1e-15;
-      at.Joint(I::kLengthA, 2) = 1e-3;
-      at[I::kRootCompliance] = 1e-7;
-      at[I::kPedestalCompliance] = 1e-8;
-      at[I::kBendRatio] = -0.2;
-      at[I::kBase] = 1e-3;
-      at[I::kScale] = 1e-4;
-      at[I::kCameraScale] = 2e-3;
-      at[I::kCameraDepth] = -1e-3;
-      at[I::kCameraRadial] = 0.02;
-      at.Joint(I::kBearing, 1) = 1e-8;
-      at.Joint(I::kGuideTiltX, 2) = 2e-5;
-      at.Joint(I::kGuideTiltY, 2) = 3e-5;
-      at.Joint(I::kLinkBending, 2) = 2e-8;
-      at.Joint(I::kLinkTorsion, 2) = 3e-8;
-      at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
-    }
+    const Influence<double> at = trial > 2 ? SomeInfluence() : Influence<double>();
     Sensitivity sensitivity;
-    REQUIRE(SensitivityAt(arm, q, payload, at, {}, sensitivity));
+    REQUIRE(SensitivityAt(arm, q, payload, at, {}, InfluenceSet{}.set(), sensitivity, true));
     CHECK((sensitivity.p_W - PointAt(arm, q, payload, at)).norm() < 1e-13);
     for (int entry = 0; entry < I::kSize; ++entry) {
       if (entry < I::kFirst && entry % kMaxJoints >= arm.size()) {
         CHECK(sensitivity.dp.col(entry).norm() == 0);
+        CHECK(sensitivity.dr.col(entry).norm() == 0);
         continue;
       }
       const double step = StepOf(entry);
@@ -100,7 +112,34 @@ TEST_CASE("the tip's gradient to every influence is its central difference") {
       CAPTURE(trial, entry, difference.transpose(), sensitivity.dp.col(entry).transpose());
       const double scale = difference.norm() + 1e-9 / step;
       CHECK((difference - sensitivity.dp.col(entry)).norm() < 1e-5 * scale);
+      const Vec3 turn = VectorFromRotation(TurnAt(arm, q, payload, more) *
+                                           TurnAt(arm, q, payload, less).transpose()) /
+                        (2 * step);
+      CAPTURE(turn.transpose(), sensitivity.dr.col(entry).transpose());
+      CHECK((turn - sensitivity.dr.col(entry)).norm() < 1e-5 * (turn.norm() + 1e-9 / step));
     }
+  }
+}
+
+TEST_CASE("the gradient to few influences is that part of the gradient to all") {
+  const CellModel cell = test::HeavyArm();
+  const LoadedArm arm(cell);
+  std::mt19937 random(8);
+  const JointVector q = test::RandomPosture(cell, random);
+  const Payload payload{60, *cell.payload_cog_F};
+  Influence<double> at;
+  at.Joint(I::kCompliance, 1) = 2e-7;
+  Sensitivity all;
+  REQUIRE(SensitivityAt(arm, q, payload, at, {}, all));
+  for (const int entry : {I::kCompliance * kMaxJoints + 1, I::kLengthA * kMaxJoints + 2,
+                          static_cast<int>(I::kPayloadMass)}) {
+    InfluenceSet wanted;
+    wanted.set(static_cast<std::size_t>(entry));
+    Sensitivity one;
+    REQUIRE(SensitivityAt(arm, q, payload, at, {}, wanted, one));
+    const double size = all.dp.col(entry).norm();
+    CHECK(size > 0);
+    CHECK((one.dp.col(entry) - all.dp.col(entry)).norm() < 1e-12 * size);
   }
 }
 

@@ -1,11 +1,11 @@
-// The remainder as effects of a cell's file.
+// The discrepancy model as effects of a cell's file.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "app/diagnosis/discrepancy.h"
 #include "app/diagnosis/findings.h"
-#include "app/diagnosis/remainder.h"
 #include "firmware-like/effects/empirical.h"
 
 namespace plumbline {
@@ -65,12 +65,12 @@ std::string NameOf(int entry) {
 
 /// The curve of one influence along one signal, of those terms, as an `empirical` effect; nothing
 /// where it stays below what the files' digits tell.
-std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
+std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Dataset& data,
                                const std::vector<std::size_t>& terms, const Model& named) {
-  const CurveTerm& any = remainder.curves[terms.front()];
-  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(any.signal)];
+  const CurveTerm& any = discrepancy.curves[terms.front()];
+  const RecordedSignal& signal = data.signals[any.signal];
   double cycles = 0;
-  for (const std::size_t term : terms) cycles = std::max(cycles, remainder.curves[term].cycles);
+  for (const std::size_t term : terms) cycles = std::max(cycles, discrepancy.curves[term].cycles);
   // A joint's curve goes on beyond the rows as it was fitted, so that what it shares with offsets
   // and frames still cancels there.
   constexpr double kBeyond = 0.25;  // of the range, each side
@@ -84,10 +84,10 @@ std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
   Eigen::VectorXd values(size);
   std::vector<Eigen::Index> places;  // in the covariance
   for (std::size_t k = 0; k < terms.size(); ++k) {
-    values[static_cast<Eigen::Index>(k)] = remainder.curves[terms[k]].value;
-    places.push_back(static_cast<Eigen::Index>(remainder.size_columns.size() + terms[k]));
+    values[static_cast<Eigen::Index>(k)] = discrepancy.curves[terms[k]].value;
+    places.push_back(static_cast<Eigen::Index>(discrepancy.size_columns.size() + terms[k]));
   }
-  const Eigen::MatrixXd covariance = remainder.covariance(places, places);
+  const Eigen::MatrixXd covariance = discrepancy.covariance(places, places);
   WrittenEffect written;
   written.id = Empirical().traits().id;
   written.drivers = {signal.column};
@@ -97,7 +97,7 @@ std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
     const double u = range.low + (range.high - range.low) * node / (nodes - 1);
     Eigen::VectorXd factors(size);
     for (std::size_t k = 0; k < terms.size(); ++k) {
-      factors[static_cast<Eigen::Index>(k)] = FactorAt(data, remainder.curves[terms[k]], u);
+      factors[static_cast<Eigen::Index>(k)] = FactorAt(data, discrepancy.curves[terms[k]], u);
     }
     double curve = factors.dot(values);
     if (signal.of_joint) curve -= NamedTurn(named, any.entry, u * std::numbers::pi / 180);
@@ -122,25 +122,26 @@ std::optional<Finding> CurveOf(const Remainder& remainder, const Dataset& data,
 
 }  // namespace
 
-std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, const Model& named) {
+std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset& data,
+                             const Model& named) {
   std::vector<Finding> added;
   Eigen::Index at = 0;
-  for (std::size_t b = 0; b < remainder.blocks.size(); ++b) {
-    const Block& block = remainder.blocks[b];
+  for (const BlockIndex b : discrepancy.blocks.indices()) {
+    const Block& block = discrepancy.blocks[b];
     Finding finding;
     finding.effect.term = block.term;
     finding.effect.term.parameters.clear();
     const auto width = static_cast<Eigen::Index>(block.columns.size());
-    for (int c = 0; c < width; ++c) {
-      const TermParameter& parameter = block.term.parameters[static_cast<std::size_t>(
-          block.columns[static_cast<std::size_t>(c)].parameter)];
+    for (const BlockColumnIndex c : block.columns.indices()) {
+      const TermParameter& parameter =
+          block.term.parameters[static_cast<std::size_t>(block.columns[c].parameter)];
       finding.effect.term.parameters.push_back(parameter);
-      finding.effect.values.push_back(remainder.sizes.at({static_cast<int>(b), c}) -
+      finding.effect.values.push_back(discrepancy.sizes.at({b, c}) -
                                       NamedValue(named, block.term, parameter));
     }
     // A named effect keeps its deviations; those of the others are the posterior's.
     if (!IsNamed(named, block.term)) {
-      finding.covariance = remainder.covariance.block(at, at, width, width);
+      finding.covariance = discrepancy.covariance.block(at, at, width, width);
     }
     at += width;
     const bool nothing = std::all_of(finding.effect.values.begin(), finding.effect.values.end(),
@@ -148,12 +149,13 @@ std::vector<Finding> AddedBy(const Remainder& remainder, const Dataset& data, co
     if (!Writable(finding)) finding.covariance.resize(0, 0);
     if (!nothing) added.push_back(std::move(finding));
   }
-  std::map<std::pair<int, int>, std::vector<std::size_t>> curves;  // by signal and influence
-  for (std::size_t k = 0; k < remainder.curves.size(); ++k) {
-    curves[{remainder.curves[k].signal, remainder.curves[k].entry}].push_back(k);
+  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>>
+      curves;  // by signal and influence
+  for (std::size_t k = 0; k < discrepancy.curves.size(); ++k) {
+    curves[{discrepancy.curves[k].signal, discrepancy.curves[k].entry}].push_back(k);
   }
   for (const auto& [key, terms] : curves) {
-    if (auto curve = CurveOf(remainder, data, terms, named)) added.push_back(std::move(*curve));
+    if (auto curve = CurveOf(discrepancy, data, terms, named)) added.push_back(std::move(*curve));
   }
   return added;
 }

@@ -1,4 +1,4 @@
-#include "app/diagnosis/remainder_design.h"
+#include "app/diagnosis/discrepancy_design.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,63 +19,61 @@ int BandOf(double cycles) {
   return static_cast<int>(std::log(std::max(1.0, cycles)) / std::log(kBandRatio));
 }
 
-int SignalOfJoint(const Dataset& data, int joint) {
+std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
   const std::string column = AngleOf(joint);
-  for (std::size_t s = 0; s < data.signals.size(); ++s) {
-    if (data.signals[s].column == column) return static_cast<int>(s);
+  for (const SignalIndex s : data.signals.indices()) {
+    if (data.signals[s].column == column) return s;
   }
-  return -1;
+  return std::nullopt;
 }
 
-void AddBlocks(const Candidates& candidates, RemainderDesign& design) {
+void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   for (const Block& block : candidates.blocks) {
     if (Stays(block)) continue;
     std::map<std::string_view, int> of_unit;  // metres and radians are not of one size
     const auto& specs = block.term.effect->traits().parameters;
-    for (std::size_t c = 0; c < block.columns.size(); ++c) {
+    for (const BlockColumnIndex c : block.columns.indices()) {
       const int parameter = block.columns[c].parameter;
       const auto spec =
           static_cast<std::size_t>(block.term.parameters[static_cast<std::size_t>(parameter)].spec);
       const auto [group, fresh] = of_unit.emplace(specs[spec].unit, design.groups);
       if (fresh) ++design.groups;
       design.group.push_back(group->second);
-      design.of.size_columns.emplace_back(static_cast<int>(design.of.blocks.size()),
-                                          static_cast<int>(c));
+      design.of.size_columns.emplace_back(BlockIndex(design.of.blocks.size()), c);
     }
     design.of.blocks.push_back(block);
   }
 }
 
-void AddJointCurves(const Pool& pool, const Explanation& named, RemainderDesign& design) {
+void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesign& design) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const int cycles = std::min(kMostCycles, problem.clusters() / kClustersPerCycle);
   std::map<int, int> of_band;
   const auto add = [&](int joint, double of) {
-    const int signal = SignalOfJoint(data, joint);
-    if (signal < 0) return;
+    const std::optional<SignalIndex> signal = SignalOfJoint(data, joint);
+    if (!signal) return;
     const auto [group, fresh] = of_band.emplace(BandOf(of), design.groups);
     if (fresh) ++design.groups;
     for (const bool cosine : {false, true}) {
-      design.of.curves.push_back({joint, signal, 0, of, cosine, 0});
+      design.of.curves.push_back({joint, *signal, 0, of, cosine, 0});
       design.group.push_back(group->second);
     }
   };
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     for (int k = 1; k <= cycles; ++k) add(joint, k);
   }
-  for (const int index : named.blocks) {  // lines between whole cycles
-    const Block& block = pool.blocks()[static_cast<std::size_t>(index)];
-    const std::optional<PeriodicLine> line = LineOf(block);
+  for (const BlockIndex index : named.blocks) {  // lines between whole cycles
+    const std::optional<PeriodicLine> line = LineOf(pool.blocks()[index]);
     if (!line) continue;
     const double of = line->cycles_per_turn;
     if (of != std::round(of) || of > cycles) add(line->joint, of);
   }
 }
 
-void AddSignalCurves(const Dataset& data, RemainderDesign& design) {
-  for (int s = 0; s < static_cast<int>(data.signals.size()); ++s) {
-    const RecordedSignal& signal = data.signals[static_cast<std::size_t>(s)];
+void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
+  for (const SignalIndex s : data.signals.indices()) {
+    const RecordedSignal& signal = data.signals[s];
     // A place in one file says nothing about another file's rows.
     if (signal.of_joint || signal.column == "row") continue;
     const int degree = std::min(kMostDegree, (signal.distinct - 1) / 2);
@@ -102,32 +100,32 @@ bool IsJointCurve(const Block& block) {
          });
 }
 
-RemainderDesign DesignFor(const Pool& pool, const Explanation& named,
-                          const Candidates& candidates) {
-  RemainderDesign design;
+DiscrepancyDesign DesignFor(const Pool& pool, const Explanation& named,
+                            const Candidates& candidates) {
+  DiscrepancyDesign design;
   AddBlocks(candidates, design);
   AddJointCurves(pool, named, design);
   AddSignalCurves(pool.problem().data(), design);
   return design;
 }
 
-double SignalAt(const Dataset& data, const CurveTerm& term, int row) {
-  return data.signals[static_cast<std::size_t>(term.signal)].values[static_cast<std::size_t>(row)];
+double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row) {
+  return data.signals[term.signal].values[row];
 }
 
-Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const RemainderDesign& design) {
+Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design) {
   Eigen::MatrixXd columns(problem.response().size(), static_cast<int>(design.group.size()));
   int at = 0;
   for (const Block& block : design.of.blocks) {
-    const auto width = static_cast<int>(block.columns.size());
+    const int width = block.columns.count();
     columns.middleCols(at, width) = problem.Columns(block, false);
     at += width;
   }
-  Eigen::MatrixXd factor(static_cast<int>(problem.rows().size()), 1);
+  Eigen::MatrixXd factor(problem.rows().count(), 1);
   for (const CurveTerm& term : design.of.curves) {
-    for (int j = 0; j < factor.rows(); ++j) {
-      const int row = problem.rows()[static_cast<std::size_t>(j)];
-      factor(j, 0) = FactorAt(problem.data(), term, SignalAt(problem.data(), term, row));
+    for (const FitRowIndex j : problem.rows().indices()) {
+      const double value = SignalAt(problem.data(), term, problem.rows()[j]);
+      factor(j.value(), 0) = FactorAt(problem.data(), term, value);
     }
     columns.col(at++) = problem.Carried({term.entry}, factor);
   }
@@ -135,26 +133,26 @@ Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const RemainderDesign& d
 }
 
 std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
-                              const RemainderDesign& design) {
+                              const DiscrepancyDesign& design) {
   std::vector<int> chosen;
   const Coefficients of_named = pool.CoefficientsOf(named);
   const auto holds = [&](const auto& alike) {
     return std::any_of(of_named.begin(), of_named.end(), [&](const auto& size) {
-      const Block& block = pool.blocks()[static_cast<std::size_t>(size.first.first)];
+      const Block& block = pool.blocks()[size.first.first];
       return alike(block, size.first.second);
     });
   };
   int at = 0;
   for (const auto& [index, column] : design.of.size_columns) {
-    const Block& own = design.of.blocks[static_cast<std::size_t>(index)];
-    const bool is_named = holds([&, c = column](const Block& block, int other) {
+    const Block& own = design.of.blocks[index];
+    const bool is_named = holds([&, c = column](const Block& block, BlockColumnIndex other) {
       return block.id == own.id && block.term.word == own.term.word && c == other;
     });
     if (is_named) chosen.push_back(at);
     ++at;
   }
   for (const CurveTerm& term : design.of.curves) {
-    const bool is_named = holds([&](const Block& block, int) {
+    const bool is_named = holds([&](const Block& block, BlockColumnIndex) {
       const std::optional<PeriodicLine> line = LineOf(block);
       return line && term.degree == 0 && line->joint == term.entry &&
              line->cycles_per_turn == term.cycles;
@@ -170,7 +168,7 @@ std::string AngleOf(int joint) {
 }
 
 double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
-  const RecordedSignal& signal = data.signals[static_cast<std::size_t>(term.signal)];
+  const RecordedSignal& signal = data.signals[term.signal];
   if (term.degree > 0) return Legendre(term.degree, Scaled(signal, value));
   const double angle = term.cycles * value * std::numbers::pi / 180;
   return term.cosine ? std::cos(angle) : std::sin(angle);

@@ -1,9 +1,9 @@
-#include "app/diagnosis/remainder.h"
+#include "app/diagnosis/discrepancy.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/diagnosis/remainder_design.h"
+#include "app/diagnosis/discrepancy_design.h"
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
@@ -13,19 +13,22 @@ namespace {
 constexpr double kHoldsAnything = 0.5;  // of a parameter
 
 /// Sum over the rows of the variances that the written effects have, each by itself.
-double VarianceApart(const RemainderDesign& design, const Eigen::MatrixXd& raw,
+double VarianceApart(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
                      const Eigen::MatrixXd& covariance) {
-  std::map<std::pair<int, int>, std::vector<int>> effects;  // blocks; then signal and influence
+  std::map<BlockIndex, std::vector<int>> of_blocks;
+  std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and influence
   int at = 0;
-  for (const auto& [block, column] : design.of.size_columns) effects[{-1, block}].push_back(at++);
+  for (const auto& [block, column] : design.of.size_columns) of_blocks[block].push_back(at++);
   for (const CurveTerm& term : design.of.curves) {
-    effects[{term.signal, term.entry}].push_back(at++);
+    of_curves[{term.signal, term.entry}].push_back(at++);
   }
   double sum = 0;
-  for (const auto& [effect, columns] : effects) {
+  const auto add = [&](const std::vector<int>& columns) {
     const Eigen::MatrixXd own = raw(Eigen::all, columns);
     sum += (own * covariance(columns, columns)).cwiseProduct(own).sum();
-  }
+  };
+  for (const auto& [block, columns] : of_blocks) add(columns);
+  for (const auto& [curve, columns] : of_curves) add(columns);
   return sum;
 }
 
@@ -84,47 +87,45 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
 /// What choosing the named effects among all, and their shapes, costs.
 double ChoiceCost(const Pool& pool, const Explanation& named) {
   double cost = pool.EffectCost() * static_cast<double>(EffectIds(pool, named).size());
-  for (const int block : named.blocks) cost += pool.BlockCost(block);
-  for (const int column : named.columns) {
-    const auto index = static_cast<std::size_t>(pool.BlockOfColumn(column));
+  for (const BlockIndex block : named.blocks) cost += pool.BlockCost(block);
+  for (const ColumnIndex column : named.columns) {
     const double clusters = pool.problem().clusters();
-    if (IsJointCurve(pool.blocks()[index])) cost += std::log(clusters);
+    if (IsJointCurve(pool.blocks()[pool.BlockOfColumn(column)])) cost += std::log(clusters);
   }
   return cost;
 }
 
 }  // namespace
 
-Vec3 DisplacementBy(const Remainder& remainder, const Dataset& data, const Linearisation& linear,
-                    int row) {
-  Vec3 sum = Vec3::Zero();
+RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
+                           const Linearisation& linear, RowIndex row) {
+  const Gradient& at = linear.gradients[row];
+  RowResidual sum = RowResidual::Zero(at.rows());
   Eigen::MatrixXd columns;
-  for (std::size_t b = 0; b < remainder.blocks.size(); ++b) {
-    const Block& block = remainder.blocks[b];
-    columns.resize(3, static_cast<int>(block.columns.size()));
+  for (const BlockIndex b : discrepancy.blocks.indices()) {
+    const Block& block = discrepancy.blocks[b];
+    columns.resize(at.rows(), block.columns.count());
     ColumnsAt(data, linear, block, row, columns);
-    for (int c = 0; c < columns.cols(); ++c) {
-      sum += remainder.sizes.at({static_cast<int>(b), c}) * columns.col(c);
+    for (const BlockColumnIndex c : block.columns.indices()) {
+      sum += discrepancy.sizes.at({b, c}) * columns.col(c.value());
     }
   }
-  const Gradient& at = linear.gradients[static_cast<std::size_t>(row)];
-  for (const CurveTerm& term : remainder.curves) {
+  for (const CurveTerm& term : discrepancy.curves) {
     if (term.value == 0) continue;
     sum += term.value * FactorAt(data, term, SignalAt(data, term, row)) * at.col(term.entry);
   }
   return sum;
 }
 
-std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
-                                     const Candidates& candidates, const Eigen::VectorXd& start) {
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
+                                                   const Candidates& candidates) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
-  RemainderDesign design = DesignFor(pool, named, candidates);
+  DiscrepancyDesign design = DesignFor(pool, named, candidates);
   // What stays as it was named is taken out of the response.
   Explanation stays = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
-    const auto index = static_cast<std::size_t>(pool.BlockOfColumn(named.columns[k]));
-    const Block& block = pool.blocks()[index];
+    const Block& block = pool.blocks()[pool.BlockOfColumn(named.columns[k])];
     if (!Stays(block)) stays.values[static_cast<int>(k)] = 0;
     if (!Stays(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
   }
@@ -146,9 +147,10 @@ std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
   of_named.square = left.squaredNorm();
   const std::vector<int> named_group = Renumbered(design.group, own);
   const ShrunkenFit alone = Shrink(of_named, named_group, {}, false);
-  const ShrunkenFit whole = Shrink(equations, design.group, start, true);
+  const ShrunkenFit whole = Shrink(equations, design.group, {}, true);
   const double by_curves = problem.freedom() * std::log(equations.square / of_named.square);
-  // A fit of everything makes no choice, but has more variances, each told by its group's columns.
+  // A fit of everything makes no choice, but has more variances, each estimated from its group's
+  // columns.
   const double gain =
       whole.gain - VarianceCost(whole, design.group) -
       (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
@@ -157,15 +159,15 @@ std::optional<Remainder> RemainderOf(const Pool& pool, const Explanation& named,
   // rows.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
   const double apart = VarianceApart(design, raw, whole.covariance);
-  Remainder remainder = std::move(design.of);
+  DiscrepancyModel discrepancy = std::move(design.of);
   int at = 0;
-  for (const auto& column : remainder.size_columns) remainder.sizes[column] = whole.values[at++];
-  for (CurveTerm& term : remainder.curves) term.value = whole.values[at++];
-  remainder.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
-  remainder.ratio = whole.ratio;
-  remainder.held = whole.held.sum();
-  remainder.gain = gain;
-  return remainder;
+  for (const auto& column : discrepancy.size_columns)
+    discrepancy.sizes[column] = whole.values[at++];
+  for (CurveTerm& term : discrepancy.curves) term.value = whole.values[at++];
+  discrepancy.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
+  discrepancy.held = whole.held.sum();
+  discrepancy.gain = gain;
+  return discrepancy;
 }
 
 }  // namespace plumbline

@@ -1,0 +1,98 @@
+#include "app/diagnosis/considered.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "app/diagnosis/thresholds.h"
+
+namespace plumbline {
+namespace {
+
+/// One block by itself.
+Considered Alone(const FindingsContext& context, BlockIndex index) {
+  const Pool& pool = context.pool;
+  Considered considered;
+  considered.id = pool.blocks()[index].id;
+  if (!pool.Observable(index)) {
+    considered.reason = "the frames, or joints that never moved, hide all of it in these rows";
+    return considered;
+  }
+  const Explanation alone = pool.Evaluate({index});
+  considered.parameters = static_cast<int>(alone.columns.size());
+  considered.chi2_drop = pool.chi2_null() - alone.chi2;
+  considered.signal_share = considered.chi2_drop / std::max(1e-12, pool.chi2_null());
+  for (const ActiveEffect& effect :
+       EffectsFrom(context.problem.data, pool.blocks(), pool.CoefficientsOf(alone))) {
+    considered.scope = ScopeOf(effect.term);
+  }
+  return considered;
+}
+
+/// Of each effect the block that explains most by itself.
+std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
+  std::map<std::string, Considered> by_id;
+  for (const BlockIndex index : context.pool.blocks().indices()) {
+    if (context.pool.blocks()[index].empirical()) continue;
+    const Considered considered = Alone(context, index);
+    const auto [known, fresh] = by_id.emplace(considered.id, considered);
+    if (!fresh && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
+  }
+  return by_id;
+}
+
+/// Of each effect the best score of the explanations that have it.
+std::map<std::string, double> BestScores(const FindingsContext& context) {
+  std::map<std::string, double> best;
+  for (const Explanation& explanation : context.ranked) {
+    for (const std::string& id : EffectIds(context.pool, explanation)) {
+      const auto [entry, fresh] = best.emplace(id, explanation.score);
+      if (!fresh) entry->second = std::min(entry->second, explanation.score);
+    }
+  }
+  return best;
+}
+
+std::string Fate(const Considered& considered, const std::vector<Rival>& rivals) {
+  if (considered.taken) return "taken";
+  if (std::any_of(rivals.begin(), rivals.end(),
+                  [&](const Rival& rival) { return rival.id == considered.id; })) {
+    return "a rival: these rows cannot tell";
+  }
+  if (!considered.reason.empty()) return considered.reason;
+  if (considered.parameters == 0) return "brings nothing beyond the noise";
+  return fmt::format("explains {:.0f} % alone, but not what remains beside a better explanation",
+                     100 * considered.signal_share);
+}
+
+}  // namespace
+
+void AddConsidered(const FindingsContext& context, const Candidates& candidates,
+                   Diagnosis& diagnosis) {
+  const std::map<std::string, double> best_with = BestScores(context);
+  const std::vector<std::string> taken = EffectIds(context.pool, context.best);
+  for (auto& [id, considered] : BestAlone(context)) {
+    considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
+    const auto score = best_with.find(id);
+    if (score != best_with.end()) {
+      considered.evidence_gap = score->second - context.best.score;
+    } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
+      considered.evidence_gap = context.ranked.back().score - context.best.score;
+      considered.beyond_gap = true;
+    }
+    considered.reason = Fate(considered, diagnosis.rivals);
+    diagnosis.considered.push_back(considered);
+  }
+  for (const NotOffered& missing : candidates.not_offered) {
+    Considered& considered = diagnosis.considered.emplace_back();
+    considered.id = missing.id;
+    considered.reason = missing.reason;
+  }
+  std::stable_sort(diagnosis.considered.begin(), diagnosis.considered.end(),
+                   [](const Considered& a, const Considered& b) {
+                     return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
+                   });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,38 @@
+#include "app/diagnosis/farthest_poses.h"
+
+#include <algorithm>
+
+namespace plumbline {
+
+std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int most) {
+  constexpr double kSame = 1e-6;
+  std::vector<Eigen::Index> chosen;
+  if (points.cols() == 0) return chosen;
+  const Eigen::VectorXd mean = points.rowwise().mean();
+  Eigen::Index next = 0;
+  (points.colwise() - mean).colwise().squaredNorm().minCoeff(&next);
+  Eigen::RowVectorXd nearest = Eigen::RowVectorXd::Constant(points.cols(), 1e300);
+  while (static_cast<int>(chosen.size()) < most) {
+    chosen.push_back(next);
+    nearest = nearest.cwiseMin((points.colwise() - points.col(next)).colwise().squaredNorm());
+    if (nearest.maxCoeff(&next) < kSame * kSame) break;
+  }
+  return chosen;
+}
+
+std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data,
+                                   const FitRows& rows) {
+  std::vector<JointVector> measured, kept;
+  for (const RowIndex row : rows) measured.push_back(data.measured(row).q);
+  for (const Eigen::Index pose :
+       FarthestColumns(DistanceFrom(cell, measured).features(), kMostPosesKept)) {
+    kept.push_back(measured[static_cast<std::size_t>(pose)]);
+  }
+  return kept;
+}
+
+PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses) {
+  return PoseDistance(Chain(cell.robot), cell.tool.tcp_F, poses);
+}
+
+}  // namespace plumbline

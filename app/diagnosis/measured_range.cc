@@ -1,0 +1,65 @@
+#include "app/diagnosis/measured_range.h"
+
+#include <algorithm>
+
+#include "app/diagnosis/thresholds.h"
+
+namespace plumbline {
+namespace {
+
+/// The distinct loads of the rows, ascending; none where three or more are apart by a tenth of
+/// their range, so that their rows can show a deflection that is not in proportion to the load.
+std::vector<double> FewPayloadLevels(const FitProblem& problem) {
+  constexpr double kApart = 0.1;
+  std::vector<double> loads_kg, levels_kg;
+  for (const RowIndex row : problem.data.row_indices()) {
+    if (problem.weights[row] < kOutlierWeight) continue;
+    loads_kg.push_back(problem.data.measured(row).payload_kg);
+  }
+  std::sort(loads_kg.begin(), loads_kg.end());
+  if (!problem.data.table.recorded.payload || loads_kg.empty()) return {};
+  const double range_kg = loads_kg.back() - loads_kg.front();
+  for (const double load_kg : loads_kg) {
+    if (levels_kg.empty() || load_kg - levels_kg.back() >= std::max(kApart * range_kg, 1e-9)) {
+      levels_kg.push_back(load_kg);
+    }
+  }
+  return levels_kg.size() == 2 ? std::vector<double>{loads_kg.front(), loads_kg.back()}
+                               : std::vector<double>{};
+}
+
+}  // namespace
+
+void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis) {
+  const Dataset& data = problem.data;
+  if (data.frames_free() || data.tip_free()) {
+    for (const SessionIndex session : data.sessions.indices()) {
+      SessionFrames frames;
+      frames.id = data.sessions[session].empty() ? "1" : data.sessions[session];
+      frames.X_WB = model.frames[session].X_WB;
+      if (data.tip_free()) frames.tip_F = model.frames[session].tip_F;
+      diagnosis.sessions.push_back(frames);
+    }
+  }
+  Domain& domain = diagnosis.domain;
+  const auto widen = [](Interval& interval, double value) {
+    interval.low = std::min(interval.low, value);
+    interval.high = std::max(interval.high, value);
+  };
+  for (const RowIndex index : data.row_indices()) {
+    if (problem.weights[index] < kOutlierWeight) continue;
+    const MeasuredRow& row = data.measured(index);
+    if (domain.q.empty()) {
+      for (const double q : row.q) domain.q.push_back({q, q});
+      if (data.table.recorded.payload) domain.payload_kg = Interval{row.payload_kg, row.payload_kg};
+      if (data.table.recorded.temperature) domain.temp_C = Interval{row.temp_C, row.temp_C};
+    }
+    for (std::size_t i = 0; i < domain.q.size(); ++i)
+      widen(domain.q[i], row.q[static_cast<int>(i)]);
+    if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
+    if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
+  }
+  domain.payload_levels_kg = FewPayloadLevels(problem);
+}
+
+}  // namespace plumbline

@@ -1,0 +1,56 @@
+#include "app/diagnosis/plausibility.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "firmware-like/effects/parameter_name.h"
+
+namespace plumbline {
+namespace {
+
+std::string PlausibilityNumber(double value) {
+  return fmt::format("{:.3g}", value);
+}
+
+/// A value outside its range, as a multiple of the bound that it passes.
+double TimesBeyond(const Interval& range, double value) {
+  const double bound = value > range.high ? range.high : range.low;
+  return bound * value > 0 ? value / bound : HUGE_VAL;
+}
+
+}  // namespace
+
+Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
+  const EffectTraits& traits = effect.term.effect->traits();
+  if (traits.empirical) return {};
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const TermParameter& parameter = effect.term.parameters[k];
+    const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
+    if (spec.role != ParameterRole::kSize) continue;
+    const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
+    const std::uint32_t prismatic = effect.term.prismatic;
+    const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
+    const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
+    if (!plausible.Contains(in_file)) {
+      return {fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
+                          NameFromParameter(traits, parameter), PlausibilityNumber(in_file), unit,
+                          PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),
+              TimesBeyond(plausible, in_file)};
+    }
+    if (traits.adds_compliance) {
+      const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
+                                  .compliance_rad_per_Nm.value_or(0);
+      if (declared + effect.values[k] < 0) {
+        return {
+            fmt::format("joint q{} would yield against its load: its whole compliance would be "
+                        "negative ({} {})",
+                        parameter.joint + 1, PlausibilityNumber(declared + effect.values[k]), unit),
+            HUGE_VAL};
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace plumbline

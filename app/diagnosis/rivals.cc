@@ -1,0 +1,145 @@
+#include "app/diagnosis/rivals.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "app/diagnosis/thresholds.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kMostRefits = 8;
+
+/// What another explanation exchanges: effects of the answer for its own.
+struct Exchange {
+  std::vector<EffectKey> lacking, instead;
+
+  friend auto operator<=>(const Exchange&, const Exchange&) = default;
+};
+
+/// None where the other explanation has more effects, or exchanges none.
+std::optional<Exchange> ExchangeOf(const std::vector<EffectKey>& answer,
+                                   const std::vector<EffectKey>& other) {
+  if (other.empty() || other.size() > answer.size()) return {};
+  Exchange exchange;
+  std::set_difference(answer.begin(), answer.end(), other.begin(), other.end(),
+                      std::back_inserter(exchange.lacking));
+  std::set_difference(other.begin(), other.end(), answer.begin(), answer.end(),
+                      std::back_inserter(exchange.instead));
+  if (exchange.lacking.empty() || exchange.instead.empty()) return {};
+  return exchange;
+}
+
+double CostOf(const Explanation& explanation) {
+  return explanation.score - explanation.chi2;
+}
+
+/// The scopes of the effects of one key, of the last of them.
+std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
+  std::vector<std::string> scope;
+  for (const ActiveEffect& effect : model.effects) {
+    if (effect.term.effect->traits().id == key.id && effect.term.word == key.word) {
+      scope = ScopeOf(effect.term);
+    }
+  }
+  return scope;
+}
+
+class RivalSearch {
+ public:
+  RivalSearch(const FindingsContext& context, const Model& model, Diagnosis& diagnosis)
+      : context_(context),
+        model_(model),
+        diagnosis_(diagnosis),
+        answer_(EffectKeys(context.pool, context.best)),
+        own_(Linearise(context.problem.data, model, false, context.options.threads)) {}
+
+  /// Refits one explanation, unless its exchange was judged before.
+  void Judge(const Explanation& other) {
+    const std::optional<Exchange> exchange = ExchangeOf(answer_, EffectKeys(context_.pool, other));
+    if (!exchange || refitted_.contains(*exchange)) return;
+    if (refitted_.size() >= kMostRefits) {
+      left_.insert(*exchange);
+      return;
+    }
+    Model start = model_;
+    start.effects = EffectsFrom(context_.problem.data, context_.pool.blocks(),
+                                context_.pool.CoefficientsOf(other));
+    const Result<Refit> refit = RefitModel(context_.problem, start, {});
+    if (!refit) return;
+    refitted_.insert(*exchange);
+    const double gap =
+        refit->chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
+    if (gap > kRivalGap) return;
+    Add(*exchange, other, refit->model, gap);
+    found_.push_back(other);
+    found_.back().score = context_.best.score + gap;
+  }
+
+  std::vector<Explanation> Found() && {
+    if (!left_.empty()) {
+      diagnosis_.notes.push_back(fmt::format(
+          "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
+          kMostRefits, left_.size()));
+    }
+    return std::move(found_);
+  }
+
+ private:
+  void Add(const Exchange& exchange, const Explanation& other, const Model& theirs, double gap) {
+    const std::vector<Vec3> shifts_W = ShiftsOf(theirs);
+    for (const EffectKey& lacking : exchange.lacking) {
+      for (const EffectKey& key : exchange.instead) {
+        if (!named_.emplace(lacking, key).second) continue;
+        Rival& rival = diagnosis_.rivals.emplace_back();
+        rival.instead_of = lacking.id;
+        rival.instead_of_word = lacking.word;
+        rival.id = key.id;
+        rival.word = key.word;
+        rival.scope = ScopeWithin(theirs, key);
+        rival.signal_left = context_.pool.SignalLeft(context_.best, lacking, other.blocks);
+        rival.evidence_gap = gap;
+        rival.shift_W = shifts_W;
+      }
+    }
+  }
+
+  /// Of each row, from the answer's prediction to that of another model; empty where one of the two
+  /// does not settle.
+  std::vector<Vec3> ShiftsOf(const Model& theirs) const {
+    const Dataset& data = context_.problem.data;
+    const Result<Linearisation> there = Linearise(data, theirs, false, context_.options.threads);
+    if (!own_ || !there) return {};
+    std::vector<Vec3> shifts_W;
+    for (const RowIndex row : data.row_indices()) {
+      shifts_W.emplace_back(there->rows[row].p_W - own_->rows[row].p_W);
+    }
+    return shifts_W;
+  }
+
+  const FindingsContext& context_;
+  const Model& model_;
+  Diagnosis& diagnosis_;
+  const std::vector<EffectKey> answer_;
+  const Result<Linearisation> own_;
+  std::set<Exchange> refitted_, left_;
+  std::set<std::pair<EffectKey, EffectKey>> named_;
+  std::vector<Explanation> found_;
+};
+
+}  // namespace
+
+std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
+                                   Diagnosis& diagnosis) {
+  RivalSearch search(context, model, diagnosis);
+  for (const Explanation& other : context.ranked) {
+    if (other.score > context.best.score + kWorthRefitting) break;
+    search.Judge(other);
+  }
+  return std::move(search).Found();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,130 @@
+// The spread of held-out errors near the measured poses and away from them.
+#include "app/diagnosis/residual_spread.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "app/diagnosis/farthest_poses.h"
+
+using namespace plumbline;
+
+namespace {
+
+constexpr int kRows = 300;
+constexpr double kSigma_m = 5e-5;
+
+/// Rows of three numbers each.
+Dataset Points() {
+  Dataset data;
+  data.numbers.assign(kRows, {3, {}});
+  return data;
+}
+
+const Dataset kPoints = Points();
+
+FitProblem Problem() {
+  return {kPoints, {}, PerRow<double>(kRows, 1.0), kSigma_m, 1};
+}
+
+/// Rows in five folds with normal errors of variance near^2 + (distant d)^2, d within `low..high`.
+HeldOut Drawn(const std::string& by, double near_m, double distant_m, double low, double high,
+              unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> distance(low, high);
+  HeldOut way;
+  way.by = by;
+  for (int row = 0; row < kRows; ++row) {
+    const double d = distance(random), sigma_m = std::hypot(near_m, distant_m * d);
+    way.fold_of.push_back(row % 5);
+    way.distance.push_back(d);
+    way.after.emplace_back(sigma_m * normal(random), sigma_m * normal(random),
+                           sigma_m * normal(random));
+    way.before.push_back(2 * way.after.back());
+  }
+  way.predicted.assign(kRows, true);
+  return way;
+}
+
+Validation Drawn(double near_m, double distant_m) {
+  Validation validation;
+  validation.ways = {
+      Drawn("blocks of time", near_m, distant_m, 0.1, 0.4, 1),
+      Drawn("regions of the joint space", near_m, distant_m, 0.3, 1.5, 2),
+  };
+  return validation;
+}
+
+ResidualSpread Spread(const Validation& validation, bool corrected = true) {
+  return SpreadOf(validation, Problem(), corrected).value();
+}
+
+}  // namespace
+
+TEST_CASE("the growth with the distance is found, widened as five regions ask for") {
+  constexpr double kWidened = 1.3115;  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
+  const ResidualSpread spread = Spread(Drawn(1e-4, 3e-4));
+  CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
+  CHECK(spread.distant_m == Approx(kWidened * 3e-4).epsilon(0.1));
+  const ResidualSpread declared = Spread(Drawn(1e-4, 3e-4), false);
+  CHECK(declared.distant_m == Approx(2 * spread.distant_m).epsilon(0.01));
+}
+
+TEST_CASE("errors that do not grow are the same everywhere, and never below the noise") {
+  const ResidualSpread spread = Spread(Drawn(1e-4, 0));
+  CHECK(spread.near_m == Approx(1e-4).epsilon(0.1));
+  CHECK(spread.distant_m < 0.4 * spread.near_m);
+  CHECK(Spread(Drawn(1e-5, 0)).near_m == Approx(kSigma_m));
+}
+
+TEST_CASE("what the distance does not explain is expected everywhere") {
+  Validation validation = Drawn(1e-4, 0);
+  for (HeldOut& way : validation.ways) way.distance.assign(kRows, 0.5);
+  for (Vec3& error : validation.ways[1].after) error *= 5;
+  const ResidualSpread spread = Spread(validation);
+  CHECK(std::hypot(spread.near_m, 0.5 * spread.distant_m) > 5e-4);
+}
+
+TEST_CASE("a box of ranges is no evidence: without a held-out region there is no spread") {
+  Validation validation = Drawn(1e-4, 0);
+  validation.ways.pop_back();
+  CHECK_FALSE(SpreadOf(validation, Problem(), true));
+}
+
+TEST_CASE("what sessions differ by counts near the measured poses, too") {
+  Validation validation = Drawn(1e-4, 0);
+  validation.ways.push_back(Drawn("sessions", 5e-4, 0, 0.1, 0.4, 3));
+  validation.ways.back().other_sessions = true;
+  CHECK(Spread(validation).near_m > 5e-4);
+  CHECK(Spread(validation).near_m < 8e-4);
+}
+
+TEST_CASE("a radius never leaves out more of the held-out rows than chance does, rejected or not") {
+  Validation validation = Drawn(1e-4, 0);
+  FitProblem problem = Problem();
+  const auto set_errors = [&](int every) {
+    for (HeldOut& way : validation.ways) {
+      for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
+        const bool off = row.value() % every == 0;
+        way.after[row] = Vec3(off ? 8e-4 : 1e-4, 0, 0);
+        problem.weights[row] = off ? 0 : 1;
+      }
+    }
+    return std::sqrt(7.815) * SpreadOf(validation, problem, true).value().near_m;
+  };
+  CHECK(set_errors(10) == Approx(8e-4).epsilon(0.05));  // one row in ten is off
+  CHECK(set_errors(25) < 3e-4);                         // within what 5 % may be
+}
+
+TEST_CASE("the farthest columns are spread, and none is taken twice") {
+  Eigen::MatrixXd points(1, 6);
+  points << 0, 1, 1, 2, 10, 5;
+  const std::vector<Eigen::Index> chosen = FarthestColumns(points, 10);
+  REQUIRE(chosen.size() == 5);
+  CHECK(points(0, chosen[0]) == 2);  // the nearest to the mean of 3.2
+  CHECK(points(0, chosen[1]) == 10);
+  CHECK(points(0, chosen[2]) == 5);
+  CHECK(FarthestColumns(points, 2).size() == 2);
+  CHECK(FarthestColumns(Eigen::MatrixXd(1, 0), 2).empty());
+}

@@ -1,0 +1,56 @@
+#include "firmware-like/kinematics/pose_distance.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+namespace {
+
+/// Two parallel joints, links of 1 m: the tip is 1 m from the second axis.
+CellModel TwoJoints() {
+  CellModel cell;
+  for (int joint = 0; joint < 2; ++joint) {
+    cell.robot.joints.push_back(test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 0));
+  }
+  return cell;
+}
+
+JointVector Pose2(double q1, double q2) {
+  JointVector q(2);
+  q << q1, q2;
+  return q;
+}
+
+}  // namespace
+
+TEST_CASE("a pose's distance is the chord of its joints, weighted by their levers") {
+  const Chain chain(TwoJoints().robot);
+  const std::vector<JointVector> straight = {Pose2(0, 0)};  // levers 2 m and 1 m
+  const PoseDistance distance(chain, Vec3::Zero(), straight);
+  CHECK(distance.Of(Pose2(0, 0)) == Approx(0).margin(1e-12));
+  CHECK(distance.Of(Pose2(1e-3, 0)) == Approx(1e-3 * std::sqrt(0.8)));
+  CHECK(distance.Of(Pose2(0, 1e-3)) == Approx(1e-3 * std::sqrt(0.2)));
+  CHECK(distance.Of(Pose2(std::numbers::pi, std::numbers::pi)) == Approx(2));
+  CHECK(distance.Of(Pose2(2 * std::numbers::pi, 0)) == Approx(0).margin(1e-12));
+  const std::vector<JointVector> both = {Pose2(0, 0), Pose2(0, 2)};
+  CHECK(PoseDistance(chain, Vec3::Zero(), both).Of(Pose2(0, 2)) == Approx(0).margin(1e-12));
+}
+
+TEST_CASE("no set of poses has no distance") {
+  CHECK(PoseDistance(Chain(TwoJoints().robot), Vec3::Zero(), {}).Of(Pose2(1, 1)) == 0);
+}
+
+TEST_CASE("a slide counts its travel against the levers, and alone in metres") {
+  CellModel cell = TwoJoints();
+  cell.robot.joints[0].type = JointType::kPrismatic;
+  const std::vector<JointVector> origin = {Pose2(0, 0)};
+  const PoseDistance mixed(Chain(cell.robot), Vec3::Zero(), origin);  // the other lever: 1 m
+  CHECK(mixed.Of(Pose2(0.3, 0)) == Approx(0.3));
+  cell.robot.joints[1].type = JointType::kPrismatic;
+  const PoseDistance gantry(Chain(cell.robot), Vec3::Zero(), origin);
+  CHECK(gantry.Of(Pose2(0.3, 0.4)) == Approx(0.5));
+}
