@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/fleet/message.h"
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "app/journal/database.h"
 #include "app/lens_store/lens_entry.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 

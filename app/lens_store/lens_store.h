@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/journal/database.h"
 #include "app/lens_store/lens_row.h"
+#include "app/sqlite/database.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
