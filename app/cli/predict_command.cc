@@ -21,6 +21,7 @@
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/effects/open_moment.h"
 
 namespace plumbline {
 namespace {
@@ -62,6 +63,13 @@ std::optional<std::string> WhatIsFree(const PredictOptions& options, const CellM
       "frame is not known. Give rows measured there by --align MEASURED.csv, or predict with the "
       "corrected cell of `plumbline diagnose`",
       options.cell, free);
+}
+
+/// True at a moment of which nothing says whether an event of the model has happened.
+bool BesideAnEvent(const LoadedArm& arm, const Conditions& moment) {
+  return std::any_of(arm.effects().begin(), arm.effects().end(), [&](const ActiveEffect& effect) {
+    return MomentLeftOpen(effect, moment).has_value();
+  });
 }
 
 /// True where the cell would bend under a payload that the rows do not tell, other than in the rows
@@ -303,7 +311,8 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
         known->second.cell, row.q,
         poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
         poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
-    const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses);
+    const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
+                              BesideAnEvent(arm, conditions[k]);
     LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
     if (poses.recorded.payload) load.mass_kg = row.payload_kg;
     StatedRadius radius =

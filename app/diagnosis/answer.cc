@@ -105,7 +105,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
     answer["discrepancy_model"] = {{"parameters", Number(diagnosis.discrepancy_parameters)},
                                    {"share_of_correction", Number(diagnosis.discrepancy_share)}};
   }
-  answer["remainder"] = answer["discrepancy_model"];  // its former name
+  answer["remainder"] = answer["discrepancy_model"];  // its previous name
   answer["checks"] = Json::array();
   for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
   answer["doubts"] = Json::array();

@@ -159,6 +159,8 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   diagnosis.sigma_origin = as_declared ? data.sigma_origin : "residual";
   diagnosis.noise_floor_m =
       std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
+  diagnosis.noise_floor_origin = data.sigma_m > 0 ? data.sigma_origin : "residual";
+  diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {

@@ -153,6 +153,7 @@ struct Diagnosis {
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
   std::string sigma_origin;                   ///< "declared", "repeats", "residual"
+  std::string noise_floor_origin;             ///< likewise
   HeldOutError held_out;                      ///< by blocks of time
   std::string held_out_by;                    ///< "blocks of time"; empty: no row could be held out
   std::vector<HeldOutError> held_out_by_all;  ///< by blocks of time, regions and sessions

@@ -12,6 +12,9 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kMostRefits = 8;
+/// A rival starts from a linear fit, and what is nonlinear in it may lie far from there: one that
+/// has not converged would be ruled out by its start.
+constexpr int kRivalIterations = 40;
 
 /// What another explanation exchanges: effects of the answer for its own.
 struct Exchange {
@@ -68,7 +71,7 @@ class RivalSearch {
     Model start = model_;
     start.effects = EffectsFrom(context_.problem.data, context_.pool.blocks(),
                                 context_.pool.CoefficientsOf(other));
-    const Result<Refit> refit = RefitModel(context_.problem, start, {});
+    const Result<Refit> refit = RefitModel(context_.problem, start, {kRivalIterations});
     if (!refit) return;
     refitted_.insert(*exchange);
     const double gap =

@@ -21,7 +21,7 @@ double HampelWeight(int count, double sigmas);
 /// rejected row (41 of a position).
 double HampelLoss(int count, double sigmas);
 
-/// The weight of each row.
+/// The weight of each row; zero where it measures nothing.
 PerRow<double> HampelWeights(const Dataset& data, const PerRow<RowResidual>& residuals,
                              double sigma_m);
 /// The losses of all rows, summed.

@@ -95,9 +95,16 @@ void AddRemarks(const char* topic, const std::vector<std::string>& remarks, std:
 }
 
 std::string DataLine(const Diagnosis& diagnosis) {
-  std::string text = fmt::format("{} rows, noise floor {} mm (sigma {} mm, {})",
-                                 diagnosis.rows.size(), MillimetreText(diagnosis.noise_floor_m),
-                                 MillimetreText(diagnosis.sigma_m), SigmaOriginText(diagnosis));
+  const std::string floor_mm = MillimetreText(diagnosis.noise_floor_m),
+                    sigma_mm = MillimetreText(diagnosis.sigma_m),
+                    origin = OriginText(diagnosis.sigma_origin);
+  std::string text = fmt::format("{} rows, ", diagnosis.rows.size());
+  if (diagnosis.noise_floor_origin == diagnosis.sigma_origin) {
+    text += fmt::format("noise floor {} mm (sigma {} mm, {})", floor_mm, sigma_mm, origin);
+  } else {
+    text += fmt::format("noise floor {} mm ({}), sigma in use {} mm ({})", floor_mm,
+                        OriginText(diagnosis.noise_floor_origin), sigma_mm, origin);
+  }
   if (!diagnosis.held_out_by.empty()) text += "; held out: " + diagnosis.held_out_by;
   const auto& outliers = diagnosis.outlier_rows;
   if (outliers.empty()) return text + "; no outliers\n";

@@ -86,7 +86,6 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   const bool rough = data.sigma_m > 0 && residual_sigma_m >= kRough * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
-  diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",

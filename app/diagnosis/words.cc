@@ -209,10 +209,10 @@ ValueText ValueTextOf(double value, std::optional<double> sd) {
   return {fmt::format("{:.{}f}", value, digits), fmt::format("{:.{}f}", *sd, digits)};
 }
 
-std::string SigmaOriginText(const Diagnosis& diagnosis) {
-  if (diagnosis.sigma_origin == "repeats") return "from repeats";
-  if (diagnosis.sigma_origin == "residual") return "from the residual";
-  return diagnosis.sigma_origin;
+std::string OriginText(const std::string& origin) {
+  if (origin == "repeats") return "from repeats";
+  if (origin == "residual") return "from the residual";
+  return origin;
 }
 
 bool HasEmpiricalTerm(const Diagnosis& diagnosis) {

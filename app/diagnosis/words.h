@@ -42,7 +42,7 @@ struct ValueText {
 ValueText ValueTextOf(double value, std::optional<double> sd);
 
 /// Where the noise was taken from: "declared", "from repeats", "from the residual".
-std::string SigmaOriginText(const Diagnosis& diagnosis);
+std::string OriginText(const std::string& origin);
 
 /// True where the answer corrects something by an empirical term.
 bool HasEmpiricalTerm(const Diagnosis& diagnosis);

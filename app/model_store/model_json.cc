@@ -103,7 +103,7 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
   facts.implausible = TextsIn(object, "implausible");
   facts.discrepancy_share = NumberIn(object, "discrepancy_share");
   if (!facts.discrepancy_share) {
-    facts.discrepancy_share = NumberIn(object, "remainder_share");  // its former name
+    facts.discrepancy_share = NumberIn(object, "remainder_share");  // its previous name
   }
   facts.based_on = WholeIn(object, "based_on");
   facts.rms_before_mm = NumberIn(object, "rms_before_mm");
@@ -162,7 +162,7 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
   }
   facts.implausible = TextsIn(object, "implausible");
   auto discrepancy = object.find("discrepancy_model");
-  if (discrepancy == object.end()) discrepancy = object.find("remainder");  // its former name
+  if (discrepancy == object.end()) discrepancy = object.find("remainder");  // its previous name
   if (discrepancy != object.end() && !discrepancy->is_null()) {
     // Whatever its size: a model that carries one is not explained by names alone.
     facts.discrepancy_share = discrepancy->is_object()

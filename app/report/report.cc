@@ -90,7 +90,7 @@ std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot) {
   const Pictures pictures = Draw(diagnosis, cell, gnuplot);
   std::string html = Head(cell) + "<body>\n<main>\n<header>\n<h1>" + Escape(cell.robot.name) +
-                     "</h1>\n<p>Diagnosis of " + fmt::format("{}", source.rows) +
+                     "</h1>\n<p>Diagnosis of " + fmt::format("{}", diagnosis.rows.size()) +
                      " measured points, " + Escape(source.data_file) + ", " + Escape(source.date) +
                      "</p>\n</header>\n";
   html += VerdictBlock(diagnosis);

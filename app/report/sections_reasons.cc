@@ -144,8 +144,10 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
   HtmlTable table({"What", "Value"}, {0, 1});
   table.AddRow({"Cell", Escape(cell.robot.name) + " (" + Escape(source.cell_file) + ")"});
   table.AddRow({"Measured data", Escape(source.data_file)});
+  const bool all_count = static_cast<int>(diagnosis.rows.size()) == source.rows;
   table.AddRow(
-      {"Rows", fmt::format("{}{}", source.rows,
+      {"Rows", fmt::format("{}{}{}", diagnosis.rows.size(),
+                           all_count ? std::string() : fmt::format(" of {} lines", source.rows),
                            sessions.size() > 1 ? fmt::format(" in {} sessions", sessions.size())
                                                : std::string())});
   if (!source.unreadable_lines.empty()) {
@@ -158,7 +160,7 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
   }
   table.AddRow(
       {"Noise of one axis", Escape(fmt::format("{} mm, {}", MillimetreText(diagnosis.sigma_m),
-                                               SigmaOriginText(diagnosis)))});
+                                               OriginText(diagnosis.sigma_origin)))});
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
   }

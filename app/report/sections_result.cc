@@ -161,7 +161,12 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
                                        MillimetreText(error.after_high_m))
                          : "3-D RMS, on the points of the fit");
   }
-  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m), SigmaOriginText(diagnosis));
+  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m),
+              OriginText(diagnosis.noise_floor_origin));
+  if (diagnosis.noise_floor_origin != diagnosis.sigma_origin && diagnosis.noise_in_use_m > 0) {
+    html += Key("Noise in use", MillimetreText(diagnosis.noise_in_use_m),
+                OriginText(diagnosis.sigma_origin));
+  }
   html += "</dl>\n";
   if (held_out && !diagnosis.findings.empty()) {
     html +=

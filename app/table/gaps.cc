@@ -88,7 +88,8 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
   for (const Step& step : steps) {
     if (step.to != step.from + 1) continue;
     const double interval_s = rows[step.to].t_s - rows[step.from].t_s;
-    if (std::isfinite(interval_s)) intervals_s.push_back(interval_s);
+    // Rows at one time are repeats or copies; what the clock's interval is they do not show.
+    if (std::isfinite(interval_s) && interval_s > 0) intervals_s.push_back(interval_s);
   }
   if (intervals_s.size() < kFewestSteps) return;
   const double usual_s = MedianOf(intervals_s);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "firmware-like/deflection/assumed_error.h"
+#include "firmware-like/effects/open_moment.h"
 
 namespace plumbline {
 namespace {
@@ -13,6 +14,27 @@ constexpr double kShareThatMatters = 0.17;
 std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
   if (!cell.domain || !cell.domain->distant_sigma_m) return {};
   return cell.domain->poses;
+}
+
+/// Nothing says on which side of an event a moment lies that its deviation leaves open: what the
+/// event moves is within the 95 % radius then.
+Mat3 CovarianceOfOpenMoments(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                             const Conditions& conditions) {
+  constexpr double kZ = 1.959964;
+  Mat3 covariance = Mat3::Zero();
+  for (const ActiveEffect& effect : arm.effects()) {
+    const auto open = MomentLeftOpen(effect, conditions);
+    if (!open) continue;
+    Conditions before = conditions, after = conditions;
+    (open->is_row ? before.row : before.t_s) = open->between.low;
+    (open->is_row ? after.row : after.t_s) = open->between.high;
+    LoadedState earlier, later;
+    if (!arm.AtCommanded(q, payload, before, earlier)) continue;
+    if (!arm.AtCommanded(q, payload, after, later)) continue;
+    const Vec3 moved_W = (later.p_read_W - earlier.p_read_W) / kZ;
+    covariance += moved_W * moved_W.transpose();
+  }
+  return covariance;
 }
 
 }  // namespace
@@ -37,7 +59,8 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     const LoadStatement& load, const Conditions& conditions,
                                     bool extrapolated, const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
-  const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_);
+  const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
+                         CovarianceOfOpenMoments(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
   const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();

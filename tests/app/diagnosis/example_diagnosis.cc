@@ -229,7 +229,7 @@ Diagnosis ExampleDiagnosis(Verdict verdict) {
   Diagnosis diagnosis;
   diagnosis.verdict = verdict;
   diagnosis.sigma_m = kSigma;
-  diagnosis.sigma_origin = "declared";
+  diagnosis.sigma_origin = diagnosis.noise_floor_origin = "declared";
   diagnosis.noise_floor_m = std::sqrt(3.0) * kSigma;
   diagnosis.held_out_by = "blocks of time";
   std::vector<Finding>& findings = diagnosis.findings;

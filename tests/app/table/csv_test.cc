@@ -299,6 +299,16 @@ TEST_CASE("Lost lines are noticed by a count of the rows, by a regular clock, by
       faults);
   REQUIRE(timed);
   CHECK(timed->breaks == std::vector<int>{9, 13});
+  const auto twice = Read(
+      "t_s,q1_deg,q2_mm\n" +
+          [] {
+            std::string text;
+            for (int i = 0; i < 40; ++i) text += fmt::format("{},{},2\n", 30 * (i / 2), i / 2);
+            return text;
+          }(),
+      faults);
+  REQUIRE(twice);
+  CHECK(twice->breaks.empty());  // each line stands twice, and none is missing
   const auto irregular = Read(
       "t_s,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", i * i, i); }), faults);
   REQUIRE(irregular);

@@ -69,7 +69,7 @@ bool Vanishes(pid_t process) {
 
 }  // namespace
 
-TEST_CASE("a child's end is told once, by its exit code or its signal", "[os]") {
+TEST_CASE("a child's end is reported once, as its exit code or its signal", "[os]") {
   ChildProcess good = Started(Shell("exit 0")), bad = Started(Shell("exit 3"));
   ChildProcess killed = Started(Shell("kill -TERM $$"));
   CHECK(good.End(10).ok());
@@ -81,7 +81,7 @@ TEST_CASE("a child's end is told once, by its exit code or its signal", "[os]") 
   CHECK(end.signal == SIGTERM);
 }
 
-TEST_CASE("nothing is told while a child runs; it ends with its object", "[os]") {
+TEST_CASE("nothing is reported while a child runs; it ends with its object", "[os]") {
   pid_t pid = -1;
   {
     ChildProcess child = Started(Shell("exec sleep 60"));

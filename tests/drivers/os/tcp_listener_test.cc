@@ -85,7 +85,7 @@ TEST_CASE("an inherited socket serves those that came before", "[os]") {
   CHECK(AcceptWithin(after, 5000, peer));
 }
 
-TEST_CASE("why nothing listens is told with a remedy", "[os]") {
+TEST_CASE("an error says why nothing listens, with a remedy", "[os]") {
   const TcpListener taken = Open();
   const auto why = [](const std::string& address, int port) {
     const auto listener = TcpListener::Open(address, port);

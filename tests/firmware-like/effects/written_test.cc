@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "firmware-like/effects/open_moment.h"
 #include "tests/firmware-like/effects/any_term.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
@@ -43,6 +44,41 @@ Eigen::MatrixXd AnyCovariance(const std::vector<double>& values) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Random(n, n);
   const Eigen::VectorXd sizes = 0.01 * Eigen::Map<const Eigen::VectorXd>(values.data(), n);
   return sizes.asDiagonal() * (A * A.transpose()) * sizes.asDiagonal();
+}
+
+TEST_CASE("between the two rows around an event its moment is open, and nowhere else") {
+  std::mt19937 random(3);
+  int moments = 0;
+  for (const Effect* effect : AllEffects()) {
+    CAPTURE(effect->traits().id);
+    for (const EffectTerm& term : AnyTerms(*effect)) {
+      ActiveEffect active{term, AnyValues(term, random), {}};
+      const auto count = static_cast<Eigen::Index>(active.values.size());
+      const auto& specs = effect->traits().parameters;
+      for (std::size_t k = 0; k < active.values.size(); ++k) {
+        const ParameterSpec& spec = specs[static_cast<std::size_t>(term.parameters[k].spec)];
+        if (!IsMoment(spec)) continue;
+        ++moments;
+        active.covariance = Eigen::MatrixXd::Zero(count, count);
+        const auto at = static_cast<Eigen::Index>(k);
+        active.covariance(at, at) = 100 * 100 / 12.0;  // two rows that are 100 apart
+        const auto open_at = [&](double moment) {
+          Conditions conditions;
+          (spec.name == "row" ? conditions.row : conditions.t_s) = moment;
+          return MomentLeftOpen(active, conditions);
+        };
+        REQUIRE(open_at(active.values[k] + 49));
+        CHECK(open_at(active.values[k] - 49)->is_row == (spec.name == "row"));
+        CHECK(open_at(active.values[k])->between.high == Approx(active.values[k] + 50));
+        CHECK_FALSE(open_at(active.values[k] + 51));
+        CHECK_FALSE(open_at(active.values[k] - 51));
+        CHECK_FALSE(MomentLeftOpen(active, Conditions{}));
+        active.covariance.resize(0, 0);
+        CHECK_FALSE(open_at(active.values[k]));
+      }
+    }
+  }
+  CHECK(moments >= 2);
 }
 
 TEST_CASE("An active effect of every id survives being written") {

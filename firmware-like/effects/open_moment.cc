@@ -1,0 +1,22 @@
+#include "firmware-like/effects/open_moment.h"
+
+#include <cmath>
+
+namespace plumbline {
+
+std::optional<OpenMoment> MomentLeftOpen(const ActiveEffect& effect, const Conditions& conditions) {
+  const auto& specs = effect.term.effect->traits().parameters;
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const ParameterSpec& spec = specs[static_cast<std::size_t>(effect.term.parameters[k].spec)];
+    const auto at = static_cast<Eigen::Index>(k);
+    if (!IsMoment(spec) || effect.covariance.rows() <= at) continue;
+    const bool is_row = spec.name == "row";
+    const std::optional<double>& now = is_row ? conditions.row : conditions.t_s;
+    const double half = std::sqrt(3 * effect.covariance(at, at));
+    const Interval between{effect.values[k] - half, effect.values[k] + half};
+    if (now && *now > between.low && *now < between.high) return OpenMoment{is_row, between};
+  }
+  return std::nullopt;
+}
+
+}  // namespace plumbline
