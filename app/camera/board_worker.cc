@@ -29,7 +29,7 @@ BoardWorker::~BoardWorker() {
   if (shared_ != nullptr) munmap(shared_, shared_bytes_);
 }
 
-std::optional<Error> BoardWorker::Start() {
+Result<void> BoardWorker::Start() {
   std::array<int, 2> pair{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair.data()) != 0) {
     return Error{fmt::format("no socket for the worker: {}", std::strerror(errno))};
@@ -47,7 +47,7 @@ std::optional<Error> BoardWorker::Start() {
   child_ = std::move(child).value();
   socket_ = std::move(ours);
   answered_ = false;
-  return std::nullopt;
+  return {};
 }
 
 void BoardWorker::End() {
@@ -56,7 +56,7 @@ void BoardWorker::End() {
   asked_s_.reset();
 }
 
-std::optional<Error> BoardWorker::Share(const LumaView& image) {
+Result<void> BoardWorker::Share(const LumaView& image) {
   const std::size_t bytes = static_cast<std::size_t>(image.width) * image.height;
   if (bytes > shared_bytes_) {
     End();  // it has mapped the smaller memory
@@ -78,13 +78,13 @@ std::optional<Error> BoardWorker::Share(const LumaView& image) {
     std::memcpy(shared_ + static_cast<std::size_t>(v) * image.width, image.row(v),
                 static_cast<std::size_t>(image.width));
   }
-  return std::nullopt;
+  return {};
 }
 
-std::optional<Error> BoardWorker::Ask(const LumaView& image, const Board& board) {
-  if (auto why = Share(image)) return why;
+Result<void> BoardWorker::Ask(const LumaView& image, const Board& board) {
+  if (auto shared = Share(image); !shared) return shared;
   if (!child_.started()) {
-    if (auto why = Start()) return why;
+    if (auto started = Start(); !started) return started;
   }
   const Bytes request = BytesOfRequest({image.width, image.height, board});
   if (send(socket_.get(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
@@ -95,7 +95,7 @@ std::optional<Error> BoardWorker::Ask(const LumaView& image, const Board& board)
   }
   asked_s_ = clock_();
   points_ = static_cast<std::size_t>(board.corners());
-  return std::nullopt;
+  return {};
 }
 
 Result<BoardView> BoardWorker::Failed(const std::string& why) {

@@ -30,14 +30,14 @@ class BoardWorker {
   bool idle() const { return !asked_s_; }
   /// Gives it a frame; only while idle. The image is copied. Any kind of board; FaultOf(board) is
   /// nothing. @return why it could not be given
-  std::optional<Error> Ask(const LumaView& image, const Board& board);
+  Result<void> Ask(const LumaView& image, const Board& board);
   /// The answer to the last frame, once; nothing while it is worked on.
   std::optional<Result<BoardView>> Poll();
   int ended() const { return ended_; }  ///< workers that had to be ended, or died
 
  private:
-  std::optional<Error> Start();
-  std::optional<Error> Share(const LumaView& image);
+  Result<void> Start();
+  Result<void> Share(const LumaView& image);
   void End();
   Result<BoardView> Failed(const std::string& why);
 

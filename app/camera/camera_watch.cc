@@ -239,8 +239,8 @@ void CameraWatch::Track(const WatchOrders& asked, const CameraFrame& frame) {
 
 void CameraWatch::KeepMarks(const WatchOrders& asked, const MarksMemory& memory) {
   if (!asked.lens->calibrated || asked.lens->id == 0) return;
-  if (const auto why = stores_.marks.Keep(asked.lens->id, memory)) {
-    sink_({Event::kMarksFile, "fixed marks: not kept: " + why->message});
+  if (const auto kept = stores_.marks.Keep(asked.lens->id, memory); !kept) {
+    sink_({Event::kMarksFile, "fixed marks: not kept: " + kept.error()});
   }
 }
 
@@ -286,8 +286,8 @@ void CameraWatch::WatchForBoard(const CameraFrame& frame) {
   if (!worker_->idle() || frame.time_s - looked_s_ < kBoardLook_s) return;
   looked_s_ = frame.time_s;
   look_rest_ = rest_;
-  if (const auto why = worker_->Ask(frame.luma, board_.board)) {
-    sink_({Event::kBoardWorker, "camera: " + why->message});
+  if (const auto given = worker_->Ask(frame.luma, board_.board); !given) {
+    sink_({Event::kBoardWorker, "camera: " + given.error()});
   }
 }
 
@@ -308,8 +308,8 @@ void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   }
   if (worker_->idle()) {
     asked_image_s_ = frame.time_s;
-    if (const auto why = worker_->Ask(frame.luma, board_.board)) {
-      session_->TakeMiss(why->message, frame.time_s);
+    if (const auto given = worker_->Ask(frame.luma, board_.board); !given) {
+      session_->TakeMiss(given.error(), frame.time_s);
     }
   }
   WithCore([&](WatchCore& core) {

@@ -96,7 +96,7 @@ Result<std::map<std::int64_t, MarksMemory>> MarksFromJson(const std::string& tex
   std::map<std::int64_t, MarksMemory> memories;
   try {
     const Result<Json> read = JsonFromText(text);
-    if (!read) return Error{read.error()};
+    if (!read) return read.failure();
     const Json& json = *read;
     if (json.at("schema") != kMarksSchema) {
       return Error{fmt::format("its schema is not {}", kMarksSchema)};
@@ -132,14 +132,12 @@ std::shared_ptr<const MarksMemory> MarksStore::Find(std::int64_t lens_id) const 
   return found == memories_.end() ? nullptr : std::make_shared<MarksMemory>(found->second);
 }
 
-std::optional<Error> MarksStore::Keep(std::int64_t lens_id, const MarksMemory& memory) {
+Result<void> MarksStore::Keep(std::int64_t lens_id, const MarksMemory& memory) {
   const std::lock_guard lock(mutex_);
   memories_[lens_id] = memory;
   std::error_code not_moved;  // then it is told as what cannot be written
   if (std::exchange(unread_, false)) fs::rename(path_, path_ + ".unread", not_moved);
-  const Result<bool> written = WriteDurably(path_, MarksJson(memories_, cell_));
-  if (written) return std::nullopt;
-  return Error{written.error()};
+  return WriteDurably(path_, MarksJson(memories_, cell_));
 }
 
 }  // namespace plumbline

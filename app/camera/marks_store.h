@@ -26,7 +26,7 @@ class MarksStore {
 
   std::shared_ptr<const MarksMemory> Find(std::int64_t lens_id) const;
   /// @return  why it could not be kept
-  std::optional<Error> Keep(std::int64_t lens_id, const MarksMemory& memory);
+  Result<void> Keep(std::int64_t lens_id, const MarksMemory& memory);
 
  private:
   const std::string path_;

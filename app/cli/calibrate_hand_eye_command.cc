@@ -185,9 +185,9 @@ int Run(const CalibrateHandEyeOptions& options) {
   if (options.json == "-") {
     std::cout << json;
   } else if (!options.json.empty()) {
-    if (const auto why = WriteTextFile(options.json, json)) {
+    if (const auto written = WriteTextFile(options.json, json); !written) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               why->message);
+                               written.error());
       return kExitUsage;
     }
   }

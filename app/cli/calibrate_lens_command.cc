@@ -154,12 +154,12 @@ std::string Yaml(const LensCalibration& calibration) {
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
   if (path.empty() || path == "-") return true;
-  const auto why = WriteTextFile(path, text);
-  if (why) {
-    std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
-                             option);
+  const auto written = WriteTextFile(path, text);
+  if (!written) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
+                             written.error(), option);
   }
-  return !why;
+  return written.ok();
 }
 
 int Run(const CalibrateLensOptions& options) {

@@ -228,9 +228,9 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   for (const Output& output : outputs) {
     if (output.path == "-") {
       out << output.text << std::flush;
-    } else if (const auto why = WriteTextFile(output.path, output.text)) {
+    } else if (const auto written = WriteTextFile(output.path, output.text); !written) {
       err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
-                         why->message, output.option);
+                         written.error(), output.option);
       exit_code = kExitUsage;
     }
   }

@@ -133,10 +133,10 @@ int Export(const JournalOptions& options) {
   const bool to_output = options.file == "-";
   if (to_output) {
     std::cout << exported.text;
-  } else if (const auto why = WriteTextFile(options.file, exported.text)) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; choose another --out", options.file, why->message),
-        kExitUsage);
+  } else if (const auto written = WriteTextFile(options.file, exported.text); !written) {
+    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.file,
+                            written.error()),
+                kExitUsage);
   }
   std::cerr << fmt::format(
       "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "
@@ -229,13 +229,13 @@ std::string Header() {
 Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
-  if (!joints) return Error{joints.error()};
-  const Result<bool> shown =
+  if (!joints) return joints.failure();
+  const Result<void> shown =
       journal.ForEach(filter, JointsAsRecorded(*joints), [&](const JournalRow& row) {
         std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
         last = row.id;
       });
-  if (!shown) return Error{shown.error()};
+  if (!shown) return shown.failure();
   std::cout.flush();
   return last;
 }
@@ -286,7 +286,7 @@ int Decide(const JournalOptions& options, bool accept) {
   Result<Journal> journal = Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const Result<bool> decided = journal.value().Decide(
+  const Result<void> decided = journal.value().Decide(
       options.ids, accept, std::chrono::duration_cast<std::chrono::milliseconds>(now).count());
   if (!decided) return Fail(decided.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();

@@ -41,7 +41,7 @@ Result<std::vector<LensEntry>> KeptLenses(const LensListOptions& options) {
                     options.StoreFile())};
   }
   Result<LensStore> store = LensStore::OpenForReading(options.StoreFile());
-  if (!store) return Error{store.error()};
+  if (!store) return store.failure();
   return store.value().All();
 }
 
@@ -118,9 +118,9 @@ int Solve(const LensListOptions& options) {
   if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
   const LensCalibration again = CalibrateLens(stored->board, stored->views, kept->size, judged);
   if (!options.out.empty()) {
-    if (const auto why = WriteTextFile(options.out, LensJson(again))) {
+    if (const auto written = WriteTextFile(options.out, LensJson(again)); !written) {
       return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,
-                              why->message),
+                              written.error()),
                   kExitUsage);
     }
   }

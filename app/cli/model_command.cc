@@ -278,7 +278,7 @@ int ApplyVersion(const ModelOptions& options, int number) {
   if (!MayFollow(options, *store, *cell)) {
     return Fail(fmt::format("version {} not applied", number), kExitFault);
   }
-  const Result<bool> applied = store.value().Apply(number);
+  const Result<void> applied = store.value().Apply(number);
   if (!applied) return Fail(applied.error(), kExitUsage);
   return NotifyAndReport(options, number);
 }

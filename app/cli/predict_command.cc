@@ -237,9 +237,9 @@ int Run(const PredictOptions& options) {
   }
   if (to_out) {
     std::cout << CsvOf(*predictions);
-  } else if (const auto why = WriteTextFile(options.out, CsvOf(*predictions))) {
+  } else if (const auto written = WriteTextFile(options.out, CsvOf(*predictions)); !written) {
     std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
-                             why->message);
+                             written.error());
     return kExitUsage;
   }
   const auto extrapolated =

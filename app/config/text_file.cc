@@ -42,10 +42,10 @@ Error Why() {
   return Error{std::strerror(errno)};
 }
 
-std::optional<Error> WriteSpecial(const fs::path& file, std::string_view text) {
+Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
   const Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
   if (!opened || !WriteAll(opened.get(), text)) return Why();
-  return std::nullopt;
+  return {};
 }
 
 /// A file that goes away again unless it was renamed.
@@ -80,13 +80,13 @@ class TemporaryFile {
 };
 
 /// Puts a new file in the place of whatever has that name.
-std::optional<Error> ReplaceFile(const fs::path& file, std::string_view text) {
+Result<void> ReplaceFile(const fs::path& file, std::string_view text) {
   TemporaryFile temporary(file);
   if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
   // The new name survives a power cut once its folder is synced; a file system that cannot do so
   // (some network shares) has still renamed the file.
   SyncFolder(FolderOf(file));
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -113,17 +113,18 @@ Result<std::string> ReadTextFile(const std::string& path) {
   }
 }
 
-std::optional<Error> WriteTextFile(const std::string& path, std::string_view text) {
+Result<void> WriteTextFile(const std::string& path, std::string_view text) {
   // It may stand for a file that others write to as well.
   if (path == "/dev/stdout") {
-    return WriteAll(STDOUT_FILENO, text) ? std::nullopt : std::optional(Why());
+    if (!WriteAll(STDOUT_FILENO, text)) return Why();
+    return {};
   }
   const fs::path file = TargetOf(path);
   if (IsSpecial(file)) return WriteSpecial(file, text);
   return ReplaceFile(file, text);
 }
 
-std::optional<Error> WriteStateFile(const std::string& path, std::string_view text) {
+Result<void> WriteStateFile(const std::string& path, std::string_view text) {
   return ReplaceFile(path, text);
 }
 

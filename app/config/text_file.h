@@ -19,12 +19,12 @@ Result<std::string> ReadTextFile(const std::string& path);
 /// Puts text under that name so that the name never stands for half of it: written beside it,
 /// synced, renamed. A link is followed; what is no regular file is written to, as /dev/stdout
 /// always is.
-/// @return nothing where it worked, else why not ("Permission denied")
-[[nodiscard]] std::optional<Error> WriteTextFile(const std::string& path, std::string_view text);
+/// @return or why not ("Permission denied")
+Result<void> WriteTextFile(const std::string& path, std::string_view text);
 
 /// The same for a file that a program of ours keeps in its state directory: no link is followed,
 /// one of that name is replaced. Whoever may write there must not have it write elsewhere as root.
-[[nodiscard]] std::optional<Error> WriteStateFile(const std::string& path, std::string_view text);
+Result<void> WriteStateFile(const std::string& path, std::string_view text);
 
 /// Why a file of that name could not be written now; nothing where it could. Changes nothing.
 [[nodiscard]] std::optional<Error> WhyNotWritable(const std::string& path);

@@ -26,7 +26,7 @@ std::uint16_t NextBootCount(const std::string& directory) {
   return ++count;
 }
 
-Result<bool> KeepBootCount(const std::string& directory, std::uint16_t count) {
+Result<void> KeepBootCount(const std::string& directory, std::uint16_t count) {
   std::error_code ignored;  // told below, by the file that cannot be created
   std::filesystem::create_directories(directory, ignored);
   return WriteDurably(FileIn(directory), fmt::format("{}\n", count));

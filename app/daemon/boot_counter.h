@@ -14,6 +14,6 @@ std::uint16_t NextBootCount(const std::string& directory);
 
 /// Keeps it, once the start counts: by write, fsync, rename, fsync of the folder, so that a power
 /// cut leaves the old number or the new one. @return why it was not kept
-Result<bool> KeepBootCount(const std::string& directory, std::uint16_t count);
+Result<void> KeepBootCount(const std::string& directory, std::uint16_t count);
 
 }  // namespace plumbline

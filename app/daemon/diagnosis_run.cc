@@ -74,10 +74,10 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   JournalFilter filter;
   filter.last = kMostDiagnosedRows;
   const auto since = journal.LastModel();
-  if (!since) return Error{since.error()};
+  if (!since) return since.failure();
   if (since->has_value()) filter.after_id = (*since)->after_row;
   auto rows = journal.Read(filter, config.machine.cell.robot.joints);
-  if (!rows) return Error{rows.error()};
+  if (!rows) return rows.failure();
   step();
   const double sigma_m = config.loop.probe_sigma_m;
   const std::size_t coarse =
@@ -100,8 +100,8 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::filesystem::remove_all(folder, error);
   std::filesystem::create_directories(folder, error);
   if (error) return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, error.message()))};
-  const Result<bool> written = WriteDurably(folder + "/measured.csv", exported.text);
-  if (!written) return Error{written.error()};
+  const Result<void> written = WriteDurably(folder + "/measured.csv", exported.text);
+  if (!written) return written.failure();
   step();
   const Result<ModelStore> store = ModelStore::Open(config.state_directory);
   if (!store || applied_model == 0) return Error{"the model store cannot be used"};
@@ -111,7 +111,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
        "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal.EpochUtc_s()),
        "--order-unknown"},
       folder + "/output.txt");
-  if (!started) return Error{started.error()};
+  if (!started) return started.failure();
   sink({Event::kDiagnosisStarted,
         fmt::format("diagnosis started over {} measured points", exported.ids.size())});
   TellReadingError(config, *rows, sink, step);
@@ -148,7 +148,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
   const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
   Result<ModelFacts> read = ModelFactsFromDiagnosis(*json);
-  if (!read) return Error{read.error()};
+  if (!read) return read.failure();
   ModelFacts facts = std::move(read).value();
   Outcome outcome;
   if (facts.verdict == "no_effect") {
@@ -192,11 +192,11 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
 
   step();
   Result<ModelStore> store = ModelStore::Open(config.state_directory);
-  if (!store) return Error{store.error()};
+  if (!store) return store.failure();
   const std::string report = folder + "/report.html";
   const Result<int> number =
       store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
-  if (!number) return Error{number.error()};
+  if (!number) return number.failure();
   outcome.proposed = *number;
   if (config.loop.apply != LoopConfig::Apply::kAutomatic) {
     outcome.told =
@@ -212,8 +212,8 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
     return outcome;
   }
-  const Result<bool> applied = store.value().Apply(*number);
-  if (!applied) return Error{applied.error()};
+  const Result<void> applied = store.value().Apply(*number);
+  if (!applied) return applied.failure();
   outcome.applied = true;
   outcome.told = fmt::format("{}; version {} applied, as loop.apply says", what, *number);
   return outcome;

@@ -179,7 +179,7 @@ void LoopWorker::CheckStorage() {
 void LoopWorker::OpenJournal() {
   journal_tried_ = Clock::now();
   if (storage_ != nullptr && !storage_->works()) return;
-  const Result<bool> read = ReadJournal();
+  const Result<void> read = ReadJournal();
   if (read) return Recovered();
   CloseJournal();  // a monitor that has seen some of the rows must not judge, nor be reported
   Fail(read.error());
@@ -192,7 +192,7 @@ void LoopWorker::CloseJournal() {
 }
 
 /// Opens the journal and shows its rows to a new monitor. After an error both may be half set up.
-Result<bool> LoopWorker::ReadJournal() {
+Result<void> LoopWorker::ReadJournal() {
   const std::string path = config_.state_directory + "/journal.sqlite";
   std::error_code absent;
   if (std::filesystem::file_size(path, absent) == 0 && !absent) {
@@ -203,35 +203,35 @@ Result<bool> LoopWorker::ReadJournal() {
                      path)});
   }
   Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { pulse_.Beat(); }));
   NewReference();
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbe_s();
-  if (!restart) return Error{restart.error()};
-  if (!last_row) return Error{last_row.error()};
-  if (!last_probe_s) return Error{last_probe_s.error()};
+  if (!restart) return restart.failure();
+  if (!last_row) return last_row.failure();
+  if (!last_probe_s) return last_probe_s.failure();
   // Before the rows are read: a decision made meanwhile is followed at the next look.
   const auto decision = journal.LastDecision();
   const auto waiting = journal.Waiting();
-  if (!decision) return Error{decision.error()};
-  if (!waiting) return Error{waiting.error()};
+  if (!decision) return decision.failure();
+  if (!waiting) return waiting.failure();
   const auto since = *restart;
   if (!since || since->model_version != models_.applied) {
-    const Result<bool> noted = journal.NoteRestart(models_.applied, "model");
-    if (!noted) return Error{noted.error()};
+    const Result<void> noted = journal.NoteRestart(models_.applied, "model");
+    if (!noted) return noted.failure();
   }
   JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
   filter.model_version = models_.applied;
-  const Result<bool> replayed =
+  const Result<void> replayed =
       journal.ForEach(filter, config_.machine.cell.robot.joints, [this](const JournalRow& row) {
         pulse_.Beat();
         Judge(row, true);
       });
-  if (!replayed) return Error{replayed.error()};
+  if (!replayed) return replayed.failure();
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
     if (behind_s > 1) {
@@ -246,8 +246,8 @@ Result<bool> LoopWorker::ReadJournal() {
   waiting_ = *waiting;
   if (monitor_->reference_refused()) TellReference();
   if (monitor_->alarm() && alarm_new_) {
-    const Result<bool> marked = journal_->Mark(alarm_row_, false, true);
-    if (!marked) return Error{marked.error()};
+    const Result<void> marked = journal_->Mark(alarm_row_, false, true);
+    if (!marked) return marked.failure();
     alarm_new_ = false;
     alarm_handled_ = models_.proposed != 0;
     TellAlarm();
@@ -265,7 +265,7 @@ Result<bool> LoopWorker::ReadJournal() {
                        waiting_)});
     decided_ = false;
   }
-  return true;
+  return {};
 }
 
 /// A journal that was moved away takes no more probes; a new one is begun in its place.
@@ -285,7 +285,7 @@ bool LoopWorker::Take(const LoopEvent& event) {
 }
 
 bool LoopWorker::RestartMonitor(const char* reason) {
-  const Result<bool> noted = journal_->NoteRestart(models_.applied, reason);
+  const Result<void> noted = journal_->NoteRestart(models_.applied, reason);
   if (!noted) {
     Fail(noted.error());
     return false;
@@ -350,7 +350,7 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   }
   if (replayed) return;
   if (verdict.wild || verdict.raised) {
-    const Result<bool> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
+    const Result<void> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
     if (!marked) Fail(marked.error());
   }
   if (was_learning && !monitor_->learning()) TellReference();

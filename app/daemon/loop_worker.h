@@ -53,7 +53,7 @@ class LoopWorker {
   void Run();
   void TakeOver(Task task);
   void OpenJournal();
-  Result<bool> ReadJournal();
+  Result<void> ReadJournal();
   void CloseJournal();
   void WatchStorage();
   void CheckStorage();

@@ -100,7 +100,7 @@ Result<Noted> NoteDeclared(ModelStore& store, const ModelState& before, const Da
     return NotNoted(found, edited, directory, declared.error(), warn);
   }
   Result<ModelState> now = store.State();
-  if (!now) return Error{now.error()};
+  if (!now) return now.failure();
   const std::string set_aside = now->set_aside ? SetAsideText(*now, directory) : "";
   return Noted{std::move(now).value(), set_aside};
 }

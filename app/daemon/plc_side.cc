@@ -107,12 +107,12 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
                                      manager.TakeSockets(kConnection)};
   const bool listener_inherited = static_cast<bool>(inherited.listener);
   auto server = modbus::TcpServer::Start(tcp, handler, std::move(inherited));
-  if (!server) return Error{server.error()};
+  if (!server) return server.failure();
   side->server_ = std::move(server).value();
   TellWhereItDiffers(tcp, side->server_->endpoint(), listener_inherited);
   if (config.rtu) {
     auto slave = OpenLine(*config.rtu, handler);
-    if (!slave) return Error{slave.error()};
+    if (!slave) return slave.failure();
     side->slave_ = std::move(slave).value();
   }
   return side;

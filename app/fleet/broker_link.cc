@@ -282,7 +282,7 @@ std::uint64_t BrokerLink::beats() const {
   return shared_->pulse.beats();
 }
 
-Result<bool> TryBroker(const MqttConfig& config, double patience_s) {
+Result<void> TryBroker(const MqttConfig& config, double patience_s) {
   OpenLibrary();
   MqttConfig other = config;
   other.client_id += "-doctor";  // the publisher's own would push it out
@@ -296,7 +296,7 @@ Result<bool> TryBroker(const MqttConfig& config, double patience_s) {
   }
   if (problem.empty()) connection.End();
   if (!problem.empty()) return Error{problem};
-  return true;
+  return {};
 }
 
 }  // namespace plumbline

@@ -62,6 +62,6 @@ class BrokerLink {
 };
 
 /// Whether the broker lets a client in that does nothing. @return  or why not
-Result<bool> TryBroker(const MqttConfig& config, double patience_s);
+Result<void> TryBroker(const MqttConfig& config, double patience_s);
 
 }  // namespace plumbline

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/journal/database.h"
 #include "app/journal/journal_row.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 

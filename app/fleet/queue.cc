@@ -74,17 +74,17 @@ Error FleetQueue::Failed(const char* what) const {
 
 Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   FleetQueue queue(std::move(opened).value(), bound_bytes);
-  const Result<bool> prepared = queue.Prepare();
-  if (!prepared) return Error{prepared.error()};
-  const Result<bool> loaded = queue.Load();
-  if (!loaded) return Error{loaded.error()};
+  const Result<void> prepared = queue.Prepare();
+  if (!prepared) return prepared.failure();
+  const Result<void> loaded = queue.Load();
+  if (!loaded) return loaded.failure();
   return queue;
 }
 
 /// A file of another program, or of a newer version, is told and left as it is.
-Result<bool> FleetQueue::IsOurs() {
+Result<void> FleetQueue::IsOurs() {
   const auto version = database_.IntegerOf("PRAGMA user_version");
   const auto kind = database_.IntegerOf("PRAGMA application_id");
   const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
@@ -98,13 +98,13 @@ Result<bool> FleetQueue::IsOurs() {
   if (*version > kQueueSchema) {
     return Error{NewerSchema(database_.path(), *version, kQueueSchema)};
   }
-  return true;
+  return {};
 }
 
-Result<bool> FleetQueue::Prepare() {
+Result<void> FleetQueue::Prepare() {
   // Two publishers of one queue would tell everything twice: the second does not get in.
   if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE")) return Failed("cannot be prepared");
-  Result<bool> ours = IsOurs();
+  Result<void> ours = IsOurs();
   if (!ours) return ours;
   if (!database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
       !database_.Run("PRAGMA wal_autocheckpoint=200") ||
@@ -114,7 +114,7 @@ Result<bool> FleetQueue::Prepare() {
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   const auto version = database_.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version == 0) {
     const std::string mark =
         fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);
@@ -123,10 +123,10 @@ Result<bool> FleetQueue::Prepare() {
     }
   }
   if (!transaction.Commit()) return Failed("cannot be written");
-  return true;
+  return {};
 }
 
-Result<bool> FleetQueue::Load() {
+Result<void> FleetQueue::Load() {
   Statement stream(database_.get(),
                    "SELECT id, memory, dropped_0, dropped_1, dropped_2 FROM stream");
   if (stream.Step() != SQLITE_ROW) return Failed("cannot be read");
@@ -138,11 +138,11 @@ Result<bool> FleetQueue::Load() {
   const auto messages = database_.IntegerOf("SELECT count(*) FROM message");
   const auto bytes =
       database_.IntegerOf("SELECT coalesce(sum(length(CAST(body AS BLOB))), 0) FROM message");
-  if (!messages) return Error{messages.error()};
-  if (!bytes) return Error{bytes.error()};
+  if (!messages) return messages.failure();
+  if (!bytes) return bytes.failure();
   counts_.messages = *messages;
   counts_.bytes = *bytes + kRowBytes * *messages;
-  return true;
+  return {};
 }
 
 bool FleetQueue::MakeRoom(Counts& counts) {
@@ -160,9 +160,9 @@ bool FleetQueue::MakeRoom(Counts& counts) {
   return true;
 }
 
-Result<bool> FleetQueue::Append(const std::vector<Message>& messages, const std::string& memory,
+Result<void> FleetQueue::Append(const std::vector<Message>& messages, const std::string& memory,
                                 bool anyway) {
-  if (messages.empty() && memory == memory_ && !anyway) return true;
+  if (messages.empty() && memory == memory_ && !anyway) return {};
   Counts counts = counts_;
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
@@ -187,7 +187,7 @@ Result<bool> FleetQueue::Append(const std::vector<Message>& messages, const std:
   if (!note.Run() || !transaction.Commit()) return Failed("cannot be written");
   counts_ = counts;
   memory_ = memory;
-  return true;
+  return {};
 }
 
 Result<std::vector<QueuedMessage>> FleetQueue::Next(std::int64_t after_seq, std::size_t most) {
@@ -206,8 +206,8 @@ Result<std::vector<QueuedMessage>> FleetQueue::Next(std::int64_t after_seq, std:
   return next;
 }
 
-Result<bool> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
-  if (seqs.empty()) return true;
+Result<void> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
+  if (seqs.empty()) return {};
   Counts counts = counts_;
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
@@ -224,7 +224,7 @@ Result<bool> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
   }
   if (!transaction.Commit()) return Failed("cannot be written");
   counts_ = counts;
-  return true;
+  return {};
 }
 
 }  // namespace plumbline

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/fleet/message.h"
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 
@@ -26,14 +26,14 @@ class FleetQueue {
 
   /// All of it or nothing. @param memory  replaces the former one
   /// @param anyway  writes even where nothing is new: whether the queue works is seen by it
-  Result<bool> Append(const std::vector<Message>& messages, const std::string& memory,
+  Result<void> Append(const std::vector<Message>& messages, const std::string& memory,
                       bool anyway = false);
   const std::string& memory() const { return memory_; }
 
   /// The oldest behind `after_seq`.
   Result<std::vector<QueuedMessage>> Next(std::int64_t after_seq, std::size_t most);
   /// They have arrived. What is not there any more is passed over.
-  Result<bool> Remove(std::span<const std::int64_t> seqs);
+  Result<void> Remove(std::span<const std::int64_t> seqs);
 
   /// How many were dropped since the file was made, by importance.
   using Dropped = std::array<std::int64_t, kImportances>;
@@ -51,9 +51,9 @@ class FleetQueue {
   };
   FleetQueue(Database database, std::int64_t bound_bytes)
       : database_(std::move(database)), bound_bytes_(bound_bytes) {}
-  Result<bool> IsOurs();
-  Result<bool> Prepare();
-  Result<bool> Load();
+  Result<void> IsOurs();
+  Result<void> Prepare();
+  Result<void> Load();
   bool MakeRoom(Counts& counts);
   Error Failed(const char* what) const;
 

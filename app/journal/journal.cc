@@ -12,33 +12,33 @@ namespace plumbline {
 
 Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   Database& database = journal.database_;
   if (auto problem = WhyNoJournal(database)) return *std::move(problem);
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
-  const Result<bool> ready = BringToThisSchema(database);
-  if (!ready) return Error{ready.error()};
-  const Result<bool> timed = journal.ReadEpoch();
-  if (!timed) return Error{timed.error()};
+  const Result<void> ready = BringToThisSchema(database);
+  if (!ready) return ready.failure();
+  const Result<void> timed = journal.ReadEpoch();
+  if (!timed) return timed.failure();
   journal.bound_bytes_ = bound_bytes;
-  const Result<bool> bound = journal.Bound();
-  if (!bound) return Error{bound.error()};
+  const Result<void> bound = journal.Bound();
+  if (!bound) return bound.failure();
   return journal;
 }
 
 /// SQLite itself holds the bound, in pages; a file that is larger already does not grow.
-Result<bool> Journal::Bound() {
-  if (bound_bytes_ <= 0) return true;
+Result<void> Journal::Bound() {
+  if (bound_bytes_ <= 0) return {};
   const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
-  if (!page_bytes) return Error{page_bytes.error()};
+  if (!page_bytes) return page_bytes.failure();
   const std::string bound = fmt::format("PRAGMA max_page_count={}",
                                         std::max<std::int64_t>(bound_bytes_ / *page_bytes, 1));
   const Result<std::int64_t> held = database_.IntegerOf(bound.c_str());
-  if (!held) return Error{held.error()};
-  return true;
+  if (!held) return held.failure();
+  return {};
 }
 
 std::optional<Error> Journal::Moved() {
@@ -51,20 +51,20 @@ std::optional<Error> Journal::Moved() {
                   database_.path(), whole ? "; every probe so far is in the moved file" : "")};
 }
 
-Result<bool> Journal::ReadEpoch() {
+Result<void> Journal::ReadEpoch() {
   const Result<std::int64_t> epoch = database_.IntegerOf("SELECT utc_s FROM epoch");
-  if (!epoch) return Error{epoch.error()};
+  if (!epoch) return epoch.failure();
   epoch_utc_s_ = static_cast<double>(*epoch);
-  return true;
+  return {};
 }
 
 Result<Journal> Journal::OpenForReading(const std::string& path) {
   Result<Database> opened = Database::Open(path, Database::Mode::kRead);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   if (auto problem = WhyNoJournal(journal.database_)) return *std::move(problem);
   const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version == 0) return Error{fmt::format("{}: is empty, no journal yet", path)};
   if (*version < kJournalSchema) {
     return Error{
@@ -72,8 +72,8 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
                     "version's plumblined, or an import, has opened it",
                     path)};
   }
-  const Result<bool> timed = journal.ReadEpoch();
-  if (!timed) return Error{timed.error()};
+  const Result<void> timed = journal.ReadEpoch();
+  if (!timed) return timed.failure();
   return journal;
 }
 
@@ -124,7 +124,7 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("nothing imported");
   const Result<std::optional<std::string>> before = ImportedAs(content_hash);
-  if (!before) return Error{before.error()};
+  if (!before) return before.failure();
   if (before->has_value() && !again) {
     return Error{
         fmt::format("{}: its rows are in the journal already (imported as {}); --again "
@@ -152,16 +152,16 @@ Result<std::optional<std::string>> Journal::ImportedAs(std::uint64_t content_has
   return std::optional(known.Text(0));
 }
 
-Result<bool> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
+Result<void> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
   Statement statement(database_.get(), "UPDATE measurement SET wild = ?, alarm = ? WHERE id = ?");
   statement.Bind(1, std::int64_t{wild});
   statement.Bind(2, std::int64_t{alarm});
   statement.Bind(3, id);
   if (!statement.Run()) return NotWritten("row not marked");
-  return true;
+  return {};
 }
 
-Result<bool> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
+Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
                              std::int64_t unix_ms) {
   Transaction transaction(database_);
   if (!transaction.begun()) return NotWritten("nothing decided");
@@ -186,7 +186,7 @@ Result<bool> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
     if (!record.Run()) return NotWritten("nothing decided");
   }
   if (!transaction.Commit()) return NotWritten("nothing decided");
-  return true;
+  return {};
 }
 
 Result<std::int64_t> Journal::Waiting() {
@@ -197,7 +197,7 @@ Result<std::int64_t> Journal::LastDecision() {
   return database_.IntegerOf("SELECT coalesce(max(id), 0) FROM quarantine_decision");
 }
 
-Result<bool> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
                               const std::function<void(const JournalRow&)>& show) {
   // Absent conditions are NULL, and hold. The newest rows are sought from the end.
   const std::string chosen = fmt::format(
@@ -229,26 +229,26 @@ Result<bool> Journal::ForEach(const JournalFilter& filter, const std::vector<Joi
     show(*row);
   }
   if (code != SQLITE_DONE) return Failed("cannot be read");
-  return true;
+  return {};
 }
 
 Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
                                               const std::vector<Joint>& joints) {
   std::vector<JournalRow> rows;
-  const Result<bool> read =
+  const Result<void> read =
       ForEach(filter, joints, [&rows](const JournalRow& row) { rows.push_back(row); });
-  if (!read) return Error{read.error()};
+  if (!read) return read.failure();
   return rows;
 }
 
-Result<bool> Journal::NoteRestart(int model_version, const std::string& reason) {
+Result<void> Journal::NoteRestart(int model_version, const std::string& reason) {
   Statement statement(database_.get(),
                       "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
                       "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
   statement.Bind(1, std::int64_t{model_version});
   statement.Bind(2, reason);
   if (!statement.Run()) return NotWritten("restart of the monitor not noted");
-  return true;
+  return {};
 }
 
 Result<std::optional<Journal::Restart>> Journal::RestartBy(const char* sql) {
@@ -290,7 +290,7 @@ Result<int> Journal::JointCount() {
   const Result<std::int64_t> count = database_.IntegerOf(
       "SELECT coalesce((SELECT json_array_length(q) FROM measurement ORDER BY id DESC LIMIT 1), "
       "0)");
-  if (!count) return Error{count.error()};
+  if (!count) return count.failure();
   return static_cast<int>(*count);
 }
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/journal/database.h"
 #include "app/journal/journal_row.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 
@@ -46,18 +46,18 @@ class Journal {
   Result<std::optional<std::string>> ImportedAs(std::uint64_t content_hash);
 
   /// Marks what the monitor found of a row. Called when the row is written and judged.
-  Result<bool> Mark(std::int64_t id, bool wild, bool alarm);
+  Result<void> Mark(std::int64_t id, bool wild, bool alarm);
 
   /// A person's decision on quarantined rows, all of them or none. A row that was decided may be
   /// decided anew. @return why not: a row that is not there, or never was in quarantine
-  Result<bool> Decide(const std::vector<std::int64_t>& ids, bool accept, std::int64_t unix_ms);
+  Result<void> Decide(const std::vector<std::int64_t>& ids, bool accept, std::int64_t unix_ms);
   /// Rows that wait for a decision.
   Result<std::int64_t> Waiting();
   /// Counts decisions; changes with each, whoever made it.
   Result<std::int64_t> LastDecision();
 
   /// Shows rows one by one in ascending id, without holding them all. Errors as Read().
-  Result<bool> ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+  Result<void> ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
                        const std::function<void(const JournalRow&)>& show);
   /// Rows in ascending id. A row whose joints are not those of the cell is an error that names it.
   Result<std::vector<JournalRow>> Read(const JournalFilter& filter,
@@ -70,7 +70,7 @@ class Journal {
   };
   /// Notes that the monitor begins anew behind the present last row. @param reason  "model"
   /// (another one came into force) or "person"
-  Result<bool> NoteRestart(int model_version, const std::string& reason);
+  Result<void> NoteRestart(int model_version, const std::string& reason);
   /// The newest restart of any reason, and the newest for a model; nothing where there is none.
   Result<std::optional<Restart>> LastRestart();
   Result<std::optional<Restart>> LastModel();
@@ -96,8 +96,8 @@ class Journal {
   Result<std::int64_t> AppendInside(const std::vector<JournalRow>& rows,
                                     const std::vector<Joint>& joints);
   Result<std::optional<Restart>> RestartBy(const char* sql);
-  Result<bool> ReadEpoch();
-  Result<bool> Bound();
+  Result<void> ReadEpoch();
+  Result<void> Bound();
   Error Failed(const char* what) const;
   Error NotWritten(const char* what);
 

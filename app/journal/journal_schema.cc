@@ -89,7 +89,7 @@ std::optional<Error> WhyNoJournal(Database& database) {
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
   const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
   for (const Result<std::int64_t>* read : {&version, &tables, &kind}) {
-    if (!*read) return Error{read->error()};
+    if (!*read) return read->failure();
   }
   if (*version > kJournalSchema) {
     return Error{NewerSchema(database.path(), *version, kJournalSchema)};
@@ -100,10 +100,10 @@ std::optional<Error> WhyNoJournal(Database& database) {
   return std::nullopt;
 }
 
-Result<bool> BringToThisSchema(Database& database) {
+Result<void> BringToThisSchema(Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
-  if (*version == kJournalSchema) return true;
+  if (!version) return version.failure();
+  if (*version == kJournalSchema) return {};
   const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
   const auto problem = [&] {
     return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
@@ -111,7 +111,7 @@ Result<bool> BringToThisSchema(Database& database) {
   Transaction transaction(database);
   if (!transaction.begun()) return problem();
   version = database.IntegerOf("PRAGMA user_version");  // another process may have made it since
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
                                        kApplicationId, kJournalSchema);
   if (*version == 0 && (!database.Run(kSchema) || !database.Run(mark.c_str()))) {
@@ -122,7 +122,7 @@ Result<bool> BringToThisSchema(Database& database) {
   if (*version >= 1 && *version <= 3 && !database.Run(kFromSchema3)) return problem();
   if (*version >= 1 && *version <= 4 && !database.Run(kFromSchema4)) return problem();
   if (!transaction.Commit()) return problem();
-  return true;
+  return {};
 }
 
 }  // namespace plumbline

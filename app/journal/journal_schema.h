@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 
@@ -14,6 +14,6 @@ inline constexpr int kJournalSchema = 5;
 std::optional<Error> WhyNoJournal(Database& database);
 
 /// Makes the tables of an empty file, converts those of an older version; all or nothing.
-Result<bool> BringToThisSchema(Database& database);
+Result<void> BringToThisSchema(Database& database);
 
 }  // namespace plumbline

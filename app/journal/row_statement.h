@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/journal/database.h"
 #include "app/journal/journal_row.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 

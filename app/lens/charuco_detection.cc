@@ -180,7 +180,7 @@ bool SpanBoth(const Board& board, const BoardView& view) {
 
 Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   auto family = TagFamilyOfName(board.family);
-  if (!family) return Error{family.error()};
+  if (!family) return family.failure();
   TagDetector detector(std::move(family).value(), {.small_tags = true});
   SeenTags seen;
   detector.Detect(image, nullptr, seen);

@@ -163,7 +163,7 @@ std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image) {
 
 Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
   const Result<Search> search = SearchIn(image);
-  if (!search) return Error{search.error()};
+  if (!search) return search.failure();
   const int factor = search->factor;
   const std::vector<SaddlePoint>& points = search->points;
   const std::vector<Lattice>& lattices = search->lattices;

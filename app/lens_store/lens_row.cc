@@ -139,8 +139,8 @@ std::int64_t IdOfRow(const Statement& row) {
   return row.Integer(23);
 }
 
-std::optional<Error> BringToLensSchema(Database& database, std::int64_t version, bool& damaged) {
-  if (version != 1) return std::nullopt;
+Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& damaged) {
+  if (version != 1) return {};
   const auto failed = [&database] {
     return Error{database.path() + ": cannot be brought to this schema: " + database.Problem()};
   };
@@ -161,7 +161,7 @@ std::optional<Error> BringToLensSchema(Database& database, std::int64_t version,
   const std::string mark =
       fmt::format("DROP TABLE lens_of_schema_1; PRAGMA user_version={}", kLensSchemaVersion);
   if (!database.Run(mark.c_str())) return failed();
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace plumbline

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "app/journal/database.h"
 #include "app/lens_store/lens_entry.h"
+#include "app/sqlite/database.h"
 
 namespace plumbline {
 
@@ -19,7 +19,7 @@ inline constexpr int kLensSchemaVersion = 2;
 /// no uncertainty.
 /// @param damaged  becomes true where a row fails its checksum
 /// @return         why not: that, or the disk
-std::optional<Error> BringToLensSchema(Database& database, std::int64_t version, bool& damaged);
+Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& damaged);
 
 /// Under the entry's id, or the next one where that is 0. @param statement  of kInsertLens
 bool InsertLens(Statement& statement, const LensEntry& entry);

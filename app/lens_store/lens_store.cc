@@ -68,7 +68,7 @@ Error LensStore::Failed(const std::string& what) const {
 
 Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   Database& database = *store.database_;
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
@@ -93,18 +93,18 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return store.Failed("cannot be read");
   if (empty || *version < kSchemaVersion) {
-    if (const auto why = store.Prepare(damaged)) return *why;
+    if (const auto prepared = store.Prepare(damaged); !prepared) return prepared.failure();
   }
   const auto entries = store.Read(std::nullopt, "");
   if (!entries) {
     damaged = true;
-    return Error{entries.error()};
+    return entries.failure();
   }
   return store;
 }
 
 /// Makes the tables, or brings older ones to this version: both or neither.
-std::optional<Error> LensStore::Prepare(bool& damaged) {
+Result<void> LensStore::Prepare(bool& damaged) {
   Transaction transaction(*database_);
   // Another process may have done it since.
   const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
@@ -116,11 +116,11 @@ std::optional<Error> LensStore::Prepare(bool& damaged) {
     if (!database_->Run(kLensSchema) || !database_->Run(mark.c_str())) {
       return Failed("cannot be made");
     }
-  } else if (auto why = BringToLensSchema(*database_, *version, damaged)) {
-    return why;
+  } else if (auto brought = BringToLensSchema(*database_, *version, damaged); !brought) {
+    return brought;
   }
   if (!transaction.Commit()) return Failed("cannot be prepared");
-  return std::nullopt;
+  return {};
 }
 
 Result<LensStore> LensStore::Open(const std::string& path) {
@@ -140,7 +140,7 @@ Result<LensStore> LensStore::Open(const std::string& path) {
     if (!sound) return Error{fmt::format("{}; and the backup: {}", problem, sound.error())};
   }
   const Result<std::string> away = MoveAway(path);
-  if (!away) return Error{away.error()};
+  if (!away) return away.failure();
   std::error_code copied;
   std::filesystem::copy_file(backup, path, copied);
   if (copied) return Error{fmt::format("{}: {}", path, copied.message())};
@@ -155,13 +155,13 @@ Result<LensStore> LensStore::Open(const std::string& path) {
 
 Result<LensStore> LensStore::OpenForReading(const std::string& path) {
   Result<Database> opened = Database::Open(path, Database::Mode::kRead);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   bool empty = false;
   if (auto why = NoLensStore(*store.database_, empty)) return *std::move(why);
   if (empty) return Error{fmt::format("{}: is empty, no lens store yet", path)};
   const Result<std::int64_t> version = store.database_->IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
+  if (!version) return version.failure();
   if (*version < kSchemaVersion) {
     return Error{
         fmt::format("{}: written by an older plumbline; it becomes readable once this "
@@ -186,13 +186,13 @@ Result<std::int64_t> LensStore::Append(const LensEntry& given) {
     id = sqlite3_last_insert_rowid(database_->get());
     if (!transaction.Commit()) return Failed("lens not kept");
   }
-  const Result<bool> kept = KeepBackup();
+  const Result<void> kept = KeepBackup();
   notice_ = kept ? "" : kept.error();
   return id;
 }
 
 /// A copy of the whole file, replaced as a whole.
-Result<bool> LensStore::KeepBackup() {
+Result<void> LensStore::KeepBackup() {
   const std::string backup = BackupOf(database_->path()), fresh = backup + ".new";
   unlink(fresh.c_str());
   Statement copy(database_->get(), "VACUUM INTO ?");
@@ -202,7 +202,7 @@ Result<bool> LensStore::KeepBackup() {
   if (!SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 || !SyncFolder(folder)) {
     return Error{fmt::format("{}: no backup made: {}", backup, std::strerror(errno))};
   }
-  return true;
+  return {};
 }
 
 Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>& camera_serial,
@@ -264,7 +264,7 @@ std::vector<LensEntry> LensStore::Nodes(std::vector<LensEntry> entries, const Le
 Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
                                                  const LensTolerance& tolerance) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
-  if (!entries) return Error{entries.error()};
+  if (!entries) return entries.failure();
   const std::vector<LensEntry> nodes = Nodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
   std::vector<LensNode> curve_nodes;
@@ -302,7 +302,7 @@ Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
                                                      std::int32_t lowest, std::int32_t highest,
                                                      int count, double good_enough) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
-  if (!entries) return Error{entries.error()};
+  if (!entries) return entries.failure();
   std::vector<LensNode> nodes;
   for (const LensEntry& node : Nodes(std::move(entries).value(), key, tolerance)) {
     nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/journal/database.h"
 #include "app/lens_store/lens_row.h"
+#include "app/sqlite/database.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -76,8 +76,8 @@ class LensStore {
   /// The newest of each zoom, and entries of other focus left out.
   static std::vector<LensEntry> Nodes(std::vector<LensEntry> entries, const LensKey& key,
                                       const LensTolerance& tolerance);
-  std::optional<Error> Prepare(bool& damaged);
-  Result<bool> KeepBackup();
+  Result<void> Prepare(bool& damaged);
+  Result<void> KeepBackup();
   Error Failed(const std::string& what) const;
 
   std::unique_ptr<Database> database_;

@@ -87,7 +87,7 @@ Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes) {
   StoredViews stored;
   try {
     const auto read = JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    if (!read) return Error{read.error()};
+    if (!read) return read.failure();
     const Json& json = *read;
     if (json.at("schema") != 1) return Error{"their schema is not 1"};
     stored.board = BoardFrom(json.at("board"));

@@ -14,10 +14,10 @@ std::string NoteOf(const std::string& state_directory) {
 
 }  // namespace
 
-Result<bool> NoteConfiguration(const std::string& state_directory, const std::string& file) {
+Result<void> NoteConfiguration(const std::string& state_directory, const std::string& file) {
   std::error_code unknown;
   const std::string path = std::filesystem::absolute(file, unknown).string();
-  if (unknown || NotedConfiguration(state_directory) == path) return true;
+  if (unknown || NotedConfiguration(state_directory) == path) return {};
   return WriteDurably(NoteOf(state_directory), path + "\n");
 }
 

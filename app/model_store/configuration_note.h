@@ -11,7 +11,7 @@ namespace plumbline {
 /// Keeps the path of the daemon's configuration in its state directory, `configuration`, where it
 /// is not the one that is there already.
 /// @return why it could not be kept
-Result<bool> NoteConfiguration(const std::string& state_directory, const std::string& file);
+Result<void> NoteConfiguration(const std::string& state_directory, const std::string& file);
 
 /// Whether a daemon, or its journal, has used this state directory before: the configuration is
 /// noted there, or a journal lies there.

@@ -49,7 +49,7 @@ std::string HolderText(int fd) {
 
 }  // namespace
 
-Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
+Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
   const std::string temporary = path + ".new";
   unlink(temporary.c_str());  // of a write that was cut short; it may be read-only
   Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
@@ -60,7 +60,7 @@ Result<bool> WriteDurably(const std::string& path, std::string_view content, uns
   if (std::rename(temporary.c_str(), path.c_str()) != 0) return Failed(path, "cannot be replaced");
   const std::string directory = std::filesystem::path(path).parent_path().string();
   if (!SyncFolder(directory)) return Failed(directory, "cannot be synced");
-  return true;
+  return {};
 }
 
 Result<FileLock> FileLock::Take(const std::string& path, const Patience& patience) {

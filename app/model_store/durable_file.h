@@ -15,7 +15,7 @@ namespace plumbline {
 /// moment `path` stands for its whole old content (or for nothing) or its whole new one. No link is
 /// followed: one of that name is replaced.
 /// @param mode  permissions, 0444 for what is never written again
-Result<bool> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
+Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
 
 /// An advisory lock on a file, held as long as the object lives; freed by the kernel when the
 /// process ends, however it ends.

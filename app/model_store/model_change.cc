@@ -57,9 +57,9 @@ Result<double> LargestChange(const CellModel& from, const CellModel& to,
   double largest_m = 0;
   for (const ModelPose& pose : poses) {
     const Result<Vec3> before = tips_before.At(pose);
-    if (!before) return Error{before.error()};
+    if (!before) return before.failure();
     const Result<Vec3> after = tips_after.At(pose);
-    if (!after) return Error{after.error()};
+    if (!after) return after.failure();
     largest_m = std::max(largest_m, (*after - *before).norm());
   }
   return largest_m;

@@ -146,7 +146,7 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
   const auto type = std::filesystem::symlink_status(path, hidden).type();
   if (type == std::filesystem::file_type::not_found) {
     const Result<std::vector<int>> numbers = Numbers();
-    if (!numbers) return Error{numbers.error()};
+    if (!numbers) return numbers.failure();
     if (numbers->empty()) return ModelState{};
     return lost(fmt::format("is missing, and {} version{} there", numbers->size(),
                             numbers->size() == 1 ? " is" : "s are"));
@@ -164,7 +164,7 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
 
 Result<int> ModelStore::NewestDeclared() const {
   const Result<std::vector<int>> numbers = Numbers();
-  if (!numbers) return Error{numbers.error()};
+  if (!numbers) return numbers.failure();
   for (auto number = numbers->rbegin(); number != numbers->rend(); ++number) {
     const Result<ModelFacts> facts = Facts(*number);
     if (facts && facts->origin == ModelFacts::Origin::kDeclared) return *number;
@@ -186,11 +186,11 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
 
 Result<std::vector<ModelVersion>> ModelStore::Versions() const {
   const Result<std::vector<int>> numbers = Numbers();
-  if (!numbers) return Error{numbers.error()};
+  if (!numbers) return numbers.failure();
   std::vector<ModelVersion> versions;
   for (const int number : *numbers) {
     Result<ModelFacts> facts = Facts(number);
-    if (!facts) return Error{facts.error()};
+    if (!facts) return facts.failure();
     versions.push_back({number, std::move(facts).value()});
   }
   return versions;
@@ -198,7 +198,7 @@ Result<std::vector<ModelVersion>> ModelStore::Versions() const {
 
 Result<std::string> ModelStore::Text(int number) const {
   const Result<ModelFacts> facts = Facts(number);  // a model without facts was not completed
-  if (!facts) return Error{facts.error()};
+  if (!facts) return facts.failure();
   const Result<std::string> text = ReadTextFile(ModelFile(number));
   if (!text)
     return Error{
@@ -209,7 +209,7 @@ Result<std::string> ModelStore::Text(int number) const {
 Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& facts,
                                    const std::string& report) {
   const Result<std::vector<int>> numbers = Numbers();
-  if (!numbers) return Error{numbers.error()};
+  if (!numbers) return numbers.failure();
   const int number = numbers->empty() ? 1 : numbers->back() + 1;
   // A model or report without facts is of a version that was not completed; facts are not.
   std::error_code hidden;
@@ -229,24 +229,24 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
     const Result<std::string> content = ReadTextFile(report);
     if (!content)
       return Error{fmt::format("{}: {}", report, CannotBeRead(report, content.error()))};
-    const Result<bool> kept = WriteDurably(ReportFile(number), *content, 0444);
-    if (!kept) return Error{kept.error()};
+    const Result<void> kept = WriteDurably(ReportFile(number), *content, 0444);
+    if (!kept) return kept.failure();
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();
   }
-  const Result<bool> model = WriteDurably(ModelFile(number), text, 0444);
-  if (!model) return Error{model.error()};
-  const Result<bool> described = WriteDurably(described_by, JsonFrom(complete), 0444);
-  if (!described) return Error{described.error()};
+  const Result<void> model = WriteDurably(ModelFile(number), text, 0444);
+  if (!model) return model.failure();
+  const Result<void> described = WriteDurably(described_by, JsonFrom(complete), 0444);
+  if (!described) return described.failure();
   return number;
 }
 
-Result<bool> ModelStore::WriteState(const ModelState& state) {
+Result<void> ModelStore::WriteState(const ModelState& state) {
   return WriteDurably(StateFile(), JsonFrom(state));
 }
 
-Result<bool> ModelStore::BeginState() {
+Result<void> ModelStore::BeginState() {
   std::error_code hidden;
-  if (std::filesystem::exists(StateFile(), hidden) || hidden) return true;
+  if (std::filesystem::exists(StateFile(), hidden) || hidden) return {};
   return WriteState({});
 }
 
@@ -261,14 +261,14 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     if (present && means_the_same(present->declared)) return present->declared;
   }
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
-  if (!lock) return Error{lock.error()};
+  if (!lock) return lock.failure();
   Result<ModelState> read = State();
-  if (!read) return Error{read.error()};
+  if (!read) return read.failure();
   ModelState state = std::move(read).value();
   if (means_the_same(state.declared)) return state.declared;
   const bool lost = expected == Expected::kVersions && state == ModelState{};
-  const Result<bool> begun = BeginState();
-  if (!begun) return Error{begun.error()};
+  const Result<void> begun = BeginState();
+  if (!begun) return begun.failure();
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
   facts.date = UtcNow();
@@ -278,8 +278,8 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
   if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was known
     state.declared = *number;
-    const Result<bool> kept = WriteState(state);
-    if (!kept) return Error{kept.error()};
+    const Result<void> kept = WriteState(state);
+    if (!kept) return kept.failure();
     return *number;
   }
   if (lost) state.set_aside = SetAside{0, *number, {}, 0};
@@ -300,43 +300,43 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   state.declared = *number;
   state.applied = *number;
   state.proposed = 0;  // it was made for another cell
-  const Result<bool> kept = WriteState(state);
-  if (!kept) return Error{kept.error()};
+  const Result<void> kept = WriteState(state);
+  if (!kept) return kept.failure();
   return *number;
 }
 
 Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
                                 const std::string& report) {
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
-  if (!lock) return Error{lock.error()};
+  if (!lock) return lock.failure();
   Result<ModelState> state = State();
-  if (!state) return Error{state.error()};
-  const Result<bool> begun = BeginState();
-  if (!begun) return Error{begun.error()};
+  if (!state) return state.failure();
+  const Result<void> begun = BeginState();
+  if (!begun) return begun.failure();
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
   state.value().proposed = *number;
-  const Result<bool> kept = WriteState(*state);
-  if (!kept) return Error{kept.error()};
+  const Result<void> kept = WriteState(*state);
+  if (!kept) return kept.failure();
   return *number;
 }
 
-Result<bool> ModelStore::Apply(int number) {
+Result<void> ModelStore::Apply(int number) {
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
-  if (!lock) return Error{lock.error()};
+  if (!lock) return lock.failure();
   bool damaged = false;
   const Result<ModelState> read = ReadState(damaged);
-  if (!read && !damaged) return Error{read.error()};
+  if (!read && !damaged) return read.failure();
   const Result<std::string> text = Text(number);
-  if (!text) return Error{text.error()};
+  if (!text) return text.failure();
   ModelState state;
   if (read) {
     state = *read;
   } else {
     const Result<int> declared = NewestDeclared();
-    if (!declared) return Error{declared.error()};
+    if (!declared) return declared.failure();
     state.declared = *declared;
     std::error_code gone;  // where it is missing there is nothing to keep
     std::filesystem::rename(StateFile(), StateFile() + ".damaged", gone);
@@ -352,18 +352,18 @@ Result<bool> ModelStore::Apply(int number) {
 
 Result<int> ModelStore::RollBack() {
   const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
-  if (!lock) return Error{lock.error()};
+  if (!lock) return lock.failure();
   Result<ModelState> state = State();
-  if (!state) return Error{state.error()};
+  if (!state) return state.failure();
   std::vector<int>& history = state.value().history;
   if (history.size() < 2) return Error{"no version was in force before the present one"};
   history.pop_back();
   state.value().applied = history.back();
   state.value().set_aside.reset();
   const Result<std::string> text = Text(history.back());
-  if (!text) return Error{text.error()};
-  const Result<bool> kept = WriteState(*state);
-  if (!kept) return Error{kept.error()};
+  if (!text) return text.failure();
+  const Result<void> kept = WriteState(*state);
+  if (!kept) return kept.failure();
   return state->applied;
 }
 

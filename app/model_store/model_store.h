@@ -122,7 +122,7 @@ class ModelStore {
   /// withdrawn when it, or anything else, is applied. A state that cannot be read is written anew:
   /// the newest version that was declared counts as the declared one, the history is lost, and the
   /// damaged file is kept as state.json.damaged.
-  Result<bool> Apply(int number);
+  Result<void> Apply(int number);
 
   /// Puts the version in force that was so before the present one. @return its number
   Result<int> RollBack();
@@ -136,11 +136,11 @@ class ModelStore {
   /// @return why the folder cannot be listed
   Result<int> NewestDeclared() const;
   /// Where there is no state yet, writes an empty one: from now on a missing file is a lost one.
-  Result<bool> BeginState();
+  Result<void> BeginState();
   std::string Path(int number, const char* suffix) const;
   Result<int> AddVersion(const std::string& text, const ModelFacts& facts,
                          const std::string& report);
-  Result<bool> WriteState(const ModelState& state);
+  Result<void> WriteState(const ModelState& state);
   /// Of all complete versions, ascending. @return why the folder cannot be listed
   Result<std::vector<int>> Numbers() const;
 

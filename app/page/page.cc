@@ -118,7 +118,7 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
   auto opened = listener ? Result(TcpListener(std::move(listener)))
                          : TcpListener::Open(config.listen, config.port.value_or(0),
                                              "a port below 1024 needs plumbline-view.socket");
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   const TcpEndpoint at = opened.value().endpoint();
   if (config.token.empty() && !IsLoopback(at.address)) {
     return Error{fmt::format(

@@ -32,9 +32,9 @@ Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
   std::error_code none;
   if (!std::filesystem::exists(file, none)) return trend;
   Result<Journal> journal = Journal::OpenForReading(file);
-  if (!journal) return Error{journal.error()};
+  if (!journal) return journal.failure();
   Result<Database> database = Database::Open(file, Database::Mode::kRead);
-  if (!database) return Error{database.error()};
+  if (!database) return database.failure();
   Statement rows(database.value().get(), kSelectTrend);
   rows.Bind(1, static_cast<std::int64_t>(joints.size()));
   rows.Bind(2, kTrendRows);

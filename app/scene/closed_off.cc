@@ -71,13 +71,13 @@ bool AllowFewCalls() {
 
 }  // namespace
 
-std::optional<Error> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s) {
+Result<void> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s) {
   const bool limited = Limit(RLIMIT_CORE, 0) && Limit(RLIMIT_NPROC, 0) &&
                        Limit(RLIMIT_CPU, cpu_s, 1) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
-  if (limited && kSanitized) return std::nullopt;
+  if (limited && kSanitized) return {};
   if (limited && Limit(RLIMIT_NOFILE, 0) && Limit(RLIMIT_FSIZE, 0) &&
       Limit(RLIMIT_AS, memory_bytes) && AllowFewCalls()) {
-    return std::nullopt;
+    return {};
   }
   return Error{std::string("the process cannot be closed off: ") + std::strerror(errno)};
 }

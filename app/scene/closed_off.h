@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "firmware-like/result.h"
 
@@ -14,6 +13,6 @@ namespace plumbline {
 /// fails with EPERM. Built with a sanitizer, whose runtime needs more, it limits only time,
 /// processes and cores.
 /// @return  what could not be had; nothing is to be parsed then
-std::optional<Error> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s);
+Result<void> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s);
 
 }  // namespace plumbline

@@ -36,33 +36,30 @@ std::string MeshProgram() {
 MeshReader::MeshReader(MeshLimits limits, std::string program)
     : limits_(limits), program_(std::move(program)) {}
 
-std::optional<Error> MeshReader::Start(const std::string& file, double unit_m) {
+Result<void> MeshReader::Start(const std::string& file, double unit_m) {
   const auto format = MeshFormatOfName(file);
   if (!format) return Error{fmt::format("its name ends in none of {}", kMeshFormats)};
   const Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (!opened) return Error{CannotBeRead(file, std::strerror(errno))};
   struct stat about {};
-  std::optional<Error> why;
   found_ = {};
   found_.format = *format;
   unit_m_ = unit_m;
   if (fstat(opened.get(), &about) != 0 || !S_ISREG(about.st_mode)) {
-    why = Error{"cannot be read: no regular file; name a mesh file, no folder and no device"};
-  } else if (about.st_size == 0) {
-    why = Error{"is empty"};
-  } else if (static_cast<std::uint64_t>(about.st_size) > limits_.file_bytes) {
-    why = Error{fmt::format(
-        "{:.0f} MiB; the limit is {:.0f} MiB: simplify the model, or export it "
-        "coarser",
-        Mebibytes(static_cast<std::uint64_t>(about.st_size)), Mebibytes(limits_.file_bytes))};
-  } else {
-    found_.bytes = static_cast<std::uint64_t>(about.st_size);
-    why = StartProcess(opened.get());
+    return Error{"cannot be read: no regular file; name a mesh file, no folder and no device"};
   }
-  return why;
+  if (about.st_size == 0) return Error{"is empty"};
+  found_.bytes = static_cast<std::uint64_t>(about.st_size);
+  if (found_.bytes > limits_.file_bytes) {
+    return Error{
+        fmt::format("{:.0f} MiB; the limit is {:.0f} MiB: simplify the model, or export it "
+                    "coarser",
+                    Mebibytes(found_.bytes), Mebibytes(limits_.file_bytes))};
+  }
+  return StartProcess(opened.get());
 }
 
-std::optional<Error> MeshReader::StartProcess(int file) {
+Result<void> MeshReader::StartProcess(int file) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {
     return Error{fmt::format("no pipe to its reader: {}", std::strerror(errno))};
@@ -81,7 +78,7 @@ std::optional<Error> MeshReader::StartProcess(int file) {
   fcntl(pipe_.get(), F_SETFL, O_NONBLOCK);
   answer_.clear();
   started_s_ = MonotonicSeconds();
-  return std::nullopt;
+  return {};
 }
 
 ChildEnd MeshReader::End(double patience_s) {
@@ -118,10 +115,10 @@ Result<MeshFile> MeshReader::Finish() {
   // The pipe is at its end, so it is about to exit; if not, it is ended.
   const ChildEnd end = End(answer ? 0 : kEndPatience_s);
   if (!answer) return Error{WhyEnded(end)};
-  if (!*answer) return Error{answer->error()};
+  if (!*answer) return answer->failure();
   RawMesh raw = std::move(*answer).value();
   auto checked = CheckMesh(std::move(raw.mesh), unit_m_);
-  if (!checked) return Error{checked.error()};
+  if (!checked) return checked.failure();
   found_.checked = std::move(checked).value();
   found_.other_elements = raw.other_elements;
   found_.outside = std::move(raw.outside);
@@ -157,7 +154,7 @@ std::optional<Result<MeshFile>> MeshReader::Poll(double wait_s) {
 Result<MeshFile> ReadMeshFile(const std::string& file, double unit_m, const MeshLimits& limits,
                               const std::string& program) {
   MeshReader reader(limits, program);
-  if (auto why = reader.Start(file, unit_m)) return *why;
+  if (auto started = reader.Start(file, unit_m); !started) return started.failure();
   for (;;) {
     if (auto answer = reader.Poll(1)) return *std::move(answer);
   }

@@ -44,12 +44,12 @@ class MeshReader {
   /// @param unit_m  the length that 1 in the file stands for [m]
   /// @return        why there is nothing to begin: no such file, not regular, too large, no suffix
   ///                that is known, no process
-  std::optional<Error> Start(const std::string& file, double unit_m);
+  Result<void> Start(const std::string& file, double unit_m);
   /// The answer, once; nothing where it has not come within `wait_s`.
   std::optional<Result<MeshFile>> Poll(double wait_s);
 
  private:
-  std::optional<Error> StartProcess(int file);
+  Result<void> StartProcess(int file);
   Result<MeshFile> Finish();
   std::string WhyEnded(const ChildEnd& end) const;
   ChildEnd End(double patience_s);  ///< closes the pipe, too

@@ -40,7 +40,7 @@ Result<RawMesh> Parse(MeshFormat format, std::uint64_t triangles, std::uint64_t 
   const void* const at = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
   if (at == MAP_FAILED) return Error{"the file cannot be mapped"};
   std::set_new_handler([] { _exit(kMeshOutOfMemory); });
-  if (auto why = CloseOff(memory_bytes, cpu_s)) return *why;
+  if (auto closed = CloseOff(memory_bytes, cpu_s); !closed) return closed.failure();
   return ParseMesh(format, {static_cast<const std::uint8_t*>(at), size}, triangles);
 }
 

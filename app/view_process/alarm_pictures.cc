@@ -145,8 +145,8 @@ void AlarmPictures::Write(const std::string& png) {
   std::filesystem::create_directories(folder_, error);
   MakeRoom();
   const std::string file = fmt::format("{}/{}-{}.png", folder_, name_, ++number_);
-  if (const auto why = KeepPngBytes(file, png)) {
-    sink_(ViewFault("picture of an alarm not kept: " + why->message));
+  if (const auto kept = KeepPngBytes(file, png); !kept) {
+    sink_(ViewFault("picture of an alarm not kept: " + kept.error()));
   } else {
     sink_({Event::kAlarmPicture, "picture of an alarm kept: " + file, {{"FILE", file}}});
   }

@@ -38,18 +38,18 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast) {
   return bytes;
 }
 
-std::optional<Error> WritePng(const std::string& file, const RgbImage& picture) {
+Result<void> WritePng(const std::string& file, const RgbImage& picture) {
   const Result<std::string> bytes = PngOf(picture);
   if (!bytes) return Error{fmt::format("{}: {}", file, bytes.error())};
-  const auto why = WriteTextFile(file, *bytes);
-  if (why) return Error{fmt::format("{}: {}", file, why->message)};
-  return std::nullopt;
+  return WriteTextFile(file, *bytes).transform_error([&file](const std::string& why) {
+    return fmt::format("{}: {}", file, why);
+  });
 }
 
-std::optional<Error> KeepPngBytes(const std::string& file, std::string_view bytes) {
-  const auto why = WriteStateFile(file, bytes);
-  if (why) return Error{fmt::format("{}: {}", file, CannotBeWritten(file, why->message))};
-  return std::nullopt;
+Result<void> KeepPngBytes(const std::string& file, std::string_view bytes) {
+  return WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
+    return fmt::format("{}: {}", file, CannotBeWritten(file, why));
+  });
 }
 
 }  // namespace plumbline

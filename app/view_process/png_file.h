@@ -1,7 +1,6 @@
 // Pictures as PNG files.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,8 +13,8 @@ namespace plumbline {
 Result<std::string> PngOf(const RgbImage& picture, bool fast = false);
 
 /// Written beside the name and renamed: the name never stands for half a picture.
-std::optional<Error> WritePng(const std::string& file, const RgbImage& picture);
+Result<void> WritePng(const std::string& file, const RgbImage& picture);
 /// Bytes that are a PNG already, into a state directory: no link is followed.
-std::optional<Error> KeepPngBytes(const std::string& file, std::string_view bytes);
+Result<void> KeepPngBytes(const std::string& file, std::string_view bytes);
 
 }  // namespace plumbline

@@ -76,9 +76,9 @@ void SceneStock::StartReading() {
     const auto held = held_.find(key);
     if (held == held_.end()) continue;  // meanwhile nobody names it
     held->second.read = StampOfFile(key.first);
-    if (const std::optional<Error> why = reader_.Start(key.first, key.second)) {
-      held->second.problem = why->message;
-      sink_(ViewFault(why->message));
+    if (const auto started = reader_.Start(key.first, key.second); !started) {
+      held->second.problem = started.error();
+      sink_(ViewFault(started.error()));
       Compose();
       continue;
     }

@@ -100,9 +100,8 @@ int TakeSnapshot(const SnapshotOptions& options) {
   if (!drawing.Draw(PictureOf(input, LayoutOf(options.size), drawing.text_width()))) {
     return Refuse(kUsage, "nothing was drawn: " + drawing.renderer().problem());
   }
-  if (const auto why = WritePng(options.out, drawing.renderer().ReadBack())) {
-    return Refuse(kUsage, why->message);
-  }
+  const auto written = WritePng(options.out, drawing.renderer().ReadBack());
+  if (!written) return Refuse(kUsage, written.error());
   Print(options, facts);
   std::cout.flush();
   return std::cout.good() ? 0 : kUsage;

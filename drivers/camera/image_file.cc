@@ -19,7 +19,7 @@ namespace {
 Result<GreyImage> ReadJpeg(std::istream& file) {
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
   GreyImage image;
-  if (auto why = DecodeJpegFile(bytes, image)) return *std::move(why);
+  if (auto decoded = DecodeJpegFile(bytes, image); !decoded) return decoded.failure();
   return image;
 }
 
@@ -58,7 +58,7 @@ Result<GreyImage> ReadImage(const std::string& path) {
   const Result<ImageCodecs>& codecs = InstalledCodecs();
   if (!codecs) {
     codecs_missed = true;
-    return Error{codecs.error()};
+    return codecs.failure();
   }
   GreyImage image;
   if (const char* fault = codecs->read_grey(path.c_str(), Take, &image)) return Error{fault};
@@ -67,7 +67,7 @@ Result<GreyImage> ReadImage(const std::string& path) {
 
 std::optional<Error> MissingImageCodecs() {
   if (!codecs_missed) return std::nullopt;
-  return Error{InstalledCodecs().error()};
+  return InstalledCodecs().failure();
 }
 
 }  // namespace plumbline

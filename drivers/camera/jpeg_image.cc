@@ -46,8 +46,8 @@ struct Decoder {
 };
 
 /// Reads the header and what it says against what is wanted. @return why not
-std::optional<Error> Begin(jpeg_decompress_struct& state, std::span<const std::uint8_t> bytes,
-                           ImageSize size) {
+Result<void> Begin(jpeg_decompress_struct& state, std::span<const std::uint8_t> bytes,
+                   ImageSize size) {
   jpeg_mem_src(&state, bytes.data(), static_cast<unsigned long>(bytes.size()));
   if (jpeg_read_header(&state, TRUE) != JPEG_HEADER_OK) return Error{"a JPEG without an image"};
   if (state.image_width != static_cast<JDIMENSION>(size.width) ||
@@ -58,11 +58,11 @@ std::optional<Error> Begin(jpeg_decompress_struct& state, std::span<const std::u
   if (jpeg_has_multiple_scans(&state) != 0 || state.arith_code != 0) {
     return Error{"a JPEG that is not of the baseline kind (progressive, or several scans)"};
   }
-  return std::nullopt;
+  return {};
 }
 
 /// Decodes all rows. @return why they are of no use
-std::optional<Error> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pixels) {
+Result<void> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pixels) {
   jpeg_start_decompress(&decoder.state);
   while (decoder.state.output_scanline < decoder.state.output_height && !decoder.damaged) {
     JSAMPROW row = pixels + row_bytes * decoder.state.output_scanline;
@@ -70,13 +70,13 @@ std::optional<Error> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint
   }
   if (!decoder.damaged) jpeg_finish_decompress(&decoder.state);
   if (decoder.damaged) return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
 
-std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size,
-                                JpegColour colour, std::vector<std::uint8_t>& pixels) {
+Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, JpegColour colour,
+                        std::vector<std::uint8_t>& pixels) {
   if (bytes.empty()) return Error{"an empty frame"};
   if (size.width < 1 || size.height < 1) return Error{"an image without pixels is not possible"};
   const std::size_t channels = colour == JpegColour::kLuma ? 1 : 3;
@@ -88,12 +88,12 @@ std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize s
     return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
   }
   jpeg_create_decompress(&decoder.state);
-  if (auto why = Begin(decoder.state, bytes, size)) return why;
+  if (auto begun = Begin(decoder.state, bytes, size); !begun) return begun;
   decoder.state.out_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
   return ReadRows(decoder, row_bytes, pixels.data());
 }
 
-std::optional<Error> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image) {
+Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image) {
   Decoder decoder;
   // As above: nothing with a destructor may begin from here on.
   if (setjmp(decoder.jump) != 0) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,13 +22,13 @@ enum class JpegColour : std::uint8_t {
 /// arithmetic coding, any damage (libjpeg would go on and paint something grey); bytes too many
 /// between the parts of the file are passed over, since many cameras send some.
 /// @return why there are no pixels; `pixels` is then of no use
-std::optional<Error> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size,
-                                JpegColour colour, std::vector<std::uint8_t>& pixels);
+Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, JpegColour colour,
+                        std::vector<std::uint8_t>& pixels);
 
 /// Decodes a file as luma, of any kind that libjpeg reads (progressive ones too) up to 100
 /// megapixels. Pixels stand as they do in the file: an orientation told beside them is not applied,
 /// since a lens belongs to the sensor. Damage is refused as above.
 /// @return why there are no pixels; `image` is then of no use
-std::optional<Error> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image);
+Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image);
 
 }  // namespace plumbline

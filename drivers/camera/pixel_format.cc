@@ -97,7 +97,8 @@ std::string FourccText(std::uint32_t fourcc) {
 Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer) {
   const auto [width, height] = image.size;
   if (image.format == PixelFormat::kMjpeg) {
-    if (auto why = DecodeJpeg(image.bytes, image.size, JpegColour::kLuma, buffer)) return *why;
+    const auto decoded = DecodeJpeg(image.bytes, image.size, JpegColour::kLuma, buffer);
+    if (!decoded) return decoded.failure();
     return LumaView{buffer.data(), width, height, width};
   }
   if (const auto why = LayoutFault(image)) return *why;
@@ -112,11 +113,11 @@ Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer
   return LumaView{buffer.data(), width, height, width};
 }
 
-std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
+Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
   if (image.format == PixelFormat::kMjpeg) {
     return DecodeJpeg(image.bytes, image.size, JpegColour::kBgr, bgr);
   }
-  if (auto why = LayoutFault(image)) return why;
+  if (auto why = LayoutFault(image)) return *why;
   const auto [width, height] = image.size;
   bgr.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   // OpenCV reads through pointers that are not const.
@@ -142,7 +143,7 @@ std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr
     case PixelFormat::kMjpeg:
       break;
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace plumbline

@@ -52,6 +52,6 @@ Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer
 /// Blue, green, red, 8 bits each, row by row without padding, into `bgr`. YUV of limited range is
 /// taken to be ITU-R BT.601, as cameras that do not say otherwise send it.
 /// @return why it cannot be done, as above
-std::optional<Error> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr);
+Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr);
 
 }  // namespace plumbline

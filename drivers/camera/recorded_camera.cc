@@ -59,7 +59,7 @@ Result<std::unique_ptr<Camera>> RecordedCamera::Create(const RecordedCameraOptio
   std::error_code why;
   auto frames = fs::is_directory(options.path, why) ? FramesOfFolder(options.path, options.rate_hz)
                                                     : FramesOfFile(options.path);
-  if (!frames) return Error{frames.error()};
+  if (!frames) return frames.failure();
   return std::unique_ptr<Camera>(
       new RecordedCamera(options, std::move(frames).value(), clock, sleep));
 }

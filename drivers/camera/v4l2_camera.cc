@@ -76,26 +76,26 @@ std::vector<std::string> V4l2Camera::TakeRemarks() {
 }
 
 const std::vector<std::uint8_t>* V4l2Camera::Bgr() {
-  return raw_.bytes.empty() || BgrOf(raw_, bgr_) ? nullptr : &bgr_;
+  return raw_.bytes.empty() || !BgrOf(raw_, bgr_) ? nullptr : &bgr_;
 }
 
-std::optional<Error> V4l2Camera::Open() {
+Result<void> V4l2Camera::Open() {
   path_ = options_.device;
   remarks_.clear();  // of an attempt that nobody asked about
   const std::vector<V4l2Device> all = ListV4l2Devices(options_.tree);
   const auto device = SelectV4l2Device(options_.device, all);
-  if (!device) return Error{device.error()};
+  if (!device) return device.failure();
   path_ = device->path;
   fd_.Reset(open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
     return Error{CannotBeOpened(errno, kCameraDevice)};
   }
-  if (auto why = SetMode(*device)) return why;
+  if (auto set = SetMode(*device); !set) return set;
   for (std::string& remark : ApplySettings(fd_.get(), options_.settings)) {
     remarks_.push_back(fmt::format("{}: {}", path_, remark));
   }
   auto stream = V4l2Stream::Start(fd_.get());
-  if (!stream) return Error{stream.error()};
+  if (!stream) return stream.failure();
   stream_ = std::move(stream).value();
   // Once a name has needed its port it keeps one, also while the other camera is away.
   const std::string name = LastingName(*device, all), with_port = NameWithPort(*device);
@@ -104,10 +104,10 @@ std::optional<Error> V4l2Camera::Open() {
   identity_.mode = ModeText(raw_.format, raw_.size, rate_hz_);
   heard_s_ = clock_();
   last_sequence_.reset();
-  return std::nullopt;
+  return {};
 }
 
-std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
+Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
   v4l2_capability capability{};
   if (IoctlAgain(fd_.get(), VIDIOC_QUERYCAP, &capability) != 0) return Error{"is no camera"};
   const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
@@ -122,7 +122,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
     return Error{"does not stream images through shared memory; see plumbline cameras"};
   }
   const auto choice = ChooseMode(ModesOf(fd_.get()), options_.mode);
-  if (!choice) return Error{choice.error()};
+  if (!choice) return choice.failure();
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   format.fmt.pix.width = static_cast<std::uint32_t>(choice->size.width);
@@ -163,7 +163,7 @@ std::optional<Error> V4l2Camera::SetMode(const V4l2Device& device) {
                                    device.path, ModeText(raw_.format, raw_.size, 0), rate_hz_,
                                    options_.mode.rate_hz));
   }
-  return std::nullopt;
+  return {};
 }
 
 bool V4l2Camera::WaitForFrame(double deadline_s) const {
@@ -188,7 +188,7 @@ void V4l2Camera::Complete(const V4l2Frame& taken, const LumaView& luma, CameraFr
 CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
   if (!fd_) {
     if (!back_off_.Due(clock_())) return CameraResult::kWaiting;
-    if (const auto why = Open()) return Lost(why->message);
+    if (const auto opened = Open(); !opened) return Lost(opened.error());
   }
   raw_.bytes = {};
   problem_.clear();

@@ -48,8 +48,8 @@ class V4l2Camera : public Camera {
 
  private:
   V4l2Camera(V4l2CameraOptions options, Clock clock);
-  std::optional<Error> Open();
-  std::optional<Error> SetMode(const V4l2Device& device);
+  Result<void> Open();
+  Result<void> SetMode(const V4l2Device& device);
   void Close();
   CameraResult Lost(const std::string& why);
   /// Waits for a frame until the deadline. @return false: the device went away

@@ -32,13 +32,13 @@ Error Failed(const char* what) {
 
 Result<std::unique_ptr<V4l2Stream>> V4l2Stream::Start(int fd) {
   std::unique_ptr<V4l2Stream> stream(new V4l2Stream(fd));
-  if (const auto why = stream->Map()) return *why;
+  if (const auto mapped = stream->Map(); !mapped) return mapped.failure();
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (IoctlAgain(fd, VIDIOC_STREAMON, &type) != 0) return Failed("cannot begin to stream");
   return stream;
 }
 
-std::optional<Error> V4l2Stream::Map() {
+Result<void> V4l2Stream::Map() {
   v4l2_requestbuffers request{};
   request.count = kBuffers;
   request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -56,7 +56,7 @@ std::optional<Error> V4l2Stream::Map() {
     buffers_.push_back({memory, buffer.length});
     if (!GiveBack(i)) return Failed("a buffer is not taken");
   }
-  return std::nullopt;
+  return {};
 }
 
 V4l2Stream::~V4l2Stream() {

@@ -48,7 +48,7 @@ class V4l2Stream {
   };
 
   explicit V4l2Stream(int fd) : fd_(fd) {}
-  std::optional<Error> Map();
+  Result<void> Map();
   bool GiveBack(std::uint32_t index) const;
 
   const int fd_;

@@ -63,7 +63,7 @@ double LargestRadiusSquared(const Lens& lens) {
 
 Result<BackgroundPass> BackgroundPass::Create() {
   auto program = GlProgram::Build(kBackgroundVertex, kBackgroundFragment);
-  if (!program) return Error{program.error()};
+  if (!program) return program.failure();
   BackgroundPass pass;
   pass.program_ = std::move(program).value();
   return pass;
@@ -99,12 +99,12 @@ void BackgroundPass::Load(const Background& background, Image& image) {
   image.sequence = background.sequence;
 }
 
-std::optional<Error> BackgroundPass::Draw(const Background& background, const Lens& pinhole,
-                                          ImageSize size, std::size_t place) {
+Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinhole, ImageSize size,
+                                  std::size_t place) {
   glClearColor(kEmpty, kEmpty, kEmpty, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   const LumaView& luma = background.luma;
-  if (luma.data == nullptr) return std::nullopt;
+  if (luma.data == nullptr) return {};
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   if (luma.width < 1 || luma.height < 1 || luma.width > most || luma.height > most ||
@@ -130,7 +130,7 @@ std::optional<Error> BackgroundPass::Draw(const Background& background, const Le
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace plumbline

@@ -21,8 +21,8 @@ class BackgroundPass {
 
   /// @param place  of the image among those of one picture: each has a texture of its own
   /// @return why the image is not there; the picture has been filled with grey
-  std::optional<Error> Draw(const Background& background, const Lens& pinhole, ImageSize size,
-                            std::size_t place = 0);
+  Result<void> Draw(const Background& background, const Lens& pinhole, ImageSize size,
+                    std::size_t place = 0);
 
  private:
   struct Image {

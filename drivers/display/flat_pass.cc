@@ -43,7 +43,7 @@ int WholeSize(float height_px) {
 
 Result<FlatPass> FlatPass::Create(std::optional<Font> font) {
   auto program = GlProgram::Build(kFlatVertex, kFlatFragment);
-  if (!program) return Error{program.error()};
+  if (!program) return program.failure();
   FlatPass pass;
   pass.program_ = std::move(program).value();
   pass.font_ = std::move(font);

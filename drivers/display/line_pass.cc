@@ -105,9 +105,9 @@ bool VisiblePiece(const std::optional<ClipPlane>& clip, Vec3& a, Vec3& b) {
 Result<LinePass> LinePass::Create() {
   LinePass pass;
   auto lines = GlProgram::Build(kLineVertex, kLineFragment);
-  if (!lines) return Error{lines.error()};
+  if (!lines) return lines.failure();
   auto grid = GlProgram::Build(kGridVertex, kGridFragment);
-  if (!grid) return Error{grid.error()};
+  if (!grid) return grid.failure();
   pass.line_program_ = std::move(lines).value();
   pass.grid_program_ = std::move(grid).value();
   glBindVertexArray(*pass.array_);

@@ -99,7 +99,7 @@ Result<MeshPass> MeshPass::Create() {
     std::string defines = (i & 1U) != 0 ? "#define BY_STRESS\n" : "";
     if ((i & 2U) != 0) defines += "#define CUT\n";
     auto program = GlProgram::Build(kMeshVertex, defines + kMeshFragment, {"p_C"});
-    if (!program) return Error{program.error()};
+    if (!program) return program.failure();
     pass.programs_[i] = std::move(program).value();
   }
   std::vector<std::uint8_t> scale;

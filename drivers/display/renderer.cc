@@ -26,15 +26,15 @@ Result<std::unique_ptr<Renderer>> Renderer::Create(GlContext& context,
                                                    const RendererOptions& options) {
   glActiveTexture(GL_TEXTURE0);
   auto background = BackgroundPass::Create();
-  if (!background) return Error{background.error()};
+  if (!background) return background.failure();
   auto meshes = MeshPass::Create();
-  if (!meshes) return Error{meshes.error()};
+  if (!meshes) return meshes.failure();
   auto lines = LinePass::Create();
-  if (!lines) return Error{lines.error()};
+  if (!lines) return lines.failure();
   auto font = Font::Open(options.font_paths);
   const std::string no_font = font ? "" : font.error();
   auto flat = FlatPass::Create(font ? std::optional<Font>(std::move(font).value()) : std::nullopt);
-  if (!flat) return Error{flat.error()};
+  if (!flat) return flat.failure();
   std::unique_ptr<Renderer> renderer(
       new Renderer(context, std::move(background).value(), std::move(meshes).value(),
                    std::move(lines).value(), std::move(flat).value()));
@@ -80,11 +80,10 @@ void Renderer::DrawView(const DisplayList& view, std::size_t place) {
   }
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT);
-  if (const auto missing = background_.Draw(view.background, view.pinhole, view.size, place)) {
-    Remark(missing->message);
-  }
-  for (const DrawnMesh& drawn : view.meshes) {
-    if (!meshes_.Knows(drawn.mesh)) Remark(fmt::format("mesh {} is not loaded", drawn.mesh));
+  const auto drawn = background_.Draw(view.background, view.pinhole, view.size, place);
+  if (!drawn) Remark(drawn.error());
+  for (const DrawnMesh& mesh : view.meshes) {
+    if (!meshes_.Knows(mesh.mesh)) Remark(fmt::format("mesh {} is not loaded", mesh.mesh));
   }
   meshes_.Draw(view);
   lines_.Draw(view);

@@ -49,7 +49,7 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
   if (options.max_clients < 1) return Error{"max_clients is below 1"};
   auto listener = inherited.listener ? Result(TcpListener(std::move(inherited.listener)))
                                      : TcpListener::Open(options.address, options.port);
-  if (!listener) return Error{listener.error()};
+  if (!listener) return listener.failure();
   std::unique_ptr<TcpServer> server(
       new TcpServer(options, std::move(allow), std::move(listener).value(), handler));
   if (!server->epoll_ || !server->wake_ || !server->spare_) {

@@ -35,7 +35,7 @@ Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& pro
                                                          ModbusClient client,
                                                          const PushLimits& limits, Clock clock) {
   Result<RobotCodec> codec = RobotCodec::Create(profile);
-  if (!codec) return Error{codec.error()};
+  if (!codec) return codec.failure();
   if (limits.enabled && !profile.push) {
     return Error{
         fmt::format("push is enabled, and robot profile \"{}\" has no place for it", profile.name)};

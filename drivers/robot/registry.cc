@@ -14,7 +14,7 @@ namespace {
 using Device = Result<std::unique_ptr<RobotDevice>>;
 
 Device OverModbus(Result<ModbusClient> client, const RobotConnection& connection) {
-  if (!client) return Error{client.error()};
+  if (!client) return client.failure();
   return ModbusRobot::Create(connection.profile, std::move(client).value(), connection.push,
                              connection.clock);
 }

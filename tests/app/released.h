@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 #include "tests/file_text.h"
 
 namespace plumbline::test {

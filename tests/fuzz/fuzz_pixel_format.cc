@@ -43,10 +43,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else {
     Require(!view.error().empty());
   }
-  const auto why = BgrOf(image, bgr);
+  const bool converted = BgrOf(image, bgr).ok();
   // A JPEG may have damage in its colours alone, or colours that make no luma.
-  if (image.format != PixelFormat::kMjpeg) Require(view.ok() == !why);
-  if (!why) {
+  if (image.format != PixelFormat::kMjpeg) Require(view.ok() == converted);
+  if (converted) {
     const auto pixels =
         static_cast<std::size_t>(image.size.width) * static_cast<std::size_t>(image.size.height);
     Require(bgr.size() == 3 * pixels);

@@ -11,7 +11,7 @@
 #include <mutex>
 
 #include "app/config/text_file.h"
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 

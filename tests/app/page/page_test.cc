@@ -37,10 +37,10 @@ std::vector<std::string> PartsOf(const std::string& body) {
 /// The mean luma of a JPEG that is as large as PageScene::Paint() makes it; libjpeg decodes it.
 double LumaOf(const std::string& jpeg) {
   GreyImage image;
-  const auto problem =
+  const auto decoded =
       DecodeJpegFile({reinterpret_cast<const std::uint8_t*>(jpeg.data()), jpeg.size()}, image);
-  INFO((problem ? problem->message : std::string()));
-  REQUIRE_FALSE(problem);
+  INFO((decoded ? std::string() : decoded.error()));
+  REQUIRE(decoded);
   REQUIRE(image.width == 320);
   REQUIRE(image.height == 180);
   return image.grey[90 * 320 + 160];

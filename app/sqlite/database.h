@@ -1,5 +1,4 @@
-// SQLite, as far as the journal and the lens store need it: a connection and prepared statements
-// that end themselves.
+// SQLite connections, prepared statements and transactions that end themselves.
 #pragma once
 
 #include <sqlite3.h>

@@ -1,4 +1,4 @@
-#include "app/journal/database.h"
+#include "app/sqlite/database.h"
 
 #include <fmt/format.h>
 
