@@ -119,31 +119,62 @@ ActiveEffect SizesOf(const Block& block, const ColumnSizes& values) {
   return effect;
 }
 
-std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
-                                      const Coefficients& coefficients) {
+namespace {
+
+/// The unit of each value of an effect that stands for one block.
+std::vector<BlockUnit> UnitsOf(const Block& block, BlockIndex index, const ActiveEffect& effect) {
+  std::vector<BlockUnit> units(effect.values.size(), BlockUnit{index, 0});
+  if (block.units == 1) return units;
+  for (std::size_t k = 0; k < units.size(); ++k) {
+    const auto& parameters = block.term.parameters;
+    const auto own = std::find(parameters.begin(), parameters.end(), effect.term.parameters[k]);
+    const auto column =
+        std::find_if(block.columns.begin(), block.columns.end(), [&](const BlockColumn& of) {
+          return of.parameter == static_cast<int>(own - parameters.begin());
+        });
+    if (column != block.columns.end()) units[k].number = column->unit;
+  }
+  return units;
+}
+
+}  // namespace
+
+EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
+                               const Coefficients& coefficients) {
   std::map<BlockIndex, ColumnSizes> by_block;
   for (const auto& [key, value] : coefficients) by_block[key.first][key.second] = value;
-  std::vector<ActiveEffect> effects;
+  EffectsOfUnits found;
   for (const auto& [index, values] : by_block) {
     const Block& block = blocks[index];
     if (block.empirical()) {
-      effects.push_back(EmpiricalEffect(data, block, values));
+      found.effects.push_back(EmpiricalEffect(data, block, values));
+      found.units.emplace_back();
       continue;
     }
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     ActiveEffect effect =
         search != nullptr ? search->EffectFrom(block, values) : SizesOf(block, values);
-    const auto same = std::find_if(effects.begin(), effects.end(), [&](const ActiveEffect& other) {
-      return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
-             search != nullptr && search->SeveralInOne();
-    });
-    if (same != effects.end()) {
+    std::vector<BlockUnit> units = UnitsOf(block, index, effect);
+    const auto same =
+        std::find_if(found.effects.begin(), found.effects.end(), [&](const ActiveEffect& other) {
+          return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
+                 search != nullptr && search->SeveralInOne();
+        });
+    if (same != found.effects.end()) {
       search->Join(effect, *same);
+      auto& joined = found.units[static_cast<std::size_t>(same - found.effects.begin())];
+      joined.insert(joined.end(), units.begin(), units.end());
     } else {
-      effects.push_back(std::move(effect));
+      found.effects.push_back(std::move(effect));
+      found.units.push_back(std::move(units));
     }
   }
-  return effects;
+  return found;
+}
+
+std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
+                                      const Coefficients& coefficients) {
+  return EffectsAndUnits(data, blocks, coefficients).effects;
 }
 
 }  // namespace plumbline

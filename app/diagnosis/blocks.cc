@@ -12,11 +12,11 @@ namespace {
 
 using I = Influence<double>;
 
-/// The largest plausible size of an empirical carrier.
-double LargestCarried(int entry) {
-  if (entry == I::kBendRatio) return 3;
-  if (entry < kMaxJoints) return 0.02;  // of a joint's turn [rad]
-  return 0.05;                          // of base or tip [m]
+/// Plausible sizes of an empirical carrier, SI.
+Interval PlausibleCarried(int entry) {
+  if (entry == I::kBendRatio) return {-3, 3};
+  if (entry < kMaxJoints) return {-0.02, 0.02};  // of a joint's turn [rad]
+  return {-0.05, 0.05};                          // of base or tip [m]
 }
 
 /// True where the twist of link i stands between two axes, and they are parallel to about a degree.
@@ -30,11 +30,15 @@ bool ParallelAxesAt(const Robot& robot, int i) {
 
 }  // namespace
 
-double LargestPlausible(const EffectTraits& traits, int spec, std::uint32_t prismatic, int joint) {
+double BlockColumn::Largest() const {
+  return std::max(std::abs(plausible.low), std::abs(plausible.high));
+}
+
+Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t prismatic, int joint) {
   const ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
   const Interval& range = PlausibleOf(parameter, prismatic, joint);
-  if (parameter.inverse) return 1 / std::max(1e-9, range.low);
-  return std::max(std::abs(range.low), std::abs(range.high)) * parameter.to_SI;
+  if (parameter.inverse) return {0, 1 / std::max(1e-9, range.low)};
+  return {range.low * parameter.to_SI, range.high * parameter.to_SI};
 }
 
 bool SameColumns(const Block& a, const Block& b) {
@@ -94,10 +98,22 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
     const TermParameter& own = block.term.parameters[k];
-    column.largest = LargestPlausible(traits, own.spec, block.term.prismatic, own.joint);
+    column.plausible = PlausibleSizes(traits, own.spec, block.term.prismatic, own.joint);
   }
   block.units = one_by_one ? static_cast<int>(count) : 1;
   return block;
+}
+
+bool HasContinuousShape(const Block& block) {
+  const auto& specs = block.term.effect->traits().parameters;
+  for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
+    const ParameterSpec& spec = specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
+    // The phase is in the columns.
+    if (spec.role != ParameterRole::kShape || IsMoment(spec) || spec.unit == "rad") continue;
+    const double value = block.columns.front().values[k];
+    if (!IsCycles(spec) || value != std::round(value)) return true;
+  }
+  return false;
 }
 
 bool BeginsAtAMoment(const EffectTerm& term) {
@@ -148,7 +164,7 @@ Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<
       column.entry = entry;
       column.signal = signal;
       column.degree = power;
-      column.largest = LargestCarried(entry);
+      column.plausible = PlausibleCarried(entry);
     }
   }
   block.trials = trials;
@@ -170,7 +186,7 @@ Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex secon
       column.degree = a;
       column.second_signal = second;
       column.second_degree = b;
-      column.largest = LargestCarried(entry);
+      column.plausible = PlausibleCarried(entry);
     }
   }
   block.trials = trials;

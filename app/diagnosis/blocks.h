@@ -22,7 +22,10 @@ struct BlockColumn {
   /// Of an empirical surface: its other driver, with its own degree.
   std::optional<SignalIndex> second_signal = std::nullopt;
   int second_degree = 0;
-  double largest = 1e300;  ///< size beyond which no sound machine goes, SI
+  Interval plausible{-1e300, 1e300};  ///< sizes that a sound machine shows, SI
+
+  /// The larger end of `plausible`, without its sign.
+  double Largest() const;
 };
 
 /// An effect, with its shapes chosen, that may explain the residual.
@@ -43,12 +46,14 @@ bool SameColumns(const Block& a, const Block& b);
 /// is loaded.
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);
 
-/// The largest plausible size of a parameter, SI.
+/// Sizes of a parameter that a sound machine shows, SI.
 /// @param spec  index into the effect's parameters
 /// @param prismatic, joint  where its unit depends on the joint's type; see EffectTerm
-double LargestPlausible(const EffectTraits& traits, int spec, std::uint32_t prismatic = 0,
+Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t prismatic = 0,
                         int joint = -1);
 
+/// True of a block with a shape that a refit adjusts: a time constant, cycles that are not whole.
+bool HasContinuousShape(const Block& block);
 /// True of a term that acts from a moment on; the moment is its first value.
 bool BeginsAtAMoment(const EffectTerm& term);
 /// True where the term has no shapes, and its sizes act as their columns say.

@@ -21,7 +21,7 @@ Block DriftBlock(double time_constant_s) {
     BlockColumn& column = block.columns.emplace_back();
     column.parameter = axis;
     column.values = {0, 0, 0, time_constant_s};
-    column.largest = LargestPlausible(block.term.effect->traits(), axis);
+    column.plausible = PlausibleSizes(block.term.effect->traits(), axis);
   }
   block.trials = kDriftTrials;
   return block;

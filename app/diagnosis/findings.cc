@@ -51,7 +51,7 @@ Eigen::MatrixXd CovarianceAt(const Eigen::MatrixXd& covariance, const std::vecto
   return at;
 }
 
-/// What dropping an effect brings back.
+/// What dropping an effect costs, all others kept in their joints.
 struct Dropped {
   double chi2 = 0;
   double columns = 0;  ///< that go with it, at least 1
@@ -60,7 +60,11 @@ struct Dropped {
 
 Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
   const Pool& pool = context.pool;
-  const Explanation without = pool.Fit(pool.BlocksBeside(context.best, key));
+  std::vector<ColumnIndex> beside;
+  for (const ColumnIndex column : context.best.columns) {
+    if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) beside.push_back(column);
+  }
+  const Explanation without = pool.FitColumns(beside);
   return {std::max(0.0, without.chi2 - context.best.chi2),
           std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                   static_cast<double>(without.columns.size())),

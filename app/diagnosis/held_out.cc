@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/unknown.h"
@@ -161,7 +162,8 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   Pool pool(problem);
   const std::vector<Explanation> ranked =
       Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
-  const Explanation best = input.with_unknown ? WithUnknown(pool, ranked) : ranked.front();
+  const Explanation best =
+      WithRefittedShapes(pool, input.with_unknown ? WithUnknown(pool, ranked) : ranked.front());
   fold.selected = SelectedBy(pool, best);
   const Dataset held = HeldAtRange(input.problem.data, fold.training, true);
   fold.after_named = y;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/elimination.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
@@ -110,8 +111,11 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   // The catalogue has had its say at every depth before an empirical term may beat it.
   const Explanation extended =
       with_unknown ? WithUnknown(*so_far.pool, so_far.ranked) : so_far.ranked.front();
-  so_far.unknown = with_unknown && extended.score < so_far.ranked.front().score - kUnknownMargin;
-  so_far.best = so_far.unknown ? extended : so_far.ranked.front();
+  const bool empirical = HasEmpirical(*so_far.pool, extended);
+  const double margin = empirical ? kUnknownMargin : 0;  // none between effects of the catalogue
+  const bool better = extended.score < so_far.ranked.front().score - margin;
+  so_far.unknown = better && empirical;
+  so_far.best = better ? extended : so_far.ranked.front();
   Result<Refit> refit = RefitTo(so_far, so_far.best);
   // A support that only the linear columns bear gives way to the next.
   for (std::size_t next = 1; !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
@@ -126,6 +130,18 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   }
   if (refit) TakeLeastRejecting(so_far, refit.value());
   return refit;
+}
+
+/// The same, without units that refitted shapes make superfluous.
+Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
+                                      const DiagnosisOptions& options, Identified& so_far) {
+  Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
+  if (!refit) return refit;
+  RefittedExplanation kept = WithoutUnearnedUnits(
+      *so_far.pool, {std::move(so_far.best), std::move(refit).value()},
+      [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
+  so_far.best = std::move(kept.explanation);
+  return std::move(kept.refit);
 }
 
 }  // namespace
@@ -158,7 +174,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     tell(static_cast<double>(pass) / kPasses, fmt::format("searching effects, pass {}", pass + 1));
     const bool frugal = pass < kFrugalPasses;
     const Result<Refit> refit =
-        SearchAndRefit(frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
+        SearchRefitAndEliminate(frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
     if (!refit) return Error{refit.error()};
     const bool stands = !frugal && SameSupport(refit->model, found.model);
     found.refit = *refit;
@@ -182,7 +198,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     found.fit.sigma_m = sigma;
   }
   // The last choice with the last weights.
-  const Result<Refit> refit = SearchAndRefit(kMostBlocks, true, options, found);
+  const Result<Refit> refit = SearchRefitAndEliminate(kMostBlocks, true, options, found);
   if (!refit) return Error{refit.error()};
   found.refit = *refit;
   found.model = refit->model;

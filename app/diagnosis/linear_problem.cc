@@ -30,7 +30,12 @@ std::vector<double> JointSpans(const Dataset& data, const FitRows& rows) {
 
 LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation> linear_at,
                              const Model& model)
-    : fit_(std::move(fit)), linear_(std::move(linear_at)), whitener_(fit_), layout_(fit_.layout()) {
+    : fit_(std::move(fit)),
+      linear_(std::move(linear_at)),
+      aligned_(model),
+      whitener_(fit_),
+      layout_(fit_.layout()) {
+  aligned_.effects.clear();
   const Linearisation& linear = *linear_;
   const Dataset& data = fit_.data;
   joint_span_ = JointSpans(data, fit_.rows);

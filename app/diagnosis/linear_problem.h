@@ -20,6 +20,8 @@ class LinearProblem {
   const FitProblem& fit() const { return fit_; }
   const Dataset& data() const { return fit_.data; }
   const Linearisation& linear() const { return *linear_; }
+  /// The model at which the problem is linear, its frames alone.
+  const Model& aligned() const { return aligned_; }
   const FitRows& rows() const { return fit_.rows; }
   int clusters() const { return clusters_; }
   double sigma_m() const { return fit_.sigma_m; }
@@ -45,6 +47,7 @@ class LinearProblem {
  private:
   FitProblem fit_;
   std::shared_ptr<const Linearisation> linear_;
+  Model aligned_;
   int clusters_ = 0;
   double freedom_ = 0;
   std::vector<double> joint_span_;

@@ -92,7 +92,7 @@ Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word
     if (traits.parameters[static_cast<std::size_t>(spec)].role != ParameterRole::kSize) continue;
     BlockColumn& column = block.columns.emplace_back();
     column.parameter = static_cast<int>(block.term.parameters.size());
-    column.largest = LargestPlausible(traits, spec);
+    column.plausible = PlausibleSizes(traits, spec);
     block.term.parameters.push_back({spec});
   }
   for (BlockColumn& column : block.columns) {

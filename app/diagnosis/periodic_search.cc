@@ -25,7 +25,7 @@ Block TwoPhases(const Effect& effect, int joint, int parameters, std::vector<dou
     BlockColumn& column = block.columns.emplace_back();
     values.back() = angle;
     column.values = values;
-    column.largest = LargestPlausible(effect.traits(), kAmplitude);
+    column.plausible = PlausibleSizes(effect.traits(), kAmplitude);
   }
   return block;
 }

@@ -43,8 +43,8 @@ BlockIndex Pool::Add(const Block& block) {
   for (const BlockColumnIndex k : block.columns.indices()) {
     auto column = raw.col(k.value());
     const double length = column.norm();
-    const bool seen =
-        length > kLeastObservable * raw_length[k] && length * block.columns[k].largest > kLeastSeen;
+    const bool seen = length > kLeastObservable * raw_length[k] &&
+                      length * block.columns[k].Largest() > kLeastSeen;
     length_.push_back(seen ? length : 0);
     if (seen) {
       column /= length;
@@ -64,6 +64,9 @@ BlockIndex Pool::Add(const Block& block) {
   gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
   gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
   moment_.segment(used_, width) = raw.transpose() * problem_.response();
+  for (const ColumnIndex column : ColumnsIn(index)) {
+    gram_(column.value(), column.value()) += PriorPrecision(column);
+  }
   used_ += width;
   return index;
 }
@@ -79,16 +82,15 @@ bool Pool::Observable(BlockIndex block) const {
                      [this](ColumnIndex column) { return length_[column] > 0; });
 }
 
-bool Pool::Absurd(const Explanation& explanation) const {
-  for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
-    const ColumnIndex column = explanation.columns[i];
-    const BlockColumn& of = ColumnAt(column);
-    const double value = explanation.values[static_cast<int>(i)];
-    if (std::abs(value) > kAbsurd * of.largest) return true;
-    // 1 / kappa
-    if (value < 0 && IsInverse(blocks_[block_of_[column]].term, of.parameter)) return true;
-  }
-  return false;
+double Pool::PriorPrecision(ColumnIndex column) const {
+  const double deviation = length_[column] * ColumnAt(column).Largest();
+  return deviation > 0 ? 1 / (deviation * deviation) : 0;
+}
+
+Interval Pool::Bounds(ColumnIndex column) const {
+  const Interval& plausible = ColumnAt(column).plausible;
+  const double scale = kAbsurd * length_[column];
+  return {scale * plausible.low, scale * plausible.high};
 }
 
 std::vector<double> Pool::UnitCosts(const Block& block) const {
@@ -120,7 +122,12 @@ std::optional<Explanation> Pool::EvaluateBelow(std::vector<BlockIndex> support,
   const Basis basis = Ranked(ColumnsOf(std::move(support)));
   if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
   SupportFit fit = FitOf(basis.columns);
-  fit.Eliminate();
+  std::vector<Interval> bounds;
+  bounds.reserve(basis.columns.size());
+  for (const ColumnIndex column : basis.columns) bounds.push_back(Bounds(column));
+  do {
+    fit.Eliminate();
+  } while (fit.DropOutOfBounds(bounds));
   return ExplanationOf(basis.columns, fit);
 }
 
@@ -155,7 +162,11 @@ double Pool::Claims(const std::set<BlockIndex>& blocks) const {
 }
 
 Explanation Pool::Fit(const std::vector<BlockIndex>& support) const {
-  const Basis basis = Ranked(ColumnsOf(support));
+  return FitColumns(ColumnsOf(support));
+}
+
+Explanation Pool::FitColumns(const std::vector<ColumnIndex>& columns) const {
+  const Basis basis = Ranked(columns);
   return ExplanationOf(basis.columns, FitOf(basis.columns));
 }
 
@@ -180,11 +191,11 @@ Pool::Basis Pool::Ranked(const std::vector<ColumnIndex>& columns) const {
   // By rows: what is summed below lies together.
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   ByRows L = ByRows::Zero(n, n);
-  Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
-  Eigen::VectorXd along(n);
+  Eigen::VectorXd left(n), along(n);
   const auto column = [&columns](int place) {
     return columns[static_cast<std::size_t>(place)].value();
   };
+  for (int i = 0; i < n; ++i) left[i] = gram_(column(i), column(i));
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
     int best = 0;
@@ -237,13 +248,16 @@ Explanation Pool::ExplanationOf(const std::vector<ColumnIndex>& columns,
   Explanation explanation;
   const std::vector<int> places = fit.Places();
   explanation.values.resize(static_cast<int>(places.size()));
+  double prior = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const ColumnIndex column = columns[static_cast<std::size_t>(places[i])];
+    const double value = fit.Value(places[i]);
     explanation.columns.push_back(column);
-    explanation.values[static_cast<int>(i)] = fit.Value(places[i]) / length_[column];
+    explanation.values[static_cast<int>(i)] = value / length_[column];
+    prior += value * value * PriorPrecision(column);
   }
-  explanation.chi2 = std::max(0.0, fit.chi2());
-  explanation.score = explanation.chi2;
+  explanation.chi2 = std::max(0.0, fit.minimum() - prior);
+  explanation.score = explanation.chi2 + prior;
   std::set<BlockIndex> used;
   for (const SupportFit::Unit& unit : fit.units()) {
     explanation.score += unit.cost;
@@ -348,7 +362,7 @@ Indexed<BlockColumnIndex, double> Pool::MinimumDetectable(BlockIndex block,
     const BlockColumn& of = ColumnAt(column);
     const double threshold = UnitCost(block, of.unit) + block_cost + effect_cost_;
     const double value = (std::sqrt(threshold) + kPower90) / length_[column];
-    if (value < of.largest) sizes[local_[column]] = value * raw_rms_m_[column];
+    if (value < of.Largest()) sizes[local_[column]] = value * raw_rms_m_[column];
   }
   return sizes;
 }
@@ -362,6 +376,11 @@ int Pool::JointOfColumn(ColumnIndex column) const {
 
 EffectKey KeyOf(const Block& block) {
   return {block.id, std::string(block.term.word)};
+}
+
+bool HasEmpirical(const Pool& pool, const Explanation& explanation) {
+  return std::any_of(explanation.blocks.begin(), explanation.blocks.end(),
+                     [&pool](BlockIndex block) { return pool.blocks()[block].empirical(); });
 }
 
 std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {

@@ -21,7 +21,8 @@ struct Explanation {
   std::vector<ColumnIndex> columns;  ///< of the pool, that were kept
   Eigen::VectorXd values;            ///< of those columns, SI
   double chi2 = 0;                   ///< that remains
-  double score = 0;                  ///< chi2 + cost; -2 ln(evidence) up to a constant
+  double score = 0;                  ///< chi2 + (value / plausible)^2 of each column + cost;
+                                     ///< -2 ln(evidence) up to a constant
 };
 
 /// An effect as an explanation names it: its id, and its word where it has one ("base", "move").
@@ -31,7 +32,9 @@ struct EffectKey {
   auto operator<=>(const EffectKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Blocks with their projected columns and Gram matrix.
+/// Blocks with their projected columns and Gram matrix. Each value has a normal prior about 0 whose
+/// deviation is the largest size that a sound machine shows: where the rows decide it hardly
+/// counts, where they do not the more plausible explanation is the better one.
 class Pool {
  public:
   explicit Pool(const LinearProblem& problem);
@@ -43,12 +46,11 @@ class Pool {
   const Indexed<BlockIndex, Block>& blocks() const { return blocks_; }
   /// False where the frames imitate all of the block.
   bool Observable(BlockIndex block) const;
-  /// True where a value is far beyond what a sound machine can show, noise along a direction that
-  /// the rows hardly hold, or is no value at all: the inverse of a negative number.
-  bool Absurd(const Explanation& explanation) const;
   double chi2_null() const { return chi2_null_; }
 
-  /// Fits a support: rank first, then backward elimination of units that cost more than they bring.
+  /// Fits a support: rank first, then backward elimination of units that cost more than they bring,
+  /// and of values that no machine shows: far beyond the plausible ones, noise along a direction
+  /// that the rows hardly hold, or of a sign that physics excludes.
   Explanation Evaluate(std::vector<BlockIndex> support) const;
   /// The same; nothing where no explanation that keeps every block can score below `worst`. The
   /// bound is chi2 before elimination plus the cheapest unit of each block; explanations by fewer
@@ -56,6 +58,10 @@ class Pool {
   std::optional<Explanation> EvaluateBelow(std::vector<BlockIndex> support, double worst) const;
   /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
   Explanation Fit(const std::vector<BlockIndex>& support) const;
+  /// Fits exactly these columns, ascending, but what has no rank.
+  Explanation FitColumns(const std::vector<ColumnIndex>& columns) const;
+  /// The columns of a support that move the tip at all, ascending.
+  std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const;
   /// Whitened and projected residual of an explanation.
   Eigen::VectorXd Residual(const Explanation& explanation) const;
   /// The same with the contribution of one of its blocks left in.
@@ -88,9 +94,14 @@ class Pool {
   /// 0-based; -1 where the column belongs to no joint.
   int JointOfColumn(ColumnIndex column) const;
   BlockIndex BlockOfColumn(ColumnIndex column) const { return block_of_[column]; }
+  int UnitOfColumn(ColumnIndex column) const { return ColumnAt(column).unit; }
 
  private:
   IndexRange<ColumnIndex> ColumnsIn(BlockIndex block) const;
+  /// Of the value of a column of unit length.
+  double PriorPrecision(ColumnIndex column) const;
+  /// What the value of a column of unit length may be.
+  Interval Bounds(ColumnIndex column) const;
   const BlockColumn& ColumnAt(ColumnIndex column) const {
     return blocks_[block_of_[column]].columns[local_[column]];
   }
@@ -108,8 +119,6 @@ class Pool {
   /// Whole effects that blocks claim: those of one id are one effect, but each event is a claim of
   /// its own, however often another one happened.
   double Claims(const std::set<BlockIndex>& blocks) const;
-  /// The columns of a support that move the tip at all, ascending.
-  std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const;
   SupportFit FitOf(const std::vector<ColumnIndex>& columns) const;
   /// Values in SI, and the score with every cost.
   Explanation ExplanationOf(const std::vector<ColumnIndex>& columns, const SupportFit& fit) const;
@@ -122,7 +131,7 @@ class Pool {
   Indexed<BlockIndex, std::vector<double>> unit_costs_;
   Eigen::MatrixXd columns_;  ///< projected, unit length (or zero)
   int used_ = 0;
-  Eigen::MatrixXd gram_;
+  Eigen::MatrixXd gram_;                    ///< columns^T columns + the prior's precision
   Eigen::VectorXd moment_;                  ///< columns^T response
   Indexed<ColumnIndex, double> length_;     ///< projected length before normalising
   Indexed<ColumnIndex, double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]
@@ -131,6 +140,9 @@ class Pool {
 };
 
 EffectKey KeyOf(const Block& block);
+
+/// Whether an explanation needs an empirical term.
+bool HasEmpirical(const Pool& pool, const Explanation& explanation);
 
 /// The effects of an explanation, distinct, ascending.
 std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation);

@@ -69,7 +69,7 @@ Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const
   Indexed<BlockColumnIndex, double> sizes;
   sizes.reserve(block.columns.size());
   for (const BlockColumn& column : block.columns) {
-    sizes.push_back(std::min(kLargestUnit, column.largest));
+    sizes.push_back(std::min(kLargestUnit, column.Largest()));
   }
   const auto source = std::find_if(kTurns.begin(), kTurns.end(), [&](const TurnOfJoint& known) {
     return &known.effect() == block.term.effect;

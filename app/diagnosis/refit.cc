@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -55,13 +56,14 @@ Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
   return layout;
 }
 
-/// A time constant stays above nothing.
-void KeepPositive(ActiveEffect& effect, std::size_t k) {
-  constexpr double kShortest_s = 1;
+/// A shape stays in the range to search; an angle, which comes round again, goes anywhere.
+void KeepInRange(ActiveEffect& effect, std::size_t k) {
   const ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
-  if (spec.name == "time_constant") effect.values[k] = std::max(effect.values[k], kShortest_s);
+  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return;
+  const Interval& range = spec.plausible;
+  effect.values[k] = std::clamp(effect.values[k], range.low * spec.to_SI, range.high * spec.to_SI);
 }
 
 /// The start moved by solver units x: frames of each session first, then parameters.
@@ -82,8 +84,8 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
     const auto [effect, parameter] = layout.parameters[j];
     model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
         layout.unit[j] * x[at++];
-    KeepPositive(model.effects[static_cast<std::size_t>(effect)],
-                 static_cast<std::size_t>(parameter));
+    KeepInRange(model.effects[static_cast<std::size_t>(effect)],
+                static_cast<std::size_t>(parameter));
   }
   return model;
 }

@@ -6,6 +6,7 @@
 #include <queue>
 #include <set>
 
+#include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
@@ -26,6 +27,7 @@ namespace {
 
 constexpr std::size_t kPairsForTriples = 24;  // triples grow from the best pairs
 constexpr std::size_t kBeam = 4;
+constexpr std::size_t kMostRefined = 8;  // blocks of an explanation whose shapes are refined
 
 class Searching {
  public:
@@ -47,6 +49,8 @@ class Searching {
   void Grow(const Explanation& from);
   void NewShapes(const Explanation& from);
   void RefineShapes();
+  void RefitShapes();
+  void Offer(BlockIndex block);
   /// The blocks offered, the best by itself first.
   std::vector<BlockIndex> ByScoreAlone() const;
   std::vector<Explanation> Best(std::size_t count, std::size_t blocks) const;
@@ -81,7 +85,7 @@ void Searching::JudgeSupport(std::vector<BlockIndex> support) {
   if (!tried_.insert(support).second) return;
   if (Excluded(support)) return;
   std::optional<Explanation> explanation = pool_.EvaluateBelow(support, WorstOfUse(support.size()));
-  if (!explanation || pool_.Absurd(*explanation)) return;
+  if (!explanation) return;
   if (!listed_.insert(explanation->columns).second) return;
   const auto keep = [&](std::size_t blocks, std::size_t most) {
     std::priority_queue<double>& scores = best_scores_[blocks];
@@ -113,9 +117,7 @@ void Searching::Grow(const Explanation& from) {
 
 void Searching::NewShapes(const Explanation& from) {
   for (const BlockIndex block : AddShapes(pool_, candidates_.searched, pool_.Residual(from))) {
-    if (std::find(offered_.begin(), offered_.end(), block) == offered_.end()) {
-      offered_.push_back(block);
-    }
+    Offer(block);
     std::vector<BlockIndex> support = from.blocks;
     support.push_back(block);
     JudgeSupport(std::move(support));
@@ -127,7 +129,6 @@ void Searching::NewShapes(const Explanation& from) {
 /// that was chosen among fewer effects fits what they lacked, too. Explanations of many lines stay
 /// as they are: refining them would take as long as the search, and each line has little to gain.
 void Searching::RefineShapes() {
-  constexpr std::size_t kMostRefined = 8;
   const Explanation best = Winner();
   if (best.blocks.size() > kMostRefined) return;
   for (const BlockIndex block : best.blocks) {
@@ -142,6 +143,26 @@ void Searching::RefineShapes() {
       JudgeSupport(std::move(support));
     }
   }
+}
+
+void Searching::Offer(BlockIndex block) {
+  if (std::find(offered_.begin(), offered_.end(), block) == offered_.end()) {
+    offered_.push_back(block);
+  }
+}
+
+/// Refits the best as a whole where it has a shape that no scan of one residual finds exactly: a
+/// time constant beside a step leaves an error that further effects would be taken for.
+void Searching::RefitShapes() {
+  const Explanation best = Winner();
+  if (best.blocks.size() > kMostRefined) return;
+  const bool bends = std::any_of(best.blocks.begin(), best.blocks.end(), [this](BlockIndex block) {
+    return HasContinuousShape(pool_.blocks()[block]);
+  });
+  if (!bends) return;
+  const Explanation refitted = WithRefittedShapes(pool_, best);
+  for (const BlockIndex block : refitted.blocks) Offer(block);
+  JudgeSupport(refitted.blocks);
 }
 
 std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) const {
@@ -187,6 +208,7 @@ std::vector<Explanation> Searching::Run() {
   }
   for (const Explanation& pair : Best(2, 2)) NewShapes(pair);
   RefineShapes();
+  RefitShapes();
   // Triples and more only where two effects beat one: otherwise there is nothing to explain.
   while (!Interrupted()) {
     const Explanation best = Winner();
@@ -197,6 +219,7 @@ std::vector<Explanation> Searching::Run() {
     NewShapes(best);
     for (const Explanation& from : Best(width, size)) Grow(from);
     RefineShapes();
+    RefitShapes();
     if (!(Winner().score < before - kGainToGrow)) break;
   }
   return Best(kMostListed, 0);

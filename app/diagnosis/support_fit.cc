@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -15,13 +16,13 @@ SupportFit::SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& momen
       left_(moment.size()),
       at_(static_cast<std::size_t>(moment.size())),
       place_of_(at_.size()),
-      chi2_(chi2_null - moment.dot(values_)),
+      minimum_(chi2_null - moment.dot(values_)),
       units_(std::move(units)) {
   std::iota(at_.begin(), at_.end(), 0);
   std::iota(place_of_.begin(), place_of_.end(), 0);
 }
 
-/// The rise of chi2 when a unit goes, the others refitted: v^T (inverse part)^-1 v.
+/// The rise of the minimum when a unit goes, the others refitted: v^T (inverse part)^-1 v.
 double SupportFit::RiseWithout(const Unit& unit) const {
   const auto at = [this, &unit](std::size_t k) {
     return at_[static_cast<std::size_t>(unit.places[k])];
@@ -81,10 +82,32 @@ void SupportFit::Eliminate() {
       worst = unit;
     }
     if (worst == units_.end()) return;
-    chi2_ += rise_of_worst;
-    for (const int place : worst->places) Drop(place);
-    units_.erase(worst);
+    Drop(worst, rise_of_worst);
   }
+}
+
+bool SupportFit::DropOutOfBounds(const std::vector<Interval>& bounds) {
+  double least = HUGE_VAL;
+  auto cheapest = units_.end();
+  for (auto unit = units_.begin(); unit != units_.end(); ++unit) {
+    const bool within = std::all_of(unit->places.begin(), unit->places.end(), [&](int place) {
+      return bounds[static_cast<std::size_t>(place)].Contains(Value(place));
+    });
+    if (within) continue;
+    const double rise = RiseWithout(*unit);
+    if (rise >= least) continue;
+    least = rise;
+    cheapest = unit;
+  }
+  if (cheapest == units_.end()) return false;
+  Drop(cheapest, least);
+  return true;
+}
+
+void SupportFit::Drop(Units::iterator unit, double rise) {
+  minimum_ += rise;
+  for (const int place : unit->places) Drop(place);
+  units_.erase(unit);
 }
 
 std::vector<int> SupportFit::Places() const {

@@ -286,7 +286,7 @@ class EmpiricalSearch {
   /// Adds catalogued effects to the best, one at a time, as long as one is worth it.
   void Grow() {
     double before = 1e300;
-    while (HasEmpirical(best_) && best_.score < before - kGainToGrow) {
+    while (HasEmpirical(pool_, best_) && best_.score < before - kGainToGrow) {
       const std::vector<BlockIndex> from = best_.blocks;
       before = best_.score;
       for (const BlockIndex block : catalogue_) JudgeBelowBest(With(from, block));
@@ -318,11 +318,6 @@ class EmpiricalSearch {
     return support;
   }
 
-  bool HasEmpirical(const Explanation& explanation) const {
-    return std::any_of(explanation.blocks.begin(), explanation.blocks.end(),
-                       [this](BlockIndex block) { return pool_.blocks()[block].empirical(); });
-  }
-
   /// Takes a support where it beats the best.
   void JudgeBelowBest(const std::vector<BlockIndex>& support) {
     std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
@@ -330,8 +325,7 @@ class EmpiricalSearch {
   }
 
   void Take(Explanation explanation) {
-    if (explanation.score < best_.score && !pool_.Absurd(explanation) &&
-        !Wild(pool_, explanation)) {
+    if (explanation.score < best_.score && !Wild(pool_, explanation)) {
       best_ = std::move(explanation);
     }
   }

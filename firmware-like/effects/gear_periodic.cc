@@ -8,16 +8,19 @@ namespace {
 struct GearPeriodicFormula {
   enum Parameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
   static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
+  // No wheel of a gear train turns slower than its joint; below half a cycle a turn a sine is no
+  // line but an offset and a slope.
+  static constexpr Interval kCycleRange{0.5, 400};
 
   static EffectTraits Traits() {
     return {.id = "gear_periodic",
             .meaning = "the joint's error repeats with its angle: gear, encoder or bearing",
             .remedy = "a property of gear or encoder: let the correction carry it; a rise is wear",
             .parameters = {{"q#_amplitude", "rad", 1, {-2e-3, 2e-3}},
-                           {"q#_cycles", "1/turn", 1, {0.1, 400}, ParameterRole::kShape},
+                           {"q#_cycles", "1/turn", 1, kCycleRange, ParameterRole::kShape},
                            {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape},
                            {"q#_#_amplitude", "rad", 1, {-2e-3, 2e-3}},
-                           {"q#_#_cycles", "1/turn", 1, {0.1, 400}, ParameterRole::kShape},
+                           {"q#_#_cycles", "1/turn", 1, kCycleRange, ParameterRole::kShape},
                            {"q#_#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
             .needs = {},
             .confused_with = {"counterbalance", "gear_ratio", "joint_offset", "joint_compliance"},

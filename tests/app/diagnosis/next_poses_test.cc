@@ -93,7 +93,7 @@ Block ShiftBlock(std::string_view id, std::string_view word,
     BlockColumn& column = block.columns.emplace_back();
     column.parameter = static_cast<int>(first + k);
     column.values = values;
-    column.largest = 5e-3;
+    column.plausible = {-5e-3, 5e-3};
   }
   return block;
 }
@@ -407,9 +407,9 @@ TEST_CASE("the prior of a joint's compliance is a wind-up, whatever the arm weig
   }
   constexpr BlockColumnIndex kSecond(1);
   CHECK(sizes[kSecond] == Approx(7e-3 / most_Nm).epsilon(0.02));
-  CHECK(sizes[kSecond] < block.columns[kSecond].largest);
+  CHECK(sizes[kSecond] < block.columns[kSecond].Largest());
   const Block offsets = BlockOf(data, "joint_offset");
-  CHECK(PriorSizes(*pair.problem, offsets)[kSecond] == offsets.columns[kSecond].largest);
+  CHECK(PriorSizes(*pair.problem, offsets)[kSecond] == offsets.columns[kSecond].Largest());
 }
 
 TEST_CASE("the loss is what the weights are the slope of, and bounded") {

@@ -41,10 +41,10 @@ TEST_CASE("what elimination leaves is the least squares fit of the columns that 
     const Problem problem(seed);
     constexpr double kCost = 6;
     SupportFit fit = problem.Fit(kCost);
-    CHECK(fit.chi2() == Approx(problem.Chi2({0, 1, 2, 3, 4, 5})));
+    CHECK(fit.minimum() == Approx(problem.Chi2({0, 1, 2, 3, 4, 5})));
     fit.Eliminate();
     const std::vector<int> places = fit.Places();
-    CHECK(fit.chi2() == Approx(problem.Chi2(places)));
+    CHECK(fit.minimum() == Approx(problem.Chi2(places)));
     const Eigen::MatrixXd part = problem.X(Eigen::all, places);
     const Eigen::VectorXd values = part.colPivHouseholderQr().solve(problem.y);
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -58,7 +58,7 @@ TEST_CASE("what elimination leaves is the least squares fit of the columns that 
             std::find(gone.places.begin(), gone.places.end(), place) != gone.places.end();
         if (!of_unit) others.push_back(place);
       }
-      CHECK(problem.Chi2(others) - fit.chi2() >= kCost);
+      CHECK(problem.Chi2(others) - fit.minimum() >= kCost);
     }
   }
 }
@@ -69,7 +69,7 @@ TEST_CASE("where every unit costs more than it brings, nothing stays") {
   fit.Eliminate();
   CHECK(fit.units().empty());
   CHECK(fit.Places().empty());
-  CHECK(fit.chi2() == Approx(problem.y.squaredNorm()));
+  CHECK(fit.minimum() == Approx(problem.y.squaredNorm()));
 }
 
 }  // namespace

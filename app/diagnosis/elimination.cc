@@ -1,0 +1,116 @@
+#include "app/diagnosis/elimination.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+#include <optional>
+
+namespace plumbline {
+namespace {
+
+constexpr std::size_t kMostTries = 3;  // refits that a round may lose before elimination ends
+/// A unit is tried where its Wald statistic is less than so many times its cost: the statistic is
+/// that of the quadratic approximation, which a refit may better.
+constexpr double kWorthTrying = 2;
+
+using UnitParameters = std::map<BlockUnit, std::vector<int>>;
+
+/// The refitted sizes of each unit, as places in the covariance.
+UnitParameters SizesOfUnits(const Pool& pool, const RefittedExplanation& of) {
+  const EffectsOfUnits from =
+      EffectsAndUnits(pool.problem().data(), pool.blocks(), pool.CoefficientsOf(of.explanation));
+  UnitParameters sizes;
+  for (std::size_t j = 0; j < of.refit.parameters.size(); ++j) {
+    const auto effect = static_cast<std::size_t>(of.refit.parameters[j].first);
+    const auto value = static_cast<std::size_t>(of.refit.parameters[j].second);
+    const EffectTerm& term = of.refit.model.effects[effect].term;
+    const auto spec = static_cast<std::size_t>(term.parameters[value].spec);
+    if (term.effect->traits().parameters[spec].role != ParameterRole::kSize) continue;
+    sizes[from.units[effect][value]].push_back(static_cast<int>(j));
+  }
+  return sizes;
+}
+
+/// v^T C^-1 v of some refitted sizes v, C their covariance: chi2 of taking them for 0, to second
+/// order. 0 where the rows leave one of them free.
+double Wald(const Refit& refit, const std::vector<int>& places) {
+  const auto n = static_cast<Eigen::Index>(places.size());
+  Eigen::VectorXd values(n), scale(n);
+  Eigen::MatrixXd correlation(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int at = places[static_cast<std::size_t>(i)];
+    if (!refit.held[static_cast<std::size_t>(at)] || !(refit.covariance(at, at) > 0)) return 0;
+    scale[i] = std::sqrt(refit.covariance(at, at));
+    const auto [effect, value] = refit.parameters[static_cast<std::size_t>(at)];
+    values[i] = refit.model.effects[static_cast<std::size_t>(effect)]
+                    .values[static_cast<std::size_t>(value)] /
+                scale[i];
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      correlation(i, j) = refit.covariance(places[static_cast<std::size_t>(i)],
+                                           places[static_cast<std::size_t>(j)]) /
+                          (scale[i] * scale[j]);
+    }
+  }
+  return values.dot(correlation.ldlt().solve(values));
+}
+
+double CostOf(const Explanation& explanation) {
+  return explanation.score - explanation.chi2;
+}
+
+/// An explanation by one unit less, and what it saves.
+struct Smaller {
+  Explanation explanation;
+  double saved = 0;   ///< cost
+  double excess = 0;  ///< Wald statistic beyond it
+};
+
+std::vector<ColumnIndex> ColumnsWithout(const Pool& pool, const Explanation& explanation,
+                                        const BlockUnit& gone) {
+  std::vector<ColumnIndex> columns;
+  for (const ColumnIndex column : explanation.columns) {
+    const bool of_it =
+        pool.BlockOfColumn(column) == gone.block && pool.UnitOfColumn(column) == gone.number;
+    if (!of_it) columns.push_back(column);
+  }
+  return columns;
+}
+
+/// Those worth a refit, the least loss first.
+std::vector<Smaller> SmallerOnes(const Pool& pool, const RefittedExplanation& of) {
+  std::vector<Smaller> smaller;
+  for (const auto& [unit, places] : SizesOfUnits(pool, of)) {
+    Smaller& one = smaller.emplace_back();
+    one.explanation = pool.FitColumns(ColumnsWithout(pool, of.explanation, unit));
+    one.saved = CostOf(of.explanation) - CostOf(one.explanation);
+    const double wald = Wald(of.refit, places);
+    one.excess = wald - one.saved;
+    if (wald > kWorthTrying * one.saved) smaller.pop_back();
+  }
+  std::stable_sort(smaller.begin(), smaller.end(),
+                   [](const Smaller& a, const Smaller& b) { return a.excess < b.excess; });
+  if (smaller.size() > kMostTries) smaller.resize(kMostTries);
+  return smaller;
+}
+
+std::optional<RefittedExplanation> BetterSmaller(const Pool& pool, const RefittedExplanation& of,
+                                                 const RefitExplanation& refit) {
+  for (Smaller& one : SmallerOnes(pool, of)) {
+    Result<Refit> refitted = refit(one.explanation);
+    if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
+    return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
+                                         const RefitExplanation& refit) {
+  while (auto smaller = BetterSmaller(pool, of, refit)) of = std::move(*smaller);
+  return of;
+}
+
+}  // namespace plumbline

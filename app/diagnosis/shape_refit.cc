@@ -1,0 +1,50 @@
+#include "app/diagnosis/shape_refit.h"
+
+#include <algorithm>
+
+#include "app/diagnosis/elimination.h"
+#include "app/diagnosis/shape_search.h"
+
+namespace plumbline {
+namespace {
+
+/// Empty where the effect has no searched shapes.
+std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effect) {
+  const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
+  return search != nullptr ? search->Refitted(data, effect) : std::vector<Block>{};
+}
+
+}  // namespace
+
+Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
+  const FitProblem& fit = pool.problem().fit();
+  const auto refit_to = [&](const Explanation& explanation) {
+    Model start = pool.problem().aligned();
+    start.effects = EffectsFrom(fit.data, pool.blocks(), pool.CoefficientsOf(explanation));
+    return RefitModel(fit, start, {});
+  };
+  Result<Refit> refit = refit_to(chosen);
+  if (!refit) return chosen;
+  const RefittedExplanation kept =
+      WithoutUnearnedUnits(pool, {chosen, std::move(refit).value()}, refit_to);
+  std::vector<const Effect*> reshaped;
+  std::vector<BlockIndex> blocks;
+  for (const ActiveEffect& effect : kept.refit.model.effects) {
+    for (const Block& block : RefittedBlocks(fit.data, effect)) {
+      blocks.push_back(pool.Add(block));
+      reshaped.push_back(effect.term.effect);
+    }
+  }
+  std::vector<ColumnIndex> columns = pool.ColumnsOf(blocks);
+  for (const ColumnIndex column : kept.explanation.columns) {
+    const Effect* const effect = pool.blocks()[pool.BlockOfColumn(column)].term.effect;
+    if (std::find(reshaped.begin(), reshaped.end(), effect) == reshaped.end()) {
+      columns.push_back(column);
+    }
+  }
+  std::sort(columns.begin(), columns.end());
+  Explanation refitted = pool.FitColumns(columns);
+  return refitted.chi2 <= kept.explanation.chi2 ? refitted : kept.explanation;
+}
+
+}  // namespace plumbline
