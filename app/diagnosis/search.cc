@@ -50,6 +50,9 @@ class Searching {
   void NewShapes(const Explanation& from);
   void RefineShapes();
   void RefitShapes();
+  void Exchange();
+  /// Exchanges and refines until the best stands.
+  void Settle();
   void Offer(BlockIndex block);
   /// The blocks offered, the best by itself first.
   std::vector<BlockIndex> ByScoreAlone() const;
@@ -65,7 +68,7 @@ class Searching {
   const std::function<bool()>& interrupted_;
   std::vector<BlockIndex> offered_;
   std::set<std::vector<BlockIndex>> tried_;
-  std::set<std::vector<ColumnIndex>> listed_;
+  std::set<std::vector<ColumnIndex>> listed_, refitted_;
   std::vector<Explanation> found_;
   /// The best scores found, of all explanations (0) and of those of so many blocks; the worst
   /// first.
@@ -160,9 +163,38 @@ void Searching::RefitShapes() {
     return HasContinuousShape(pool_.blocks()[block]);
   });
   if (!bends) return;
+  if (!refitted_.insert(best.columns).second) return;
   const Explanation refitted = WithRefittedShapes(pool_, best);
   for (const BlockIndex block : refitted.blocks) Offer(block);
   JudgeSupport(refitted.blocks);
+}
+
+/// Exchanges each effect of the best for every other one: what was chosen beside fewer effects may
+/// stand in for another that is offered.
+void Searching::Exchange() {
+  const Explanation best = Winner();
+  if (best.blocks.size() > kMostRefined) return;
+  for (const BlockIndex block : best.blocks) {
+    std::vector<BlockIndex> beside = best.blocks;
+    std::erase(beside, block);
+    for (const BlockIndex other : std::vector<BlockIndex>(offered_)) {
+      std::vector<BlockIndex> support = beside;
+      support.push_back(other);
+      JudgeSupport(std::move(support));
+    }
+    if (Interrupted()) return;
+  }
+}
+
+void Searching::Settle() {
+  constexpr int kMostRounds = 4;
+  double before = HUGE_VAL;
+  for (int round = 0; round < kMostRounds && Winner().score < before; ++round) {
+    before = Winner().score;
+    RefineShapes();
+    RefitShapes();
+    Exchange();
+  }
 }
 
 std::vector<Explanation> Searching::Best(std::size_t count, std::size_t blocks) const {
@@ -207,8 +239,7 @@ std::vector<Explanation> Searching::Run() {
     if (Interrupted()) break;
   }
   for (const Explanation& pair : Best(2, 2)) NewShapes(pair);
-  RefineShapes();
-  RefitShapes();
+  Settle();
   // Triples and more only where two effects beat one: otherwise there is nothing to explain.
   while (!Interrupted()) {
     const Explanation best = Winner();
@@ -218,8 +249,7 @@ std::vector<Explanation> Searching::Run() {
     const double before = best.score;
     NewShapes(best);
     for (const Explanation& from : Best(width, size)) Grow(from);
-    RefineShapes();
-    RefitShapes();
+    Settle();
     if (!(Winner().score < before - kGainToGrow)) break;
   }
   return Best(kMostListed, 0);

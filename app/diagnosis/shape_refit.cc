@@ -43,8 +43,9 @@ Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
     }
   }
   std::sort(columns.begin(), columns.end());
-  Explanation refitted = pool.FitColumns(columns);
-  return refitted.chi2 <= kept.explanation.chi2 ? refitted : kept.explanation;
+  const Explanation refitted = pool.FitColumns(columns);
+  return std::min({chosen, kept.explanation, refitted},
+                  [](const Explanation& a, const Explanation& b) { return a.score < b.score; });
 }
 
 }  // namespace plumbline

@@ -5,10 +5,10 @@
 
 namespace plumbline {
 
-/// An explanation after its refit to the rows of the pool's problem: units that the refitted shapes
-/// make superfluous are gone, and the blocks of searched shapes have the refitted ones, so that a
-/// time constant and a step beside it are no longer those found one after the other. The
-/// explanation itself where the refit fails, or leaves more.
+/// An explanation refitted to the rows of the pool's problem: units that the refitted shapes make
+/// superfluous are gone, and the blocks of searched shapes have the refitted ones, so that a time
+/// constant and a step beside it are no longer those found one after the other. The explanation
+/// itself where the refit fails, or scores no better.
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen);
 
 }  // namespace plumbline
