@@ -13,6 +13,7 @@
 #include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
+#include "app/diagnosis/hidden_mistakes.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
@@ -391,6 +392,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measu
       searched, declared->model, options,
       [&](double share, const std::string& what) { task.Report(0.05 + 0.5 * share, what); });
   if (!found) return Error{found.error()};
+  if (const auto mistake = HiddenMistake(*found, options)) return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};
   if (task.Interrupted()) return Task::InterruptedError();

@@ -13,11 +13,12 @@ namespace plumbline {
 inline constexpr double kRivalGap = 16;
 
 /// 2 ln(odds) of 10 is "very strong" evidence [Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 777]:
-/// asked of what explains less than physics does, an empirical term and a discrepancy model, and of
-/// an explanation that is taken because it rejects fewer rows.
+/// asked of what explains less than physics does, an empirical term and a discrepancy model, of
+/// an explanation that is taken because it rejects fewer rows, and of a mistake in cell or file.
 inline constexpr double kUnknownMargin = 10;
 inline constexpr double kDiscrepancyMargin = 10;
 inline constexpr double kRejectingMargin = 10;
+inline constexpr double kMistakeMargin = 10;
 
 /// Explanations up to this far behind the best are refitted without linearisation, or compared over
 /// rejected rows. A judgement: odds of 1e13, which neither is expected to reverse. Their number is

@@ -72,5 +72,25 @@ TEST_CASE("where every unit costs more than it brings, nothing stays") {
   CHECK(fit.minimum() == Approx(problem.y.squaredNorm()));
 }
 
+TEST_CASE("of the units with a value out of bounds the one that explains least goes first") {
+  const Problem problem(3);
+  SupportFit fit = problem.Fit(0);
+  const std::vector<Interval> any(6, Interval{-1e300, 1e300});
+  CHECK_FALSE(fit.DropOutOfBounds(any));
+  // Columns 2 and 3 are worth about nothing and 5.
+  std::vector<Interval> bounds = any;
+  for (const int place : {2, 3}) {
+    const double value = fit.Value(place);
+    bounds[static_cast<std::size_t>(place)] = value > 0 ? Interval{-1e300, 0} : Interval{0, 1e300};
+  }
+  REQUIRE(fit.DropOutOfBounds(bounds));
+  CHECK(fit.Places() == std::vector<int>{0, 1, 3, 4, 5});
+  CHECK(fit.minimum() == Approx(problem.Chi2({0, 1, 3, 4, 5})));
+  REQUIRE(fit.DropOutOfBounds(bounds));
+  CHECK(fit.Places() == std::vector<int>{0, 1, 5});  // 4 is of the unit of 3
+  CHECK(fit.minimum() == Approx(problem.Chi2({0, 1, 5})));
+  CHECK_FALSE(fit.DropOutOfBounds(bounds));
+}
+
 }  // namespace
 }  // namespace plumbline
