@@ -109,6 +109,7 @@ std::optional<RefittedExplanation> BetterSmaller(const Pool& pool, const Refitte
 
 RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
                                          const RefitExplanation& refit) {
+  if (of.explanation.blocks.size() > kMostRefittedBlocks) return of;
   while (auto smaller = BetterSmaller(pool, of, refit)) of = std::move(*smaller);
   return of;
 }

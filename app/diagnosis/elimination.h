@@ -17,9 +17,14 @@ struct RefittedExplanation {
 /// Refits an explanation from its linear values.
 using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
 
+/// Blocks of an explanation that is refitted in the course of a search. One of more has no cause
+/// that anybody would name, and refitting each of its parts takes longer than the search.
+inline constexpr std::size_t kMostRefittedBlocks = 6;
+
 /// Drops the units that raise the refitted chi2 by less than they cost. The linear search cannot
 /// know them: with time constants, cycles and frames free, the other effects may take over what a
-/// unit explained while their shapes were fixed.
+/// unit explained while their shapes were fixed. Explanations of more than kMostRefittedBlocks
+/// stay.
 /// @param of  of the pool
 RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
                                          const RefitExplanation& refit);

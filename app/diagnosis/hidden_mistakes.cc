@@ -39,42 +39,87 @@ double ScoreAtDeclaredNoise(const Identified& found) {
          found.best.chi2;
 }
 
-Result<Identified> IdentifyAnew(const Dataset& data, const DiagnosisOptions& options) {
+/// The score of an answer's own effects on rows that may be changed: linear, with the answer's
+/// noise and every row's whole weight, so that two scores compare; infinite where the rows cannot
+/// be aligned.
+double ScoreOfOwnEffects(const Identified& found, const Dataset& rows,
+                         const DiagnosisOptions& options) {
+  const Result<Model> aligned = Aligned(rows, Model::Declared(rows), options.threads);
+  if (!aligned) return HUGE_VAL;
+  const Result<Linearisation> linear = LineariseApart(rows, *aligned, options.threads);
+  if (!linear) return HUGE_VAL;
+  FitProblem fit = FitOfEveryRow(rows, options.threads);
+  fit.sigma_m = found.fit.sigma_m;
+  const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), *aligned);
+  Pool pool(problem);
+  std::vector<BlockIndex> support;
+  for (const BlockIndex block : found.best.blocks) {
+    support.push_back(pool.Add(found.pool->blocks()[block]));
+  }
+  return pool.Evaluate(support).score;
+}
+
+Result<Identified> IdentifyAnew(const Dataset& data, std::size_t most,
+                                const DiagnosisOptions& options) {
   const Result<Model> aligned = Aligned(data, Model::Declared(data), options.threads);
   if (!aligned) return Error{aligned.error()};
-  return Identify(data, *aligned, options, [](double, const std::string&) {});
+  return Identify(
+      data, *aligned, options, [](double, const std::string&) {}, most);
+}
+
+struct Mended {
+  const Mistake* mistake = nullptr;
+  Dataset rows;
+};
+
+/// The mistakes that are worth a search of their own: those with which the answer's own effects, or
+/// some of them, do better.
+std::vector<Mended> WorthASearch(const Identified& found, const std::vector<Mistake>& mistakes,
+                                 const Dataset& few, const DiagnosisOptions& options) {
+  const double to_beat = ScoreOfOwnEffects(found, few, options) - kMistakeMargin;
+  std::vector<Mended> worth;
+  for (const Mistake& mistake : mistakes) {
+    if (!mistake.subtle) continue;
+    Mended mended{&mistake, few};
+    mistake.undo(mended.rows);
+    if (ScoreOfOwnEffects(found, mended.rows, options) > to_beat) continue;
+    worth.push_back(std::move(mended));
+  }
+  return worth;
+}
+
+std::string SentenceOf(const Mistake& mistake, const Identified& without) {
+  std::vector<std::string> names;
+  for (const ActiveEffect& effect : without.refit.model.effects) {
+    names.push_back(EffectName(effect.term.effect->traits().id));
+  }
+  const std::string who = names.empty()       ? "the declared cell leaves"
+                          : names.size() == 1 ? names.front() + " leaves"
+                                              : Listed(names) + " leave";
+  return fmt::format(
+      "{}: {}. Then {} no more than the noise of {:.3g} mm on one axis; without it the rows need "
+      "effects more, or leave more",
+      mistake.sentence, mistake.remedy, who, 1e3 * without.fit.data.sigma_m);
 }
 
 }  // namespace
 
 std::optional<std::string> HiddenMistake(const Identified& found, const DiagnosisOptions& options) {
-  if (!(found.fit.data.sigma_m > 0) || IsSound(found)) return std::nullopt;
-  std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
-  std::erase_if(mistakes, [](const Mistake& mistake) { return !mistake.subtle; });
-  if (mistakes.empty()) return std::nullopt;
+  if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
+  const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
   const Dataset few = Thinned(found.fit.data, EvenlySpread(found.fit.data, kRows));
-  const Result<Identified> as_it_is = IdentifyAnew(few, options);
+  const std::vector<Mended> worth = WorthASearch(found, mistakes, few, options);
+  if (worth.empty()) return std::nullopt;
+  const Result<Identified> as_it_is = IdentifyAnew(few, kMostBlocks, options);
   if (!as_it_is) return std::nullopt;
-  const double chosen_among = 2 * std::log(static_cast<double>(mistakes.size()));
+  const double chosen_among = 2 * std::log(static_cast<double>(worth.size()));
   const double to_beat = ScoreAtDeclaredNoise(*as_it_is) - kMistakeMargin - chosen_among;
-  for (const Mistake& mistake : mistakes) {
-    Dataset mended = few;
-    mistake.undo(mended);
-    const Result<Identified> without = IdentifyAnew(mended, options);
+  for (const Mended& mended : worth) {
+    // What needs more effects than the answer that it replaces is no better.
+    const Result<Identified> without =
+        IdentifyAnew(mended.rows, as_it_is->best.blocks.size(), options);
     if (!without || !IsSound(*without) || ScoreAtDeclaredNoise(*without) > to_beat) continue;
-    std::vector<std::string> names;
-    for (const ActiveEffect& effect : without->refit.model.effects) {
-      names.push_back(EffectName(effect.term.effect->traits().id));
-    }
-    return fmt::format(
-        "{}: {}. With it {} the noise of {:.3g} mm; as the rows are, what explains them is no "
-        "sound "
-        "machine's, or leaves more than the noise",
-        mistake.sentence, mistake.remedy,
-        names.empty()
-            ? "the declared cell leaves no more than"
-            : Listed(names) + (names.size() == 1 ? " leaves" : " leave") + " no more than",
-        1e3 * few.sigma_m);
+    return SentenceOf(*mended.mistake, *without);
   }
   return std::nullopt;
 }

@@ -148,7 +148,8 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
 
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
-                            const std::function<void(double, const std::string&)>& tell) {
+                            const std::function<void(double, const std::string&)>& tell,
+                            std::size_t most) {
   Identified found(FitOfEveryRow(data, options.threads));
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
@@ -174,7 +175,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     tell(static_cast<double>(pass) / kPasses, fmt::format("searching effects, pass {}", pass + 1));
     const bool frugal = pass < kFrugalPasses;
     const Result<Refit> refit =
-        SearchRefitAndEliminate(frugal ? kFrugal : kMostBlocks, pass > 0, options, found);
+        SearchRefitAndEliminate(frugal ? std::min(kFrugal, most) : most, pass > 0, options, found);
     if (!refit) return Error{refit.error()};
     const bool stands = !frugal && SameSupport(refit->model, found.model);
     found.refit = *refit;
@@ -198,7 +199,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     found.fit.sigma_m = sigma;
   }
   // The last choice with the last weights.
-  const Result<Refit> refit = SearchRefitAndEliminate(kMostBlocks, true, options, found);
+  const Result<Refit> refit = SearchRefitAndEliminate(most, true, options, found);
   if (!refit) return Error{refit.error()};
   found.refit = *refit;
   found.model = refit->model;

@@ -27,9 +27,11 @@ struct Identified {
 };
 
 /// @param tell  progress: a share of 0..1 and what is being done
+/// @param most  blocks of an explanation
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
-                            const std::function<void(double, const std::string&)>& tell);
+                            const std::function<void(double, const std::string&)>& tell,
+                            std::size_t most = kMostBlocks);
 
 /// Residuals of the model, and gradients of the arm without its added effects: columns stay those
 /// of each effect by itself, whatever acts, and y = residual + (d prediction / d influence)

@@ -6,6 +6,7 @@
 #include <queue>
 #include <set>
 
+#include "app/diagnosis/elimination.h"
 #include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
 
@@ -27,7 +28,6 @@ namespace {
 
 constexpr std::size_t kPairsForTriples = 24;  // triples grow from the best pairs
 constexpr std::size_t kBeam = 4;
-constexpr std::size_t kMostRefined = 8;  // blocks of an explanation whose shapes are refined
 
 class Searching {
  public:
@@ -133,7 +133,7 @@ void Searching::NewShapes(const Explanation& from) {
 /// as they are: refining them would take as long as the search, and each line has little to gain.
 void Searching::RefineShapes() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefined) return;
+  if (best.blocks.size() > kMostRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
     const Effect* const effect = pool_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
@@ -158,7 +158,7 @@ void Searching::Offer(BlockIndex block) {
 /// time constant beside a step leaves an error that further effects would be taken for.
 void Searching::RefitShapes() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefined) return;
+  if (best.blocks.size() > kMostRefittedBlocks) return;
   const bool bends = std::any_of(best.blocks.begin(), best.blocks.end(), [this](BlockIndex block) {
     return HasContinuousShape(pool_.blocks()[block]);
   });
@@ -173,7 +173,7 @@ void Searching::RefitShapes() {
 /// stand in for another that is offered.
 void Searching::Exchange() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefined) return;
+  if (best.blocks.size() > kMostRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
     std::vector<BlockIndex> beside = best.blocks;
     std::erase(beside, block);

@@ -17,6 +17,7 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effec
 }  // namespace
 
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
+  if (chosen.blocks.size() > kMostRefittedBlocks) return chosen;
   const FitProblem& fit = pool.problem().fit();
   const auto refit_to = [&](const Explanation& explanation) {
     Model start = pool.problem().aligned();
