@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/diagnosis/words.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
@@ -35,11 +36,14 @@ Json JsonOf(const Finding& finding) {
   Json parameters = Json::array();
   for (const EffectParameter& parameter : written.parameters)
     parameters.push_back(JsonOf(parameter));
-  return {{"id", written.id},
-          {"scope", written.scope},
-          {"parameters", parameters},
-          {"p_value", Number(finding.p_value)},
-          {"share_of_residual", Number(finding.share_of_residual)}};
+  Json told = {{"id", written.id},
+               {"scope", written.scope},
+               {"parameters", parameters},
+               {"p_value", Number(finding.p_value)},
+               {"share_of_residual", Number(finding.share_of_residual)}};
+  const std::string line = LineText(finding.effect);
+  if (!line.empty()) told["in_words"] = line;
+  return told;
 }
 
 Json JsonOf(const ExplanationCheck& check) {

@@ -8,6 +8,16 @@
 namespace plumbline {
 namespace {
 
+constexpr int kMostRows = 400;  // that hold the shapes of a search
+
+/// Every second row, every third, .., so that no more than kMostRows stay.
+FitRows EveryFew(const FitRows& rows) {
+  const int step = (rows.count() + kMostRows - 1) / kMostRows;
+  FitRows few;
+  for (int k = 0; k < rows.count(); k += step) few.push_back(rows[FitRowIndex(k)]);
+  return few;
+}
+
 /// Empty where the effect has no searched shapes.
 std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effect) {
   const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
@@ -18,7 +28,9 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effec
 
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
   if (chosen.blocks.size() > kMostRefittedBlocks) return chosen;
-  const FitProblem& fit = pool.problem().fit();
+  const FitProblem& every = pool.problem().fit();
+  const bool few = every.rows.count() <= kMostRows;
+  const FitProblem fit = few ? every : every.WithRows(EveryFew(every.rows));
   const auto refit_to = [&](const Explanation& explanation) {
     Model start = pool.problem().aligned();
     start.effects = EffectsFrom(fit.data, pool.blocks(), pool.CoefficientsOf(explanation));
@@ -26,8 +38,9 @@ Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
   };
   Result<Refit> refit = refit_to(chosen);
   if (!refit) return chosen;
-  const RefittedExplanation kept =
-      WithoutUnearnedUnits(pool, {chosen, std::move(refit).value()}, refit_to);
+  RefittedExplanation kept{chosen, std::move(refit).value()};
+  // Part of the rows holds the shapes, but says less than all of what a unit is worth.
+  if (few) kept = WithoutUnearnedUnits(pool, std::move(kept), refit_to);
   std::vector<const Effect*> reshaped;
   std::vector<BlockIndex> blocks;
   for (const ActiveEffect& effect : kept.refit.model.effects) {

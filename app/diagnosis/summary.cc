@@ -30,6 +30,8 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
           fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id), parameter.name,
                       shown.value, shown.sd.empty() ? "" : " +- " + shown.sd, parameter.unit);
     }
+    const std::string line = LineText(finding.effect);
+    if (!line.empty()) lines += "    " + line + '\n';
     if (!finding.implausible.empty() && count <= kMostParameters) {
       lines += "    implausible: " + finding.implausible + '\n';
     }

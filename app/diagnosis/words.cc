@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/diagnosis/candidates.h"
 #include "firmware-like/effects/catalogue.h"
+#include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline {
 namespace {
@@ -192,6 +194,65 @@ std::string PercentText(double share) {
   if (share > 0 && share < 0.005) return "<1 %";
   if (share < 1 && share > 0.995) return ">99 %";
   return fmt::format("{:.0f} %", kPercent * share);
+}
+
+namespace {
+
+/// "bar" of "air_pressure_bar"; differences of temperature are in K.
+std::string UnitOfColumn(const std::string& column) {
+  const std::size_t at = column.rfind('_');
+  if (at == std::string::npos) return "unit of " + column;
+  const std::string unit = column.substr(at + 1);
+  return unit == "C" ? "K" : unit;
+}
+
+/// Rise of each carrier per unit of the driver, by least squares over the nodes; nothing where the
+/// curve bends.
+std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
+  constexpr double kStraight = 0.05;  // of the rise
+  if (nodes.rows() < 2) return std::nullopt;
+  const Eigen::VectorXd x = nodes.col(0).array() - nodes.col(0).mean();
+  const Eigen::MatrixXd curves = nodes.rightCols(nodes.cols() - 1);
+  const Eigen::MatrixXd centred = curves.rowwise() - curves.colwise().mean();
+  const Eigen::VectorXd slopes = centred.transpose() * x / x.squaredNorm();
+  const double rise = slopes.norm() * (x.maxCoeff() - x.minCoeff());
+  const double bend = (centred - x * slopes.transpose()).rowwise().norm().maxCoeff();
+  return rise > 0 && bend <= kStraight * rise ? std::optional(slopes) : std::nullopt;
+}
+
+}  // namespace
+
+std::string LineText(const ActiveEffect& effect) {
+  const EffectTerm& term = effect.term;
+  if (!term.effect->traits().empirical || term.drivers.size() != 1) return "";
+  const auto slopes = SlopesOf(term.nodes);
+  if (!slopes) return "";
+  const std::string per = "per " + UnitOfColumn(term.drivers.front());
+  std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // of base and tip
+  std::vector<std::string> texts;
+  for (std::size_t k = 0; k < term.parameters.size(); ++k) {
+    const std::string name = NameFromParameter(term.effect->traits(), term.parameters[k]);
+    const double slope = effect.values[k] * (*slopes)[static_cast<Eigen::Index>(k)];
+    const bool shifts = name.starts_with("base_") || name.starts_with("tip_");
+    if (shifts) {
+      axes[name.substr(0, name.find('_'))].emplace_back(name.substr(name.find('_') + 1), slope);
+    } else if (name == "tool_bending") {
+      texts.push_back(fmt::format("the tool bends {:+.3g} times {}", slope, per));
+    } else {
+      texts.push_back(fmt::format("{} turns {:.3g} mrad {}", name, 1e3 * slope, per));
+    }
+  }
+  for (const auto& [what, of_axes] : axes) {
+    double square = 0;
+    std::vector<std::string> parts;
+    for (const auto& [axis, slope] : of_axes) {
+      square += slope * slope;
+      parts.push_back(fmt::format("{} {:.3g}", axis, slope));
+    }
+    texts.push_back(fmt::format("the {} moves {:.3g} mm {} ({})", what, std::sqrt(square), per,
+                                fmt::join(parts, ", ")));
+  }
+  return "a straight line: " + fmt::format("{}", fmt::join(texts, "; "));
 }
 
 ValueText ValueTextOf(double value, std::optional<double> sd) {

@@ -18,6 +18,11 @@ std::string EffectName(std::string_view id, const std::vector<std::string>& scop
 std::string EffectName(std::string_view id, std::string_view word,
                        const std::vector<std::string>& scope);
 std::string EffectName(const Finding& finding);
+
+/// What an empirical term does for each unit of its signal, where its curve is straight to within a
+/// twentieth of its rise: "a straight line: the base moves 73.5 mm per bar (x 43.0, y 49.4, z
+/// -33.3)". Empty of a curve, of two signals, and of effects of the catalogue.
+std::string LineText(const ActiveEffect& effect);
 /// With the words where they tell a rival from what it would replace.
 std::string RivalName(const Rival& rival);
 std::string ReplacedName(const Rival& rival);

@@ -138,6 +138,8 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
   html += VerdictWords(diagnosis.verdict);
   html += "</p>\n<p class=\"headline\">" + Escape(Capital(Headline(diagnosis))) + ".</p>\n";
   for (const Finding& finding : diagnosis.findings) {
+    const std::string line = LineText(finding.effect);
+    if (!line.empty()) html += "<p>" + Escape(Capital(line)) + ".</p>\n";
     if (finding.implausible.empty()) continue;
     html +=
         "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";

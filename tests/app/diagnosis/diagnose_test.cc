@@ -328,13 +328,14 @@ TEST_CASE("many lines in a joint are corrected; clean data get no discrepancy mo
   CHECK(rough->held_out.after_m < 2 * rough->noise_floor_m);
 }
 
-TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, and next poses are given") {
+TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, but one more pose can") {
   const auto diagnosis = Answer(
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
   REQUIRE(diagnosis);
   CHECK(diagnosis->verdict == Verdict::kAmbiguous);
   CHECK_FALSE(diagnosis->rivals.empty());
-  CHECK(diagnosis->next_poses.size() == 6);
+  REQUIRE_FALSE(diagnosis->next_poses.empty());
+  CHECK(diagnosis->next_poses.front().separation_m > 10 * diagnosis->sigma_m);
 }
 
 TEST_CASE("one row with another payload tells mass from stiffness, and is no outlier") {
