@@ -7,6 +7,7 @@
 #include <random>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/gross_errors.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
@@ -100,6 +101,30 @@ TEST_CASE("joints that count otherwise are named, the last one too") {
     named += Refusal(data).find("joint q6 counts the other way") != std::string::npos ? 1 : 0;
   }
   CHECK(named >= kSeeds - 1);
+}
+
+TEST_CASE("a mistake beside an effect is named, and an effect alone is no mistake") {
+  const auto answer = [](const MeasuredCell& data) {
+    DiagnosisOptions options;
+    options.threads = kThreads;
+    return Diagnose(data.cell, data.table, options);
+  };
+  const std::string soft = "--family joint_compliance --robot ur10 --rows 60 --signal 15 ";
+  const std::string heavy = "--family payload_cog --robot ur10 --rows 60 --signal 15 --seed 4";
+  MeasuredCell turned = Simulated(soft + "--seed 3");
+  CHECK(answer(turned));
+  for (MeasuredRow& row : turned.table.rows) row.q[5] *= -1;
+  const auto other_way = answer(turned);
+  REQUIRE_FALSE(other_way);
+  CHECK_THAT(other_way.error(), Catch::Contains("joint q6 counts the other way"));
+
+  MeasuredCell pounds = Simulated(soft + "--seed 5");
+  for (MeasuredRow& row : pounds.table.rows) row.payload_kg /= 0.45359237;
+  const auto in_pounds = answer(pounds);
+  REQUIRE_FALSE(in_pounds);
+  CHECK_THAT(in_pounds.error(), Catch::Contains("pound"));
+
+  CHECK(answer(Simulated(heavy)));
 }
 
 TEST_CASE("base angles of another convention are named") {

@@ -72,6 +72,22 @@ TEST_CASE("an unknown says what it follows and whether it is corrected") {
         "empirically where there is data");
 }
 
+TEST_CASE("a straight line is told per unit of its signal, a bent one is not") {
+  ActiveEffect effect;
+  effect.term.effect = FindEffect("empirical");
+  effect.term.drivers = {"air_pressure_bar"};
+  effect.term.parameters = {{0}, {2}};  // base_x, base_z; their nodes are in mm
+  effect.term.nodes = (Eigen::MatrixXd(3, 3) << 4, 0, 0, 5, 3, -4, 6, 6, -8).finished();
+  effect.values = {0.5, 0.5};
+  CHECK(LineText(effect) == "a straight line: the base moves 2.5 mm per bar (x 1.5, z -2)");
+  effect.term.drivers = {"coolant_C"};
+  CHECK_THAT(LineText(effect), Catch::Contains("mm per K"));
+  effect.term.nodes(1, 1) = 0;
+  CHECK(LineText(effect).empty());
+  effect.term.effect = FindEffect("joint_compliance");
+  CHECK(LineText(effect).empty());
+}
+
 TEST_CASE("without held-out rows the sentence does not claim any") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
   CHECK(ErrorSentence(diagnosis).find("took no part in the fit") != std::string::npos);
