@@ -183,6 +183,17 @@ void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
                   1e3 * data.q_step_rad, 1e3 * least_m));
 }
 
+/// Notes that the noise goes on from row to row, and what that costs.
+void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
+  const double rho = problem.row_correlation;
+  if (rho <= 0) return;
+  diagnosis.notes.push_back(
+      fmt::format("what is left goes on from row to row (correlation {:.2f}): an effect that does "
+                  "so, too, such "
+                  "as an event or a drift, needs up to {:.1f} times the evidence",
+                  rho, (1 + rho) / (1 - rho)));
+}
+
 /// Findings, rivals, what was refused, what would have been seen, signals, the verdict, and where
 /// to measure next if it is ambiguous.
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
@@ -206,6 +217,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   AddSignals(task.data, found, diagnosis);
   SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), diagnosis);
   AddReadingNote(task.data, diagnosis);
+  AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
   task.Report(0.75, "where to measure next");
   AddNextPoses(*found.pool, found.model, found.fit.weights, found.best, rivals, task.options,

@@ -54,8 +54,9 @@ Eigen::MatrixXd CovarianceAt(const Eigen::MatrixXd& covariance, const std::vecto
 /// What dropping an effect costs, all others kept in their joints.
 struct Dropped {
   double chi2 = 0;
-  double columns = 0;  ///< that go with it, at least 1
-  double trials = 1;   ///< effects, shapes and choices of joints that were looked at for it
+  double columns = 0;    ///< that go with it, at least 1
+  double trials = 1;     ///< effects, shapes and choices of joints that were looked at for it
+  double inflation = 1;  ///< by noise that goes on from row to row, as Pool::Inflation
 };
 
 Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
@@ -65,11 +66,13 @@ Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
     if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) beside.push_back(column);
   }
   const Explanation without = pool.FitColumns(beside);
+  const std::vector<BlockIndex> blocks = pool.BlocksOf(context.best, key);
+  double inflation = 1;
+  for (const BlockIndex block : blocks) inflation = std::max(inflation, pool.Inflation(block));
   return {std::max(0.0, without.chi2 - context.best.chi2),
           std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                   static_cast<double>(without.columns.size())),
-          EffectsConsidered(context.problem.data) *
-              Trials(pool, context.best, pool.BlocksOf(context.best, key))};
+          EffectsConsidered(context.problem.data) * Trials(pool, context.best, blocks), inflation};
 }
 
 /// From the first to the last of the rows that were not rejected.
@@ -117,9 +120,10 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   finding.effect = context.refit.model.effects[effect];
   const EffectTerm& term = finding.effect.term;
   const std::vector<int> places = PlacesOf(context.refit, effect);
-  finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
   const Dropped dropped =
       DroppedWithout(context, {std::string(term.effect->traits().id), std::string(term.word)});
+  inflation *= dropped.inflation;
+  finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
   finding.p_value =
       std::min(1.0, dropped.trials * ChiSquareTail(dropped.chi2 / inflation, dropped.columns));
   finding.share_of_residual = dropped.chi2 / std::max(1e-12, context.pool.chi2_null());

@@ -12,11 +12,12 @@ struct FitProblem {
   PerRow<double> weights;  ///< of all rows, 0..1
   double sigma_m = 0;      ///< noise, one axis
   int threads = 1;
+  double row_correlation = 0;  ///< of the noise of successive rows, 0..1
 
   FitLayout layout() const;
   /// The same data, weights and noise, with other rows taking part.
   FitProblem WithRows(FitRows other) const {
-    return {data, std::move(other), weights, sigma_m, threads};
+    return {data, std::move(other), weights, sigma_m, threads, row_correlation};
   }
 };
 

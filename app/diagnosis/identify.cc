@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/row_correlation.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
 
@@ -17,6 +18,7 @@ constexpr int kPasses = 7;
 constexpr int kFrugalPasses = 2;  // first few effects at most: outliers must not hide in many
 constexpr std::size_t kFrugal = 2;
 constexpr std::size_t kRefitTries = 12;
+constexpr double kSameCorrelation = 0.05;
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
@@ -193,10 +195,13 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
       rich = RichSigma(*found.pool, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
-    const bool settled =
-        std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma && before == found.fit.weights;
-    if (stands && settled) return found;  // with the sigma that its chi2 is in
+    const double correlation = RowCorrelation(data, residuals, found.fit.weights);
+    const bool settled = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
+                         std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
+                         before == found.fit.weights;
+    if (stands && settled) return found;  // with the noise that its chi2 and costs are in
     found.fit.sigma_m = sigma;
+    found.fit.row_correlation = correlation;
   }
   // The last choice with the last weights.
   const Result<Refit> refit = SearchRefitAndEliminate(most, true, options, found);

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "app/diagnosis/row_correlation.h"
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
@@ -38,7 +39,6 @@ BlockIndex Pool::Add(const Block& block) {
   problem_.Project(raw);
   const BlockIndex index(blocks_.size());
   blocks_.push_back(block);
-  unit_costs_.push_back(UnitCosts(block));
   first_.emplace_back(used_);
   for (const BlockColumnIndex k : block.columns.indices()) {
     auto column = raw.col(k.value());
@@ -54,6 +54,12 @@ BlockIndex Pool::Add(const Block& block) {
     block_of_.push_back(index);
     local_.push_back(k);
   }
+  double inflation = 1;
+  for (const auto column : raw.colwise()) {
+    inflation = std::max(inflation, VarianceInflation(problem_, column));
+  }
+  inflation_.push_back(inflation);
+  unit_costs_.push_back(UnitCosts(index));
   if (used_ + width > columns_.cols()) {
     const int room = 2 * (used_ + width) + 64;
     columns_.conservativeResize(raw.rows(), room);
@@ -93,7 +99,8 @@ Interval Pool::Bounds(ColumnIndex column) const {
   return {scale * plausible.low, scale * plausible.high};
 }
 
-std::vector<double> Pool::UnitCosts(const Block& block) const {
+std::vector<double> Pool::UnitCosts(BlockIndex index) const {
+  const Block& block = blocks_[index];
   std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
   for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
   std::vector<double> costs;
@@ -104,13 +111,13 @@ std::vector<double> Pool::UnitCosts(const Block& block) const {
     if (quantile == 0 && block.units > 1) {
       quantile = ChiSquareQuantile(kJointFamilyError / block.units, width);
     }
-    costs.push_back(std::max(evidence, quantile));
+    costs.push_back(inflation_[index] * std::max(evidence, quantile));
   }
   return costs;
 }
 
 double Pool::BlockCost(BlockIndex block) const {
-  return 2 * std::log(std::max(1.0, blocks_[block].trials));
+  return inflation_[block] * 2 * std::log(std::max(1.0, blocks_[block].trials));
 }
 
 Explanation Pool::Evaluate(std::vector<BlockIndex> support) const {
@@ -148,17 +155,19 @@ double Pool::LeastCost(const std::vector<ColumnIndex>& columns) const {
 }
 
 double Pool::Claims(const std::set<BlockIndex>& blocks) const {
-  std::set<std::string_view> ids;
-  int events = 0;
+  std::map<std::string_view, double> inflations;  // of each id
+  double claims = 0;
   for (const BlockIndex index : blocks) {
     const Block& block = blocks_[index];
     if (BeginsAtAMoment(block.term)) {
-      ++events;
+      claims += inflation_[index];
     } else {
-      ids.insert(block.id);
+      double& largest = inflations[block.id];
+      largest = std::max(largest, inflation_[index]);
     }
   }
-  return events + static_cast<double>(ids.size());
+  for (const auto& [id, inflation] : inflations) claims += inflation;
+  return claims;
 }
 
 Explanation Pool::Fit(const std::vector<BlockIndex>& support) const {
@@ -360,7 +369,8 @@ Indexed<BlockColumnIndex, double> Pool::MinimumDetectable(BlockIndex block,
   for (const ColumnIndex column : ColumnsIn(block)) {
     if (length_[column] == 0) continue;
     const BlockColumn& of = ColumnAt(column);
-    const double threshold = UnitCost(block, of.unit) + block_cost + effect_cost_;
+    const double threshold =
+        UnitCost(block, of.unit) + block_cost + effect_cost_ * Inflation(block);
     const double value = (std::sqrt(threshold) + kPower90) / length_[column];
     if (value < of.Largest()) sizes[local_[column]] = value * raw_rms_m_[column];
   }

@@ -89,6 +89,9 @@ class Pool {
   double BlockCost(BlockIndex block) const;
   /// What each whole effect costs for its choice among all, 2 ln(EffectsConsidered).
   double EffectCost() const { return effect_cost_; }
+  /// Times by which correlated noise raises what a block explains by chance, 1 and more: its costs
+  /// are raised as much, since each is what independent noise reaches.
+  double Inflation(BlockIndex block) const { return inflation_[block]; }
 
   const Eigen::MatrixXd& columns() const { return columns_; }
   /// 0-based; -1 where the column belongs to no joint.
@@ -107,7 +110,7 @@ class Pool {
   }
   Eigen::VectorXd ResidualBeside(const Explanation& explanation,
                                  std::optional<BlockIndex> left_in) const;
-  std::vector<double> UnitCosts(const Block& block) const;
+  std::vector<double> UnitCosts(BlockIndex block) const;
   /// Columns that are well conditioned together, and the chi2 that they leave.
   struct Basis {
     std::vector<ColumnIndex> columns;
@@ -116,8 +119,8 @@ class Pool {
   Basis Ranked(const std::vector<ColumnIndex>& columns) const;
   /// The least that an explanation with at least one unit of each block costs.
   double LeastCost(const std::vector<ColumnIndex>& columns) const;
-  /// Whole effects that blocks claim: those of one id are one effect, but each event is a claim of
-  /// its own, however often another one happened.
+  /// Whole effects that blocks claim, each by its inflation: those of one id are one effect, but
+  /// each event is a claim of its own, however often another one happened.
   double Claims(const std::set<BlockIndex>& blocks) const;
   SupportFit FitOf(const std::vector<ColumnIndex>& columns) const;
   /// Values in SI, and the score with every cost.
@@ -128,6 +131,7 @@ class Pool {
   Indexed<BlockIndex, ColumnIndex> first_;  ///< column of each block
   Indexed<ColumnIndex, BlockIndex> block_of_;
   Indexed<ColumnIndex, BlockColumnIndex> local_;
+  Indexed<BlockIndex, double> inflation_;
   Indexed<BlockIndex, std::vector<double>> unit_costs_;
   Eigen::MatrixXd columns_;  ///< projected, unit length (or zero)
   int used_ = 0;

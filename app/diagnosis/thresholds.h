@@ -44,6 +44,9 @@ inline constexpr int kSignFlips = 199;
 inline constexpr double kFollowsChance = 0.01;
 /// That a residual exceeds the scatter of repeats so far (Fisher's F).
 inline constexpr double kRepeatsChance = 0.01;
+/// Standard deviations of a correlation from row to row that independent noise reaches once in a
+/// thousand data sets.
+inline constexpr double kCorrelatedSigmas = 3.09;
 /// Share of rows that a 95 % radius may leave out, and the chance that the true radius leaves out
 /// as many of the held-out rows as were seen. The latter is a judgement: between the median count
 /// (0.5), which half of all true radii fail, and 0.05, which few wrong ones do.

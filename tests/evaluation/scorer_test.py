@@ -40,6 +40,15 @@ def explained(*effects):
     return {"verdict": "explained", "effects": list(effects)}
 
 
+class Separability(unittest.TestCase):
+    def test_a_rival_of_a_sign_that_no_machine_has_is_none(self):
+        field, fixed = separability.np.array([1.0, 2.0, 0.0]), separability.np.zeros((3, 0))
+        same = separability.np.array([[1.0], [2.0], [0.0]])
+        self.assertAlmostEqual(separability.least_left_over(field, fixed, same), 0)
+        self.assertAlmostEqual(separability.least_left_over(field, fixed, -same), 5**0.5)
+        self.assertAlmostEqual(separability.left_over(field, fixed, -same), 0)
+
+
 class Names(unittest.TestCase):
     def judged(self, answer, hidden, judged=SEPARABLE):
         return scorer.judge_answer(answer, hidden, judged)

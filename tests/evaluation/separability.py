@@ -3,7 +3,9 @@
 The displacement of the hidden effect over the measured rows is projected on the columns of every
 rival (frames that the cell calls unknown, and the other hidden effects, always refitted). What is
 left, as a norm over sigma, is how far apart the two explanations lie:
-below 3.3 no method can tell, above 6 every good one should.
+below 3.3 no method can tell, above 6 every good one should. A rival that physics excludes is none:
+one of a sign that no machine has, or a turn between axes that are not parallel, which is the offset
+of the next joint by another name.
 """
 
 import csv
@@ -27,6 +29,10 @@ WHOLE = ["base_frame", "tool_frame", "tool_stiffness", "tool_shear", "tool_root_
          "payload_mass", "payload_cog", "gravity_direction", "pedestal_compliance",
          "thermal_growth", "latency", "measurement_scale", "counterbalance",
          "camera_tag_size", "camera_zoom", "camera_lens", "base_tilt", "range_zero", "range_anchor"]
+# No machine has a negative compliance, clearance, inertia or expansion: a rival that would need one
+# is none.
+NOT_NEGATIVE = {"tool_root_compliance", "pedestal_compliance", "thermal_growth", "joint_hardening",
+                "link_bending", "bearing_tilt", "axis_bending", "guide_play", "dynamic_inertia"}
 BY_NAME = WHOLE + BY_PARAMETER + TRUTH_ONLY + ["gear_periodic", "tilt_event"]
 
 
@@ -72,6 +78,14 @@ class Blocks:
 
     def frames(self, of):
         return np.array([self.columns[of + "_frame", a] for a in "xyz"]).T
+
+    def is_an_offset(self, name, label):
+        """True of a turn about y that any joint's offset makes, too: the axes are not parallel."""
+        if name != "link_geometry" or not label.startswith("beta"):
+            return False
+        turn, offsets = self.columns[name, label], self.stack("joint_offset")
+        length = np.linalg.norm(turn)
+        return length > 0 and left_over(turn / length, np.zeros((len(turn), 0)), offsets) < 1e-3
 
     def drift(self, tau):
         return self.frames("base") * (1 - np.exp(-self.t / tau))[:, None]
@@ -121,7 +135,7 @@ def rivals(blocks, joints, how_many):
         if block.shape[1]:
             yield name, (), block.shape[1], block
     for name in PER_JOINT + BY_PARAMETER:
-        labels = sorted(blocks.of(name))
+        labels = [l for l in sorted(blocks.of(name)) if not blocks.is_an_offset(name, l)]
         for size in range(1, min(how_many, 3) + 1):
             for chosen in itertools.combinations(labels, size):
                 yield name, chosen, size, blocks.stack(name, chosen)
@@ -160,6 +174,20 @@ def left_over(field, fixed, block):
     u, s, _ = np.linalg.svd(basis, full_matrices=False)
     u = u[:, s > 1e-7 * s[0]] if s.size else u
     return float(np.linalg.norm(field - u @ (u.T @ field)))
+
+
+def least_left_over(field, fixed, block):
+    """left_over where no value of the block's columns may be negative."""
+    best = left_over(field, fixed, block[:, :0])
+    for size in range(1, block.shape[1] + 1):
+        for chosen in itertools.combinations(range(block.shape[1]), size):
+            columns = np.hstack([fixed, block[:, chosen]])
+            scale = np.linalg.norm(columns, axis=0)
+            scale[scale == 0] = 1
+            values = np.linalg.lstsq(columns / scale, field, rcond=1e-7)[0]
+            if (values[fixed.shape[1]:] >= 0).all():
+                best = min(best, left_over(field, fixed, block[:, chosen]))
+    return best
 
 
 def rank(block):
@@ -214,7 +242,8 @@ def judge_blocks(truth, keys, blocks, fields, sigma_mm):
                 continue
             if rival in ("base_frame", "tool_frame") and truth.get("unaligned"):
                 continue
-            distance = left_over(field, fixed, block / sigma_mm)
+            distance = (least_left_over if rival in NOT_NEGATIVE else left_over)(
+                field, fixed, block / sigma_mm)
             count -= block.shape[1] - rank(block)
             label = f"{rival}{list(chosen) if chosen else ''}"
             if distance < TELLS_NOTHING:
