@@ -102,10 +102,29 @@ class Case:
                         true_cell if os.path.exists(true_cell) else self.place("cell.toml"), "--measured", self.executed, "--poses",
                         self.place("test_poses.csv"), "--out", self.place("fit.csv")],
                        check=True, capture_output=True)
-        self.row["fit_mm"] = rms(separability.points(self.place("fit.csv")), self.true_tips())
+        decided = self.decided()
+        self.row["fit_mm"] = rms(separability.points(self.place("fit.csv"))[decided],
+                                 self.true_tips()[decided])
 
     def true_tips(self):
         return separability.points(self.place("test_truth.csv"))
+
+    def decided(self):
+        """False of new points between the two rows that an event fell between: the fit that knows
+        the moment has them right, the rows do not tell."""
+        tests = separability.table(self.place("test_poses.csv"))
+        decided = np.ones(len(tests), bool)
+        events = [p["value"] for e in self.truth["effects"] for p in e["parameters"]
+                  if p["name"] == "time"]
+        if not events or "t_s" not in tests[0]:
+            return decided
+        moments = np.array([float(row["t_s"]) for row in tests])
+        rows = np.sort([float(row["t_s"]) for row in separability.table(self.place("measured.csv"))])
+        for event in events:
+            before, after = rows[rows <= event], rows[rows > event]
+            if before.size and after.size:
+                decided &= (moments < before[-1]) | (moments > after[0])
+        return decided
 
     def judge_prediction(self):
         self.ask("predict", self.place("corrected.toml"), self.place("test_poses.csv"), "--out",
@@ -113,7 +132,8 @@ class Case:
         predicted = np.genfromtxt(self.place("predicted.csv"), delimiter=",", names=True)
         tips = np.column_stack([predicted[n] for n in ("x_mm", "y_mm", "z_mm")])
         real, sigma_mm, row = self.true_tips(), 1e3 * self.truth["sigma"], self.row
-        row["rms_mm"] = rms(tips, real)
+        decided = self.decided()
+        row["rms_mm"] = rms(tips[decided], real[decided])
         row["rms_over_sigma"] = row["rms_mm"] / (np.sqrt(3) * sigma_mm)
         row["before_mm"] = self.truth["before_test_rms_mm"]
         if "u_mm" in predicted.dtype.names:
