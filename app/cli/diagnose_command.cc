@@ -131,11 +131,12 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 struct Input {
   std::string cell_text;
   CellModel cell;
-  MeasuredTable measured;
+  MeasuredTable measured;  ///< given to the diagnosis
+  std::size_t rows = 0;
+  std::vector<int> unreadable_lines;
 };
 
 Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
-  Input input;
   const Result<std::string> cell_text = ReadTextFile(arguments.cell);
   const Result<std::string> table_text = ReadTextFile(arguments.measured);
   exit_code = kExitFault;
@@ -151,14 +152,17 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   }
   err << FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  return Input{*cell_text, *cell, *measured};
+  Input input{*cell_text, *cell, std::move(*measured), 0, {}};
+  input.rows = input.measured.rows.size();
+  input.unreadable_lines = input.measured.unreadable_lines;
+  return input;
 }
 
 std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& input,
                               const Diagnosis& diagnosis, std::ostream& err) {
   std::vector<Output> outputs;
   const DataOrigin origin{fs::path(arguments.measured).filename().string(),
-                          static_cast<int>(input.measured.rows.size()), Today()};
+                          static_cast<int>(input.rows), Today()};
   if (!arguments.model.empty()) {
     auto model = CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
     if (model) {
@@ -172,7 +176,7 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
     const ReportSource source{fs::path(arguments.cell).filename().string(),
                               origin.file,
                               origin.rows,
-                              input.measured.unreadable_lines,
+                              input.unreadable_lines,
                               origin.date,
                               PLUMBLINE_VERSION};
     outputs.push_back({"--report", arguments.report, ReportHtml(diagnosis, input.cell, source)});
@@ -200,7 +204,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
                 std::ostream& out, std::ostream& err) {
   if (!AllWritable(arguments, err)) return kExitUsage;
   int exit_code = kExitOk;
-  const Result<Input> input = Read(arguments, err, exit_code);
+  Result<Input> input = Read(arguments, err, exit_code);
   if (!input) {
     if (!input.error().empty()) err << input.error() << '\n';
     return exit_code;
@@ -215,7 +219,8 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
     progress(share, doing);
   };
   options.interrupted = [] { return Interruption::Asked(); };
-  const Result<Diagnosis> diagnosis = engine(input->cell, input->measured, options);
+  const Result<Diagnosis> diagnosis =
+      engine(input->cell, std::move(input.value().measured), options);
   progress.Clear();
   if (Interruption::Asked()) return Interrupted(err);
   if (!diagnosis) {

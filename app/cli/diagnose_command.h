@@ -27,8 +27,8 @@ struct DiagnoseArguments {
   bool quiet = false;
 };
 
-using DiagnosisEngine = std::function<Result<Diagnosis>(const CellModel&, const MeasuredTable&,
-                                                        const DiagnosisOptions&)>;
+using DiagnosisEngine =
+    std::function<Result<Diagnosis>(const CellModel&, MeasuredTable, const DiagnosisOptions&)>;
 
 /// Reads, asks the engine, writes every file as a whole, tells the summary. SIGINT and SIGTERM end
 /// it early; then no file has changed.

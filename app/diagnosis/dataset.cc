@@ -410,10 +410,10 @@ void SettleNoise(Dataset& data) {
 
 }  // namespace
 
-Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured) {
+Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured) {
   Dataset data;
   data.cell = cell;
-  data.table = measured;
+  data.table = std::move(measured);
   if (auto error = WithoutMeasuredValues(data)) return *error;
   SetUnmeasuredAside(data);
   DropCopies(data);

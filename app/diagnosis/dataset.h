@@ -67,6 +67,6 @@ Dataset Thinned(const Dataset& data, const FitRows& rows);
 
 /// Checks the rows and makes them ready.
 /// @return  an error that says what to do where they cannot be used at all
-Result<Dataset> DatasetFrom(const CellModel& cell, const MeasuredTable& measured);
+Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured);
 
 }  // namespace plumbline

@@ -136,9 +136,10 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   FitProblem problem = FitOfEveryRow(data, task.options.threads);
   problem.sigma_m = found.fit.sigma_m;
   if (!thinned) problem.weights = found.fit.weights;
-  FitOfAllRows fit{std::move(problem), found.refit, *linear, ErrorsOf(*linear)};
+  FitOfAllRows fit{std::move(problem), found.refit, std::move(linear).value(), {}};
+  fit.errors = ErrorsOf(fit.linear);
   if (!thinned) return fit;
-  const PerRow<RowResidual> residuals = ResidualsOf(*linear);
+  const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
   const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
   fit.problem.weights = HampelWeights(data, residuals, OutlierScale(data, residuals, scatter));
   constexpr int kIterations = 3;  // from what fits the searched rows
@@ -147,8 +148,8 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   linear = Linearise(data, refit->model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
   fit.refit = *refit;
-  fit.linear = *linear;
-  fit.errors = ErrorsOf(*linear);
+  fit.linear = std::move(linear).value();
+  fit.errors = ErrorsOf(fit.linear);
   return fit;
 }
 
@@ -391,9 +392,9 @@ void AddDomain(const Task& task, const Identified& found, const FitOfAllRows& fi
 
 }  // namespace
 
-Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
                                const DiagnosisOptions& options) {
-  Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, measured, options));
+  Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, std::move(measured), options));
   if (!data) return Error{data.error()};
   const Task task{*data, options};
   const Result<FittedModel> declared = FitDeclared(task);

@@ -189,11 +189,11 @@ struct DiagnosisOptions {
 /// signal (partial_rows.h).
 /// @return  an error where the data cannot be used at all, with what to do about it; the caller
 ///          names the file
-Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
+Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable measured,
                            const DiagnosisOptions& options);
 
 /// The same of all rows at once: an effect adds nothing where the row lacks its signal.
-Result<Diagnosis> DiagnoseRows(const CellModel& cell, const MeasuredTable& measured,
+Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
                                const DiagnosisOptions& options);
 
 }  // namespace plumbline

@@ -195,7 +195,8 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
       rich = RichSigma(*found.pool, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
-    const double correlation = RowCorrelation(data, residuals, found.fit.weights);
+    // Asked of the richest explanation first: what a frugal one lacks goes on from row to row, too.
+    const double correlation = frugal ? 0 : RowCorrelation(data, residuals, found.fit.weights);
     const bool settled = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
                          std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
                          before == found.fit.weights;

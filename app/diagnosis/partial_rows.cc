@@ -115,9 +115,8 @@ bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) 
          std::any_of(diagnosis.discrepancy.begin(), diagnosis.discrepancy.end(), needs);
 }
 
-Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
+Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable table,
                            const DiagnosisOptions& options) {
-  MeasuredTable table = measured;
   if (options.order_unknown) table.recorded.order = false;
   std::vector<LackedSignal> lacked = LackedSignals(cell, table);
   std::erase_if(lacked, [&](const LackedSignal& one) {
@@ -125,7 +124,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, const MeasuredTable& measured,
     if (most) GiveUp(one, table);
     return most;
   });
-  if (lacked.empty()) return DiagnoseRows(cell, table, options);
+  if (lacked.empty()) return DiagnoseRows(cell, std::move(table), options);
   const Result<Diagnosis> complete =
       DiagnoseRows(cell, WithRowsAside(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
   if (complete && Needs(*complete, lacked)) return WithNotes(*complete, table, lacked);

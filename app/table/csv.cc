@@ -504,6 +504,7 @@ MeasuredTable TableReader::Take() {
   }
   FindLostLines(rows_, table_);
   if (use_ == TableUse::kMeasured) FillEmptyCells(rows_, table_, faults_);
+  table_.rows.reserve(rows_.size());
   for (MeasuredRow& row : rows_) {
     const bool readable = table_.unreadable_lines.empty() ||
                           !std::binary_search(table_.unreadable_lines.begin(),
