@@ -42,28 +42,26 @@ void Farewell(int fd) {
   }
 }
 
+ParsedRequest RequestOf(HttpConnection& connection) {
+  using Head = HttpConnection::Head;
+  std::string head;
+  switch (connection.ReadHead(head)) {
+    case Head::kTooLong:
+      return {431, "a request of this page is shorter", {}};
+    case Head::kTooSlow:
+      return {408, "the request did not come to its end", {}};
+    case Head::kLost:
+      return {400, "", {}};
+    case Head::kWhole:
+      break;
+  }
+  return ParseRequest(head);
+}
+
 }  // namespace
 
-HttpFormat::HttpFormat(Answer answer) {
-  svr_sock_ = 0;  // "running"; it is never read, accepted from or closed
-  set_pre_routing_handler(
-      [answer = std::move(answer)](const httplib::Request& request, httplib::Response& response) {
-        answer(request, response);
-        return HandlerResponse::Handled;
-      });
-}
-
-void HttpFormat::Serve(httplib::Stream& stream) {
-  bool closed = false;
-  // Whoever asks for parts gets the whole, and as it is: a small request must not cost much.
-  process_request(stream, true, closed, [](httplib::Request& request) {
-    request.ranges.clear();
-    request.headers.erase("Accept-Encoding");
-  });
-}
-
-HttpServer::HttpServer(TcpListener listener, StreamLimits limits, HttpFormat::Answer answer)
-    : format_(std::move(answer)),
+HttpServer::HttpServer(TcpListener listener, ConnectionLimits limits, Answer answer)
+    : answer_(std::move(answer)),
       limits_(limits),
       listener_(std::move(listener)),
       wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
@@ -74,7 +72,7 @@ void HttpServer::Start() {
 }
 
 HttpServer::~HttpServer() {
-  format_.End();
+  ending_ = true;
   eventfd_write(wake_.get(), 1);
   if (thread_.joinable()) thread_.join();
   for (Place& place : places_) {
@@ -138,17 +136,30 @@ void HttpServer::Admit(Descriptor socket, const std::string& peer) {
   }
 }
 
-void HttpServer::Serve(Place& place) {
-  HttpStream stream(place.socket.get(), place.peer, limits_, MonotonicSeconds());
-  try {
-    format_.Serve(stream);
-  } catch (const std::exception&) {
-    // What made cpp-httplib give up gets no answer.
+void HttpServer::Converse(HttpConnection& connection, const std::string& peer) const {
+  ParsedRequest parsed = RequestOf(connection);
+  HttpResponse response;
+  if (parsed.refusal != 0) {
+    response.status = parsed.refusal;
+    response.SetBody(parsed.why + "\n", "text/plain; charset=utf-8");
+  } else {
+    parsed.request.peer = peer;
+    answer_(parsed.request, response);
   }
-  if (!stream.wrote() && stream.too_long()) {
-    SendShort(place.socket.get(), "431 Request Header Fields Too Large");
-  } else if (!stream.wrote() && stream.too_slow()) {
-    SendShort(place.socket.get(), "408 Request Timeout");
+  const bool head_alone = parsed.request.method == "HEAD";
+  if (!connection.Write(HeadOf(response) + (head_alone ? "" : response.body)) || head_alone) return;
+  const HttpWrite write = [&](std::string_view part) {
+    return !ending_ && (part.empty() ? connection.IsWritable() : connection.Write(part));
+  };
+  while (response.stream && !ending_ && response.stream(write)) continue;
+}
+
+void HttpServer::Serve(Place& place) {
+  HttpConnection connection(place.socket.get(), limits_, MonotonicSeconds());
+  try {
+    Converse(connection, place.peer);
+  } catch (const std::exception&) {
+    // Without memory or a file there is no answer; the next request may have one.
   }
   Farewell(place.socket.get());
   shutdown(place.socket.get(), SHUT_RDWR);  // the descriptor itself is the accepting thread's

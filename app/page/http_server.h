@@ -1,5 +1,4 @@
-// HTTP by cpp-httplib on a socket of our own: it parses and formats; who may connect, how many, how
-// long and how much is decided here.
+// The page's listening socket: who may connect, and how many at a time.
 #pragma once
 
 #include <array>
@@ -9,25 +8,12 @@
 #include <string>
 #include <thread>
 
-#include "app/page/http_library.h"
-#include "app/page/http_stream.h"
+#include "app/page/http_connection.h"
+#include "app/page/http_message.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/os/tcp_listener.h"
 
 namespace plumbline {
-
-/// cpp-httplib's parser and formatter without its sockets.
-class HttpFormat : public httplib::Server {
- public:
-  /// @param answer  fills in the answer to every request whose head could be read
-  using Answer = std::function<void(const httplib::Request&, httplib::Response&)>;
-  explicit HttpFormat(Answer answer);
-
-  /// Reads one request and writes its answer.
-  void Serve(httplib::Stream& stream);
-  /// Ends answers that go on and on.
-  void End() { svr_sock_ = INVALID_SOCKET; }
-};
 
 /// One request a connection, a thread for each, kMostConnections at a time and kMostOfOnePeer of
 /// one address; whoever comes beyond is told 503.
@@ -35,7 +21,10 @@ class HttpServer {
  public:
   static constexpr std::size_t kMostConnections = 32, kMostOfOnePeer = 16;
 
-  HttpServer(TcpListener listener, StreamLimits limits, HttpFormat::Answer answer);
+  /// @param answer  fills in the answer to a request; called by several threads
+  using Answer = std::function<void(const HttpRequest&, HttpResponse&)>;
+
+  HttpServer(TcpListener listener, ConnectionLimits limits, Answer answer);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
@@ -54,13 +43,16 @@ class HttpServer {
   void Run();
   void Admit(Descriptor socket, const std::string& peer);
   void Serve(Place& place);
+  /// Reads one request and writes its answer.
+  void Converse(HttpConnection& connection, const std::string& peer) const;
   static void Free(Place& place);
 
-  HttpFormat format_;
-  const StreamLimits limits_;
+  const Answer answer_;
+  const ConnectionLimits limits_;
   const TcpListener listener_;
   const Descriptor wake_;
   std::array<Place, kMostConnections> places_;
+  std::atomic<bool> ending_{false};
   std::atomic<int> connections_{0};
   std::atomic<std::uint64_t> turned_away_{0};
   std::thread thread_;

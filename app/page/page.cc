@@ -76,11 +76,6 @@ std::string NewStart() {
   return fmt::format("{:08x}{:08x}", chance(), chance());
 }
 
-void SetHeader(httplib::Response& response, const char* key, const std::string& value) {
-  response.headers.erase(key);
-  response.set_header(key, value);
-}
-
 /// "--frame", its headers, and the picture.
 std::string PartOf(const JpegPicture& picture) {
   return fmt::format("--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n",
@@ -129,14 +124,14 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
       return Error{fmt::format("{} is reached from other computers: {}", at.Text(), *why)};
     }
   }
-  const StreamLimits limits = options.limits;
+  const ConnectionLimits limits = options.limits;
   std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
   page->at_ = at;
   // Browsers tell cookies of one computer's ports not apart.
   page->cookie_name_ = fmt::format("plumbline-{}", at.port);
   page->server_ = std::make_unique<HttpServer>(
       std::move(opened).value(), limits,
-      [raw = page.get()](const httplib::Request& request, httplib::Response& response) {
+      [raw = page.get()](const HttpRequest& request, HttpResponse& response) {
         raw->Answer(request, response);
       });
   try {
@@ -147,98 +142,98 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
   return page;
 }
 
-void Page::Refuse(httplib::Response& response, int status, const std::string& why) {
+void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
   ++refused_;
   response.status = status;
-  response.set_content(why + "\n", "text/plain; charset=utf-8");
+  response.SetBody(why + "\n", "text/plain; charset=utf-8");
 }
 
-Page::Given Page::WhatIsGiven(const httplib::Request& request) const {
+Page::Given Page::WhatIsGiven(const HttpRequest& request) const {
   const std::string& token = options_.config.token;
   if (token.empty()) return {false, true, ""};
-  const bool in_address = request.has_param("token");
-  const std::string text = in_address ? request.get_param_value("token") : "";
+  const auto parameter = request.Parameter("token");
+  const bool in_address = parameter.has_value();
+  const std::string text(parameter.value_or(""));
   if (in_address && SameSecret(text, token)) return {true, true, text};
   const Given in_header = WhatHeadersGive(request);
   return in_address && !in_header.right ? Given{true, false, text} : in_header;
 }
 
-Page::Given Page::WhatHeadersGive(const httplib::Request& request) const {
-  const auto bearer = request.get_header_value("Authorization");
+Page::Given Page::WhatHeadersGive(const HttpRequest& request) const {
+  const auto bearer = request.Header("authorization");
   if (const auto given = BearerOf(bearer)) {
     return {false, SameSecret(*given, options_.config.token), std::string(*given)};
   }
-  const auto cookies = request.get_header_value("Cookie");
+  const auto cookies = request.Header("cookie");
   if (const auto cookie = CookieOf(cookies, cookie_name_)) {
     return {false, SameSecret(*cookie, cookie_value_), std::string(*cookie)};
   }
   return {};
 }
 
-bool Page::HasToWait(const httplib::Request& request, const Given& given,
-                     httplib::Response& response) {
+bool Page::HasToWait(const HttpRequest& request, const Given& given, HttpResponse& response) {
   if (given.text.empty()) return false;
   const double now_s = MonotonicSeconds();
-  const double wait_s = guesses_.Wait_s(request.remote_addr, now_s);
+  const double wait_s = guesses_.Wait_s(request.peer, now_s);
   if (wait_s > 0) {
     const auto whole_s = static_cast<int>(std::ceil(wait_s));
     Refuse(response, 429,
            fmt::format("too many wrong tokens from this address; try again in {} s", whole_s));
-    SetHeader(response, "Retry-After", fmt::format("{}", whole_s));
+    response.Set("Retry-After", fmt::format("{}", whole_s));
     return true;
   }
   if (given.right) {
-    guesses_.Succeeded(request.remote_addr);
+    guesses_.Succeeded(request.peer);
   } else {
-    guesses_.Failed(request.remote_addr, std::hash<std::string>()(given.text), now_s);
+    guesses_.Failed(request.peer, std::hash<std::string>()(given.text), now_s);
   }
   return false;
 }
 
-void Page::AskForToken(const httplib::Request& request, httplib::Response& response) {
-  const bool tried = request.has_header("Authorization") || request.has_param("token");
+void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
+  const bool tried =
+      request.HeaderCount("authorization") > 0 || request.Parameter("token").has_value();
   if (request.path == "/") {
     ++refused_;
     response.status = 401;
-    response.set_content(std::string(page_files::kLogin), kHtml);
+    response.SetBody(std::string(page_files::kLogin), kHtml);
   } else {
     Refuse(response, 401, "this page asks for its token: Authorization: Bearer ...");
   }
-  SetHeader(response, "WWW-Authenticate", "Bearer");
+  response.Set("WWW-Authenticate", "Bearer");
   if (!tried) return;
   const std::lock_guard lock(told_mutex_);
   const double now_s = MonotonicSeconds();
   if (now_s - told_s_ < kTold_s) return;
   told_s_ = now_s;
   sink_({Event::kPageRefused,
-         fmt::format("the page was asked with a wrong token by {}", request.remote_addr),
-         {{"CLIENT", request.remote_addr}}});
+         fmt::format("the page was asked with a wrong token by {}", request.peer),
+         {{"CLIENT", request.peer}}});
 }
 
 /// The right token in the address becomes a cookie, and leaves the address.
-void Page::Exchange(httplib::Response& response) const {
+void Page::Exchange(HttpResponse& response) const {
   response.status = 303;
-  SetHeader(response, "Location", "/");
-  SetHeader(response, "Set-Cookie",
-            fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict", cookie_name_,
-                        cookie_value_, kCookieLives_s));
+  response.Set("Location", "/");
+  response.Set("Set-Cookie", fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict",
+                                         cookie_name_, cookie_value_, kCookieLives_s));
 }
 
-void Page::Answer(const httplib::Request& request, httplib::Response& response) {
+void Page::Answer(const HttpRequest& request, HttpResponse& response) {
   ++requests_;
-  SetHeader(response, "Content-Security-Policy", kPolicy);
-  SetHeader(response, "X-Content-Type-Options", "nosniff");
-  SetHeader(response, "Referrer-Policy", "no-referrer");
-  SetHeader(response, "Cross-Origin-Resource-Policy", "same-origin");
-  SetHeader(response, "Cache-Control", "no-store");
+  response.Set("Content-Security-Policy", kPolicy);
+  response.Set("X-Content-Type-Options", "nosniff");
+  response.Set("Referrer-Policy", "no-referrer");
+  response.Set("Cross-Origin-Resource-Policy", "same-origin");
+  response.Set("Cache-Control", "no-store");
   if (request.method != "GET" && request.method != "HEAD") {
     Refuse(response, 405, "this page is to look at: GET and HEAD");
-    SetHeader(response, "Allow", "GET, HEAD");
+    response.Set("Allow", "GET, HEAD");
     return;
   }
   const Given given = WhatIsGiven(request);
-  const auto host = HostOf(request.get_header_value("Host"));
-  if (request.get_header_value_count("Host") != 1 || !host) {
+  const auto host = HostOf(request.Header("host"));
+  if (request.HeaderCount("host") != 1 || !host) {
     Refuse(response, 400, "no host");
   } else if (!IsOwnHost(*host, own_names_)) {
     Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
@@ -255,26 +250,26 @@ void Page::Answer(const httplib::Request& request, httplib::Response& response) 
   }
 }
 
-void Page::AnswerKnown(const httplib::Request& request, httplib::Response& response) {
+void Page::AnswerKnown(const HttpRequest& request, HttpResponse& response) {
   constexpr std::string_view kReports = "/reports/";
   const double now_s = MonotonicSeconds();
   const std::string& path = request.path;
   if (const StaticFile* const file = StaticFileAt(path)) {
-    response.set_content(std::string(file->text), file->type);
+    response.SetBody(std::string(file->text), file->type);
   } else if (path == "/status.json") {
-    response.set_content(Status(), kJson);
+    response.SetBody(Status(), kJson);
   } else if (path == "/metrics") {
-    response.set_content(Metrics(now_s), kMetricsText);
+    response.SetBody(Metrics(now_s), kMetricsText);
   } else if (path == "/healthz") {
     Health(response);
   } else if (path == "/trend.json") {
-    response.set_content(
+    response.SetBody(
         trend_.Get(
             now_s, kKept_s,
             [this] { return TrendJson(ReadTrend(options_.state_directory, options_.joints)); }),
         kJson);
   } else if (path == "/reports.json") {
-    response.set_content(reports_.Get(now_s, kKept_s, [this] { return Reports(); }), kJson);
+    response.SetBody(reports_.Get(now_s, kKept_s, [this] { return Reports(); }), kJson);
   } else if (path.starts_with(kReports)) {
     AnswerReport(path.substr(kReports.size()), response);
   } else if (path == "/live.mjpg") {
@@ -282,7 +277,7 @@ void Page::AnswerKnown(const httplib::Request& request, httplib::Response& respo
   } else if (path == "/picture.jpg") {
     const auto picture = feed_.Newest(now_s);
     if (picture && now_s - picture->drawn_s < kPictureOld_s) {
-      response.set_content(picture->bytes, "image/jpeg");
+      response.SetBody(picture->bytes, "image/jpeg");
     } else {
       Refuse(response, 503, "no picture yet; ask again");
     }
@@ -291,42 +286,40 @@ void Page::AnswerKnown(const httplib::Request& request, httplib::Response& respo
   }
 }
 
-void Page::AnswerLive(httplib::Response& response) {
+void Page::AnswerLive(HttpResponse& response) {
   if (viewers_.fetch_add(1) >= kMostViewers) {
     --viewers_;
     Refuse(response, 503, fmt::format("{} others look already", kMostViewers));
     return;
   }
+  const std::shared_ptr<void> leaving(nullptr, [this](void*) { --viewers_; });
+  response.Set("Content-Type", "multipart/x-mixed-replace; boundary=frame");
   // The first picture twice: browsers show a part when the next one begins.
-  response.set_content_provider(
-      "multipart/x-mixed-replace; boundary=frame",
-      [this, number = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-        const double now_s = MonotonicSeconds();
-        const auto picture = feed_.Newest(now_s);
-        const bool old = !picture || now_s - picture->drawn_s > kPictureOld_s;
-        if (old || picture->number == number) {
-          if (!sink.is_writable()) return false;
-          SleepSeconds(kPictureWait_s);
-          return true;
-        }
-        const std::string part = PartOf(*picture);
-        if (number == 0 && !sink.write(part.data(), part.size())) return false;
-        number = picture->number;
-        return sink.write(part.data(), part.size());
-      },
-      [this](bool) { --viewers_; });
+  response.stream = [this, leaving, number = std::uint64_t{0}](const HttpWrite& write) mutable {
+    const double now_s = MonotonicSeconds();
+    const auto picture = feed_.Newest(now_s);
+    const bool old = !picture || now_s - picture->drawn_s > kPictureOld_s;
+    if (old || picture->number == number) {
+      if (!write("")) return false;
+      SleepSeconds(kPictureWait_s);
+      return true;
+    }
+    const std::string part = PartOf(*picture);
+    if (number == 0 && !write(part)) return false;
+    number = picture->number;
+    return write(part);
+  };
 }
 
-void Page::AnswerReport(const std::string& name, httplib::Response& response) const {
+void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
   const Result<std::string> bytes = ReadReport(options_.state_directory, name);
   if (!bytes) {
     response.status = 404;
-    response.set_content(bytes.error() + "\n", "text/plain; charset=utf-8");
+    response.SetBody(bytes.error() + "\n", "text/plain; charset=utf-8");
     return;
   }
-  SetHeader(response, "Content-Security-Policy", kReportPolicy);
-  response.set_content(*bytes,
-                       ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
+  response.Set("Content-Security-Policy", kReportPolicy);
+  response.SetBody(*bytes, ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
 }
 
 void Page::Remember() {
@@ -368,12 +361,12 @@ std::string Page::Metrics(double now_s) const {
   return MetricsText(shown_.Now().get(), counts, now_s);
 }
 
-void Page::Health(httplib::Response& response) const {
+void Page::Health(HttpResponse& response) const {
   const auto now = shown_.Now();
   const bool well = DaemonIsThere(now.get(), MonotonicSeconds());
   response.status = well ? 200 : 503;
-  response.set_content(well ? "the daemon tells its state\n" : "the daemon is silent\n",
-                       "text/plain; charset=utf-8");
+  response.SetBody(well ? "the daemon tells its state\n" : "the daemon is silent\n",
+                   "text/plain; charset=utf-8");
 }
 
 }  // namespace plumbline

@@ -23,7 +23,7 @@ struct PageOptions {
   PageConfig config;
   std::string state_directory;
   std::vector<Joint> joints;  ///< of the cell, for the journal's rows
-  StreamLimits limits;
+  ConnectionLimits limits;
 };
 
 /// Text that is made anew at most every so often, however many ask.
@@ -55,7 +55,7 @@ class Page {
   void Remember();
 
   /// Fills in the answer to one request; what the server's threads call.
-  void Answer(const httplib::Request& request, httplib::Response& response);
+  void Answer(const HttpRequest& request, HttpResponse& response);
 
  private:
   Page(PageOptions options, Shown& shown, LogSink sink);
@@ -65,20 +65,20 @@ class Page {
     bool right = false;
     std::string text;  ///< empty: nothing was given
   };
-  Given WhatIsGiven(const httplib::Request& request) const;
-  Given WhatHeadersGive(const httplib::Request& request) const;
+  Given WhatIsGiven(const HttpRequest& request) const;
+  Given WhatHeadersGive(const HttpRequest& request) const;
   /// After too many wrong tokens of its address; a right one is told nothing else then.
-  bool HasToWait(const httplib::Request& request, const Given& given, httplib::Response& response);
-  void AskForToken(const httplib::Request& request, httplib::Response& response);
-  void Exchange(httplib::Response& response) const;
-  void AnswerKnown(const httplib::Request& request, httplib::Response& response);
-  void AnswerLive(httplib::Response& response);
-  void AnswerReport(const std::string& name, httplib::Response& response) const;
-  void Refuse(httplib::Response& response, int status, const std::string& why);
+  bool HasToWait(const HttpRequest& request, const Given& given, HttpResponse& response);
+  void AskForToken(const HttpRequest& request, HttpResponse& response);
+  void Exchange(HttpResponse& response) const;
+  void AnswerKnown(const HttpRequest& request, HttpResponse& response);
+  void AnswerLive(HttpResponse& response);
+  void AnswerReport(const std::string& name, HttpResponse& response) const;
+  void Refuse(HttpResponse& response, int status, const std::string& why);
   std::string Status();
   std::string Reports() const;
   std::string Metrics(double now_s) const;
-  void Health(httplib::Response& response) const;
+  void Health(HttpResponse& response) const;
 
   const PageOptions options_;
   const LogSink sink_;

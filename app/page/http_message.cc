@@ -1,0 +1,220 @@
+#include "app/page/http_message.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace plumbline {
+namespace {
+
+constexpr std::string_view kBlanks = " \t";
+
+bool IsTokenCharacter(unsigned char c) {
+  constexpr std::string_view kMarks = "!#$%&'*+-.^_`|~";  // [RFC 9110, 5.6.2]
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+         kMarks.find(static_cast<char>(c)) != std::string_view::npos;
+}
+
+bool IsToken(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), IsTokenCharacter);
+}
+
+bool IsControl(unsigned char c) {
+  return c < 0x20 || c == 0x7F;
+}
+
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/// Nothing where a percent code is broken or stands for a control character.
+std::optional<std::string> Decoded(std::string_view text, bool plus_is_space) {
+  std::string decoded;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    char c = text[k];
+    if (c == '+' && plus_is_space) c = ' ';
+    if (c == '%') {
+      if (text.size() - k < 3) return std::nullopt;
+      const int high = HexDigit(text[k + 1]), low = HexDigit(text[k + 2]);
+      if (high < 0 || low < 0) return std::nullopt;
+      c = static_cast<char>(16 * high + low);
+      k += 2;
+    }
+    if (IsControl(static_cast<unsigned char>(c))) return std::nullopt;
+    decoded += c;
+  }
+  return decoded;
+}
+
+/// The text up to a mark, which is taken with it; all of it where there is none.
+std::string_view Take(std::string_view& text, char mark) {
+  const std::size_t end = std::min(text.find(mark), text.size());
+  const std::string_view taken = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return taken;
+}
+
+std::string_view TakeLine(std::string_view& text) {
+  std::string_view line = Take(text, '\n');
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+std::string_view Trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+/// Fills in path and parameters. @return  false where the target is none that a server answers
+bool ParseTarget(std::string_view target, HttpRequest& request) {
+  constexpr std::string_view kScheme = "http://";
+  if (target.starts_with(kScheme)) {  // as a proxy asks
+    target.remove_prefix(kScheme.size());
+    const std::size_t path = target.find('/');
+    target = path == std::string_view::npos ? "/" : target.substr(path);
+  }
+  target = target.substr(0, target.find('#'));
+  if (!target.starts_with('/')) return false;
+  const auto path = Decoded(Take(target, '?'), false);
+  if (!path) return false;
+  request.path = *path;
+  while (!target.empty()) {
+    std::string_view value = Take(target, '&');
+    const auto name = Decoded(Take(value, '='), true), decoded = Decoded(value, true);
+    if (!name || !decoded) return false;
+    if (!name->empty()) request.parameters.emplace_back(*name, *decoded);
+  }
+  return true;
+}
+
+ParsedRequest Refused(int status, std::string why) {
+  return {status, std::move(why), {}};
+}
+
+/// The value of the first field of a name; nothing where there is none.
+std::optional<std::string_view> ValueOf(const HttpFields& fields, std::string_view name) {
+  for (const auto& [of, value] : fields) {
+    if (of == name) return value;
+  }
+  return std::nullopt;
+}
+
+std::string_view ReasonOf(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 303:
+      return "See Other";
+    case 400:
+      return "Bad Request";
+    case 401:
+      return "Unauthorized";
+    case 404:
+      return "Not Found";
+    case 405:
+      return "Method Not Allowed";
+    case 408:
+      return "Request Timeout";
+    case 421:
+      return "Misdirected Request";
+    case 429:
+      return "Too Many Requests";
+    case 431:
+      return "Request Header Fields Too Large";
+    case 500:
+      return "Internal Server Error";
+    case 503:
+      return "Service Unavailable";
+    case 505:
+      return "HTTP Version Not Supported";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+std::string_view HttpRequest::Header(std::string_view name) const {
+  return ValueOf(headers, name).value_or("");
+}
+
+std::size_t HttpRequest::HeaderCount(std::string_view name) const {
+  return static_cast<std::size_t>(std::count_if(
+      headers.begin(), headers.end(), [name](const auto& field) { return field.first == name; }));
+}
+
+std::optional<std::string_view> HttpRequest::Parameter(std::string_view name) const {
+  return ValueOf(parameters, name);
+}
+
+std::optional<std::size_t> EndOfHead(std::string_view bytes, std::size_t seen) {
+  // The blank line may have begun among the last three bytes seen.
+  for (std::size_t at = bytes.find('\n', seen < 3 ? 0 : seen - 3); at != std::string_view::npos;
+       at = bytes.find('\n', at + 1)) {
+    const std::string_view rest = bytes.substr(at + 1);
+    if (rest.starts_with('\n')) return at + 2;
+    if (rest.starts_with("\r\n")) return at + 3;
+  }
+  return std::nullopt;
+}
+
+ParsedRequest ParseRequest(std::string_view head) {
+  ParsedRequest parsed;
+  HttpRequest& request = parsed.request;
+  std::string_view line = TakeLine(head);
+  request.method = Take(line, ' ');
+  const std::string_view target = Take(line, ' ');
+  if (!IsToken(request.method) || target.empty() || !line.starts_with("HTTP/")) {
+    return Refused(400, "no request line");
+  }
+  if (line != "HTTP/1.1" && line != "HTTP/1.0") return Refused(505, "HTTP/1.1 is spoken here");
+  if (!ParseTarget(target, request)) return Refused(400, "no path of this page");
+  for (line = TakeLine(head); !line.empty(); line = TakeLine(head)) {
+    std::string_view value = line;
+    std::string name(Take(value, ':'));
+    const bool has_value = name.size() < line.size();
+    value = Trimmed(value);
+    if (!has_value || !IsToken(name)) return Refused(400, "a header without a name");
+    if (std::any_of(value.begin(), value.end(), [](char c) { return c != '\t' && IsControl(c); })) {
+      return Refused(400, "a control character in a header");
+    }
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    request.headers.emplace_back(std::move(name), value);
+  }
+  const auto length = ValueOf(request.headers, "content-length");
+  const bool has_body = (length && *length != "0") || request.HeaderCount("transfer-encoding") > 0;
+  if (has_body && (request.method == "GET" || request.method == "HEAD")) {
+    return Refused(400, "nothing here reads a body");
+  }
+  return parsed;
+}
+
+void HttpResponse::Set(std::string_view name, std::string value) {
+  const auto known = std::find_if(headers.begin(), headers.end(),
+                                  [name](const auto& field) { return field.first == name; });
+  if (known != headers.end()) {
+    known->second = std::move(value);
+  } else {
+    headers.emplace_back(name, std::move(value));
+  }
+}
+
+void HttpResponse::SetBody(std::string content, std::string_view type) {
+  body = std::move(content);
+  Set("Content-Type", std::string(type));
+}
+
+std::string HeadOf(const HttpResponse& response) {
+  std::string head = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\n", response.status,
+                                 ReasonOf(response.status));
+  for (const auto& [name, value] : response.headers) head += name + ": " + value + "\r\n";
+  if (!response.stream) head += fmt::format("Content-Length: {}\r\n", response.body.size());
+  return head + "\r\n";
+}
+
+}  // namespace plumbline
