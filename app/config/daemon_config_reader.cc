@@ -72,10 +72,8 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
                    rtu ? "is not 0..247, as a serial line has it" : "is not 0..247 or 255");
   }
   CheckSerial(table, connection.serial);
-  if (robot.transport == "replay") {
-    if (const auto file = files.Read(table, "replay_file", "")) robot.replay_file = file->first;
-  } else {
-    static_cast<void>(table.String("replay_file"));
+  if (const auto file = files.ReadIf(robot.transport == "replay", table, "replay_file", "")) {
+    robot.replay_file = file->first;
   }
   return robot;
 }

@@ -217,7 +217,7 @@ void ListKeys(Settings& keys, MqttConfig& mqtt) {
 }
 
 void ListCycleKeys(Settings& keys, double& period_s) {
-  keys.Add("period_ms", period_s, {1, 1000, kSecondPerMs}, {"of the control cycle"});
+  keys.Add("period_ms", period_s, {1, 1000, kSecondPerMs}, {"from one cycle to the next"});
 }
 
 void ListFrameKeys(Settings& keys, PlacedKeys& frame) {

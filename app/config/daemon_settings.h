@@ -26,6 +26,8 @@ void ListKeys(Settings& keys, CorrectionLimits& limits);
 void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, LoopConfig& loop);
 void ListKeys(Settings& keys, CameraConfig& camera);
+/// @param camera  whose device is the default of a zoom that is a control of it
+void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera);
 void ListKeys(Settings& keys, Board& board);        ///< what is printed on it
 void ListKeys(Settings& keys, BoardConfig& board);  ///< the others of [board]
 void ListKeys(Settings& keys, TagsConfig& tags);

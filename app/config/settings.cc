@@ -122,6 +122,7 @@ std::optional<std::size_t> Settings::Word(std::string_view key, std::string_view
   if (Row(key, "word", fmt::format("\"{}\"", fmt::join(words, "\", \"")), Quoted(value), meaning)) {
     return std::nullopt;
   }
+  if (meaning.required && !table_->Has(key)) table_->AddMissing(key, "a word");
   std::optional<std::size_t> index;
   Store(key, table_->OneOf(key, words), index);
   return index;

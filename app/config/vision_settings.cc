@@ -1,4 +1,4 @@
-// The keys of [camera], [board], [tags] and [overlay]; those of [zoom] are its drivers'.
+// The keys of [camera], [zoom], [board], [tags] and [overlay].
 #include <algorithm>
 
 #include "app/config/daemon_settings.h"
@@ -18,6 +18,20 @@ std::vector<Choice<CameraName>> CameraNames(std::string_view none) {
     names.push_back({k == 0 ? none : kCameraNames[k], static_cast<CameraName>(k)});
   }
   return names;
+}
+
+/// A report of HID or an event costs nothing; a serial line at 9600 baud is busy for 20 ms.
+constexpr double kQuickPeriod_s = 0.05;
+
+void ListKeys(Settings& keys, ZoomSupervisionSettings& zoom) {
+  keys.Add("zoom_band_counts", zoom.zoom_band_counts, {0, 10000}, {"a change up to it is ignored"});
+  keys.Add("focus_band_counts", zoom.focus_band_counts, {0, 10000}, {"likewise"});
+  keys.Add("settle_ms", zoom.settle_s, {0, 60000, kSecondPerMs},
+           {"how long the lens must have been at rest"});
+  keys.Add("lost_after_ms", zoom.lost_after_s, {100, 600000, kSecondPerMs},
+           {"without an answer the sensor is lost after this time"});
+  keys.Add("verify_patience_s", zoom.verify_patience_s, {0.1, 600},
+           {"then the board is asked for"});
 }
 
 void ListSettingKeys(Settings& keys, CameraSettings& settings) {
@@ -61,6 +75,54 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   keys.Add("repeat", recorded.repeat, {});
   keys.Add("serial", recorded.serial, {"of the camera that recorded it", "\"A1B2C3\""});
   keys.Add("mode", recorded.mode, {"likewise", "\"1920x1080 20 Hz\""});
+}
+
+/// Keys of all kinds are listed; those of another one are of no use, and no fault.
+void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
+  ZoomConnection& c = zoom.connection;
+  keys.Choose("kind", zoom.kind,
+              {{"visca", "visca"},
+               {"hid", "hid"},
+               {"v4l2", "v4l2"},
+               {"gpio", "gpio"},
+               {"replay", "replay"},
+               {"none", ""}},
+              {.sentence = "what senses the zoom", .example = "\"visca\"", .required = true});
+  const bool of_camera = zoom.kind == "v4l2" && !camera.empty();
+  if (of_camera) c.visca.device = camera;
+  keys.Add("device", c.visca.device,
+           {.sentence = "of \"visca\", with the next four; of \"v4l2\"",
+            .example = "\"/dev/serial/by-id/...\"",
+            .otherwise = "of \"v4l2\": the camera's",
+            .required = zoom.kind == "visca" || (zoom.kind == "v4l2" && !of_camera)});
+  c.v4l2 = {c.visca.device, kQuickPeriod_s};
+  keys.Add("baud", c.visca.baud, {9600, 38400}, {"9600 or 38400"});
+  keys.Add("address", c.visca.address, {1, 7}, {"of the camera on the line"});
+  keys.Add("timeout_ms", c.visca.timeout_s, {10, 10000, kSecondPerMs}, {"of \"hid\" too"});
+  c.hid.timeout_s = c.visca.timeout_s;
+  keys.Add("optical_max_counts", c.visca.optical_max_counts, {1, kMostCounts},
+           {"beyond it the zoom is digital, and nothing is calibrated"});
+  keys.Document("profile", "text",
+                {"of \"hid\": a file of profiles/zoom", "\"computar-lensconnect\""});
+  keys.Add("serial", c.hid.serial, {"of two equal devices", "\"A1\""});
+  const bool gpio = zoom.kind == "gpio";
+  keys.Add("chip", c.gpio.chip,
+           {.sentence = "of \"gpio\", with the next three",
+            .example = "\"/dev/gpiochip0\"",
+            .required = gpio});
+  keys.Add("line", c.gpio.line, {0, 1023},
+           {.sentence = "its number on the chip",
+            .example = "4",
+            .otherwise = "none",
+            .required = gpio});
+  keys.Add("active_low", c.gpio.active_low, {});
+  keys.Add("debounce_ms", c.gpio.debounce_s, {0, 1000, kSecondPerMs}, {});
+  keys.Document("file", "text", {"of \"replay\": t_s,zoom_counts,...", "\"zoom.csv\""});
+  const bool slow = zoom.kind == "visca" || zoom.kind.empty();
+  zoom.period_s = slow ? kZoomPeriod_s : kQuickPeriod_s;
+  keys.Add("period_ms", zoom.period_s, {10, 1000, kSecondPerMs},
+           {.sentence = "from reading to reading", .otherwise = "50; 100 for \"visca\""});
+  ListKeys(keys, zoom.supervision);
 }
 
 void ListKeys(Settings& keys, Board& board) {
