@@ -7,8 +7,7 @@
 namespace plumbline {
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   CameraConfig camera;
-  Settings keys(table, &files);
-  ListKeys(keys, camera);
+  ReadKeys(table, camera, &files);
   const ImageSize& size = camera.connection.v4l2.mode.size;
   if ((size.width == 0) != (size.height == 0)) {
     table.AddFault("width_px", "and height_px must stand together, or neither");
@@ -18,12 +17,11 @@ CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
 
 BoardConfig BoardFromToml(const TomlTable& table) {
   BoardConfig config;
-  Settings print(table), others(table);
-  ListKeys(print, config.board);
-  ListKeys(others, config);
+  const bool printed = ReadKeys(table, config.board);
+  ReadKeys(table, config);
   if (config.most_views < config.views) table.AddFault("most_views", "is below views");
   // A number is judged against the others only if all could be read.
-  const auto fault = print.good() ? FaultOf(config.board) : std::nullopt;
+  const auto fault = printed ? FaultOf(config.board) : std::nullopt;
   if (fault && table.Has(fault->key)) table.AddFault(fault->key, "is no board: " + fault->words);
   if (fault && !table.Has(fault->key)) table.AddMissing(fault->key, fault->words);
   return config;
@@ -56,8 +54,7 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
       known = true;
     }
   }
-  Settings keys(table);
-  ListKeys(keys, tags);
+  ReadKeys(table, tags);
   WarnOfRadians(table, "cell_rpy_deg");
   for (Body& body : tags.database.bodies) {
     if (body.place_sd_m) continue;

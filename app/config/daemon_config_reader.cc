@@ -62,8 +62,7 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
       connection.unit_id = connection.profile.unit_id;
     }
   }
-  Settings keys(table);
-  ListKeys(keys, robot);
+  ReadKeys(table, robot);
   const std::string& host = connection.tcp.host;
   if (!host.empty() && !IsHost(host)) table.AddFault("host", "is not a host name or address");
   const bool rtu = robot.transport == "rtu";
@@ -81,14 +80,12 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
 PayloadPolicy PayloadFromToml(const TomlTable& table) {
   using Source = PayloadPolicy::Source;
   PayloadPolicy payload;
-  Settings keys(table);
-  ListKeys(keys, payload);
+  ReadKeys(table, payload);
   std::set<int> numbers;
   for (const TomlTable& tool : table.Tables("tool")) {
     PayloadPolicy::ToolLoad load;
     load.number = -1;
-    Settings tool_keys(tool);
-    ListKeys(tool_keys, load);
+    ReadKeys(tool, load);
     if (load.number >= 0 && !numbers.insert(load.number).second) {
       tool.AddFault("number", "is the number of two tools");
     }
@@ -103,8 +100,7 @@ PayloadPolicy PayloadFromToml(const TomlTable& table) {
 PlcConfig PlcFromToml(const TomlTable& table) {
   PlcConfig plc;
   modbus::TcpServerOptions& tcp = plc.tcp;
-  Settings keys(table);
-  ListKeys(keys, plc);
+  ReadKeys(table, plc);
   if (!IsAddress(tcp.address)) {
     table.AddFault("listen",
                    "is not an address such as 192.168.0.10, or 0.0.0.0 for every network");
@@ -115,8 +111,7 @@ PlcConfig PlcFromToml(const TomlTable& table) {
     }
   }
   if (const auto rtu = table.Table("rtu")) {
-    Settings line(*rtu);
-    ListKeys(line, plc.rtu.emplace());
+    ReadKeys(*rtu, plc.rtu.emplace());
     CheckSerial(*rtu, *plc.rtu);
     plc.rtu->unit_id = tcp.unit_id;
   }
@@ -226,21 +221,16 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     const double& stale_after_s = config.machine.plausibility.stale_after_s;
     if (robot) {
       config.robot = RobotLinkFromToml(*robot, named, of_others);
-      Settings keys(*robot);
-      ListKeys(keys, config.machine.plausibility);
+      ReadKeys(*robot, config.machine.plausibility);
     }
     if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
     if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
-    if (const auto table = root.Table("correction")) {
-      Settings keys(*table);
-      ListKeys(keys, config.machine.limits);
-    }
+    if (const auto table = root.Table("correction")) ReadKeys(*table, config.machine.limits);
     if (const auto table = root.Table("cycle")) {
       Settings keys(*table);
       ListCycleKeys(keys, config.cycle_period_s);
     }
-    Settings keys(root, &named);
-    ListKeys(keys, config);
+    ReadKeys(root, config, &named);
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (cell_known) WarnOfHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);

@@ -41,32 +41,23 @@ void ListDiagnosisKeys(Settings& keys, LoopConfig& loop) {
 }  // namespace
 
 void ListKeys(Settings& keys, DaemonConfig& config) {
-  keys.Document("cell", "text",
-                {.sentence = "the arm and its tool; copy a ready cell and edit it",
-                 .example = "\"cells/ur10.toml\"",
-                 .required = true,
-                 .active = true,
-                 .step = 1});
+  keys.Document(
+      "cell", "text",
+      FirstCell(1, "the arm and its tool; copy a ready cell and edit it", "\"cells/ur10.toml\""));
   keys.Path("state_directory", config.state_directory,
             {"boot counter, journal, models, lenses; relative: beside this file"});
 }
 
 void ListKeys(Settings& keys, RobotLinkConfig& robot) {
   RobotConnection& connection = robot.connection;
-  keys.Document("profile", "text",
-                {.sentence = "the controller's register map",
-                 .example = "\"profiles/universal-robots.toml\"",
-                 .required = true,
-                 .active = true,
-                 .step = 2});
+  keys.Document(
+      "profile", "text",
+      FirstCell(2, "the controller's register map", "\"profiles/universal-robots.toml\""));
   keys.Choose("transport", robot.transport, {{"tcp", "tcp"}, {"rtu", "rtu"}, {"replay", "replay"}},
               {"Modbus TCP, Modbus on a serial line, or a recorded table that is played"});
   keys.Add("host", connection.tcp.host,
-           {.sentence = "of \"tcp\": the controller's name or address",
-            .example = "\"192.168.0.2\"",
-            .required = robot.transport == "tcp",
-            .active = true,
-            .step = 3});
+           FirstCell(3, "of \"tcp\": the controller's name or address", "\"192.168.0.2\"",
+                     robot.transport == "tcp"));
   keys.Add("port", connection.tcp.port, kPort, {.otherwise = "the profile's"});
   keys.Add(
       "unit_id", connection.unit_id, {0, 255},
@@ -91,35 +82,25 @@ void ListKeys(Settings& keys, PayloadPolicy& payload) {
   using Source = PayloadPolicy::Source;
   keys.Choose("source", payload.source,
               {{"robot", Source::kRobot}, {"table", Source::kTable}, {"fixed", Source::kFixed}},
-              {.sentence = "its registers, a table by its tool number, or always the same",
-               .example = "\"fixed\"",
-               .active = true,
-               .step = 4});
+              FirstCell(4, "its registers, a table by its tool number, or always the same",
+                        "\"fixed\"", false));
   keys.Add("mass_kg", payload.fixed.mass_kg, kPayloadMass,
-           {.sentence = "of \"fixed\"",
-            .example = "2.0",
-            .required = payload.source == Source::kFixed,
-            .active = true,
-            .step = 5});
+           FirstCell(5, "of \"fixed\"", "2.0", payload.source == Source::kFixed));
   keys.Add("cog_mm", payload.fixed.cog_F, kCog,
            {"centre of gravity in the flange frame", "[0.0, 0.0, 60.0]",
             "the controller's or the cell's"});
 }
 
 void ListKeys(Settings& keys, PayloadPolicy::ToolLoad& tool) {
-  keys.Add("number", tool.number, kPortOrAny,
-           {.sentence = "that the controller reports", .example = "1", .required = true});
-  keys.Add("mass_kg", tool.mass_kg, kPayloadMass, {.example = "2.0", .required = true});
+  keys.Add("number", tool.number, kPortOrAny, Required("that the controller reports", "1"));
+  keys.Add("mass_kg", tool.mass_kg, kPayloadMass, Required("", "2.0"));
   keys.Add("cog_mm", tool.cog_F, kCog,
            {"in the flange frame", "[0.0, 0.0, 60.0]", "the controller's or the cell's"});
 }
 
 void ListKeys(Settings& keys, PlcConfig& plc) {
   keys.Add("listen", plc.tcp.address,
-           {.sentence = "this computer's address in the PLC's network",
-            .example = "\"0.0.0.0\"",
-            .active = true,
-            .step = 6});
+           FirstCell(6, "this computer's address in the PLC's network", "\"0.0.0.0\"", false));
   keys.Add("port", plc.tcp.port, kPortOrAny, {"0: any free one, which the log names"});
   keys.Add("unit_id", plc.tcp.unit_id, {1, 247}, {"answered beside 0, 1 and 255"});
   keys.Choose("word_order", plc.convention.little_word_first, {{"ABCD", false}, {"CDAB", true}},
@@ -193,9 +174,7 @@ void ListKeys(Settings& keys, PageConfig& page) {
 }
 
 void ListKeys(Settings& keys, MqttConfig& mqtt) {
-  keys.Add(
-      "host", mqtt.host,
-      {.sentence = "its name or address", .example = "\"broker.plant.lan\"", .required = true});
+  keys.Add("host", mqtt.host, Required("its name or address", "\"broker.plant.lan\""));
   keys.Add("port", mqtt.port, kPort, {.otherwise = "1883; 8883 with tls_ca"});
   keys.Path("tls_ca", mqtt.tls_ca,
             {"certificates that the broker's is checked against; without it: no TLS",
@@ -220,38 +199,24 @@ void ListCycleKeys(Settings& keys, double& period_s) {
   keys.Add("period_ms", period_s, {1, 1000, kSecondPerMs}, {"from one cycle to the next"});
 }
 
-void ListFrameKeys(Settings& keys, PlacedKeys& frame) {
-  keys.Add("name", frame.name, {.example = "\"fixture\"", .required = true, .active = true});
+void ListKeys(Settings& keys, FrameKeys& frame) {
+  keys.Add("name", frame.name, FirstCell(0, "", "\"fixture\""));
   keys.Add("xyz_mm", frame.xyz_m, kPlaceRange,
-           {.sentence = "its pose in the measurement frame",
-            .required = true,
-            .active = true,
-            .step = 7});
+           FirstCell(7, "its pose in the measurement frame", ""));
   keys.Add("rpy_deg", frame.rpy_rad, kTurnRange,
-           {.sentence = "R = Rz(yaw) Ry(pitch) Rx(roll)", .active = true});
+           FirstCell(0, "R = Rz(yaw) Ry(pitch) Rx(roll)", "", false));
 }
 
-void ListPointKeys(Settings& keys, PlacedKeys& placed, AssemblyPoint& point) {
-  keys.Add("id", point.id, kId,
-           {.sentence = "the PLC asks for the point by this number",
-            .example = "1",
-            .required = true,
-            .active = true,
-            .step = 8});
+void ListKeys(Settings& keys, PointKeys& placed) {
+  AssemblyPoint& point = placed.point;
+  keys.Add("id", point.id, kId, FirstCell(8, "the PLC asks for the point by this number", "1"));
   keys.Add("name", placed.name,
            {.example = "\"left bracket\"", .otherwise = "point ID", .active = true});
-  keys.Add("frame", placed.frame, {.example = "\"fixture\"", .active = true});
+  keys.Add("frame", placed.frame, FirstCell(0, "", "\"fixture\"", false));
   keys.Add("xyz_mm", placed.xyz_m, kPlaceRange,
-           {.sentence = "where the *loaded* tool point shall be",
-            .example = "[700.0, -200.0, 400.0]",
-            .required = true,
-            .active = true,
-            .step = 9});
+           FirstCell(9, "where the *loaded* tool point shall be", "[700.0, -200.0, 400.0]"));
   keys.Add("rpy_deg", placed.rpy_rad, kTurnRange,
-           {.sentence = "and how it shall be oriented",
-            .example = "[180.0, 0.0, 0.0]",
-            .active = true,
-            .step = 10});
+           FirstCell(10, "and how it shall be oriented", "[180.0, 0.0, 0.0]", false));
   keys.Add("tool_point_mm", point.p_TP, {-5000, 5000, kMetrePerMm},
            {"in the tip frame, where the tool touches"});
   keys.Add("near_deg", placed.near, {-100000, 100000},

@@ -27,7 +27,7 @@ void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, LoopConfig& loop);
 void ListKeys(Settings& keys, CameraConfig& camera);
 /// @param camera  whose device is the default of a zoom that is a control of it
-void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera);
+void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");
 void ListKeys(Settings& keys, Board& board);        ///< what is printed on it
 void ListKeys(Settings& keys, BoardConfig& board);  ///< the others of [board]
 void ListKeys(Settings& keys, TagsConfig& tags);
@@ -37,13 +37,17 @@ void ListKeys(Settings& keys, MqttConfig& mqtt);
 /// @param period_s  DaemonConfig::cycle_period_s
 void ListCycleKeys(Settings& keys, double& period_s);
 
-/// Values of a [[frame]] or a [[point]] before they are composed to a pose.
-struct PlacedKeys {
-  std::string name, frame = "measurement";
+/// Values of a [[frame]], or of a [[point]] before its pose is composed.
+struct FrameKeys {
+  std::string name;
   Vec3 xyz_m = Vec3::Zero(), rpy_rad = Vec3::Zero();
-  std::optional<std::vector<double>> near;  ///< in degrees or mm, as the joint's kind has it
 };
-void ListFrameKeys(Settings& keys, PlacedKeys& frame);
-void ListPointKeys(Settings& keys, PlacedKeys& placed, AssemblyPoint& point);
+struct PointKeys : FrameKeys {
+  std::string frame = "measurement";
+  std::optional<std::vector<double>> near;  ///< in degrees or mm, as the joint's kind has it
+  AssemblyPoint point;
+};
+void ListKeys(Settings& keys, FrameKeys& frame);
+void ListKeys(Settings& keys, PointKeys& placed);
 
 }  // namespace plumbline

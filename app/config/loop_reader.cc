@@ -4,8 +4,7 @@ namespace plumbline {
 
 LoopConfig LoopFromToml(const TomlTable& table) {
   LoopConfig loop;
-  Settings keys(table);
-  ListKeys(keys, loop);
+  ReadKeys(table, loop);
   if (loop.session.find_first_of(",\"\n\r") != std::string::npos) {
     table.AddFault("session", "must not hold a comma, a quote or a line end");
   }

@@ -45,8 +45,7 @@ MqttConfig MqttFromToml(const TomlTable& table, const NamedFiles& files,
   if (table.Has("tls_ca")) mqtt.port = kTlsPort;
   mqtt.node = cell_name.empty() ? "cell" : cell_name.substr(0, kLongestName);
   std::replace_if(mqtt.node.begin(), mqtt.node.end(), IsNoTopic, '-');
-  Settings keys(table, &files);
-  ListKeys(keys, mqtt);
+  ReadKeys(table, mqtt, &files);
   const bool odd =
       mqtt.host.size() > kLongestHost || mqtt.host.find_first_of("/ \t\r\n@") != std::string::npos;
   if (odd) table.AddFault("host", "is not a name or an address alone, such as broker.plant.lan");

@@ -7,8 +7,7 @@ namespace plumbline {
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
                               const VisionConfig& vision) {
   OverlayConfig overlay;
-  Settings keys(table, &files);
-  ListKeys(keys, overlay);
+  ReadKeys(table, overlay, &files);
   if (!overlay.device.empty() && overlay.device.front() != '/') {
     table.AddFault("device", "is not an absolute path such as /dev/dri/card0 or /dev/fb0");
   }

@@ -102,8 +102,7 @@ bool IsEveryAddress(const std::string& address) {
 
 PageConfig PageFromToml(const TomlTable& table) {
   PageConfig page;
-  Settings keys(table);
-  ListKeys(keys, page);
+  ReadKeys(table, page);
   in6_addr address;
   const bool is_address = inet_pton(AF_INET, page.listen.c_str(), &address) == 1 ||
                           inet_pton(AF_INET6, page.listen.c_str(), &address) == 1;

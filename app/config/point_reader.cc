@@ -17,7 +17,7 @@ namespace {
 
 using FrameTable = std::map<std::string, Pose>;
 
-Pose PoseOf(const PlacedKeys& placed) {
+Pose PoseOf(const FrameKeys& placed) {
   return {.R = RotationFromRollPitchYaw(placed.rpy_rad), .p = placed.xyz_m};
 }
 
@@ -26,9 +26,8 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
   frames["measurement"] = Pose();
   frames["base"] = cell != nullptr ? cell->robot.X_WB : Pose();
   for (const TomlTable& table : root.Tables("frame")) {
-    PlacedKeys frame;
-    Settings keys(table);
-    ListFrameKeys(keys, frame);
+    FrameKeys frame;
+    ReadKeys(table, frame);
     if (!frame.name.empty() && !frames.emplace(frame.name, PoseOf(frame)).second) {
       table.AddFault("name",
                      "is the name of two frames (\"measurement\" and \"base\" are built in)");
@@ -66,10 +65,9 @@ std::optional<JointVector> NearFromToml(const TomlTable& table,
 
 AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
                             const CellModel* cell) {
-  AssemblyPoint point;
-  PlacedKeys placed;
-  Settings keys(table);
-  ListPointKeys(keys, placed, point);
+  PointKeys placed;
+  ReadKeys(table, placed);
+  AssemblyPoint& point = placed.point;
   point.name = placed.name.empty() ? fmt::format("point {}", point.id) : placed.name;
   const auto found = frames.find(placed.frame);
   if (found == frames.end()) {

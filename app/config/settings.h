@@ -24,6 +24,17 @@ struct Meaning {
   int step = 0;         ///< number of the line among those that a first cell must edit
 };
 
+constexpr Meaning Required(std::string_view sentence, std::string_view example, bool when = true) {
+  return {.sentence = sentence, .example = example, .required = when};
+}
+/// Of a key that a first cell needs.
+/// @param step  0: the line is not one of those to be edited
+constexpr Meaning FirstCell(int step, std::string_view sentence, std::string_view example,
+                            bool required = true) {
+  return {
+      .sentence = sentence, .example = example, .required = required, .active = true, .step = step};
+}
+
 /// A key as the documents show it.
 struct Setting {
   std::string key, type, range;
@@ -106,5 +117,14 @@ class Settings {
   std::vector<Setting>* rows_ = nullptr;
   bool good_ = true;
 };
+
+/// Reads the keys that ListKeys() lists for a Config.
+/// @return  false if a key is present but not usable
+template <typename Config>
+bool ReadKeys(const TomlTable& table, Config& config, const NamedFiles* files = nullptr) {
+  Settings keys(table, files);
+  ListKeys(keys, config);
+  return keys.good();
+}
 
 }  // namespace plumbline

@@ -31,25 +31,9 @@ void ListBoardKeys(Settings& keys) {
   ListDefaults<BoardConfig>(keys);
 }
 
-void ListDefaultZoomKeys(Settings& keys) {
-  ZoomConfig zoom;
-  ListKeys(keys, zoom, "");
-}
-
 void ListDefaultCycleKeys(Settings& keys) {
   DaemonConfig config;
   ListCycleKeys(keys, config.cycle_period_s);
-}
-
-void ListDefaultFrameKeys(Settings& keys) {
-  PlacedKeys frame;
-  ListFrameKeys(keys, frame);
-}
-
-void ListDefaultPointKeys(Settings& keys) {
-  PlacedKeys placed;
-  AssemblyPoint point;
-  ListPointKeys(keys, placed, point);
 }
 
 /// A table of plumbline.toml.
@@ -85,7 +69,7 @@ constexpr SettingsTable kTables[] = {
      "[[camera]] twice, each with a name and a [camera.zoom] of its own",
      ListDefaults<CameraConfig>},
     {"[zoom]", "or [camera.zoom], below its [[camera]]; without it: a lens without zoom",
-     ListDefaultZoomKeys},
+     ListDefaults<ZoomConfig>},
     {"[board]", "the board that each camera's lens is calibrated with", ListBoardKeys},
     {"[tags]", "needed with [camera]; both see the same ones", ListDefaults<TagsConfig>},
     {"[overlay]", "the display: plumbline-view plumbline.toml; MANUAL.md, \"The monitor\"",
@@ -95,8 +79,9 @@ constexpr SettingsTable kTables[] = {
     {"[mqtt]", "what a plant's broker is sent: plumbline-fleet; MANUAL.md, \"The plant's broker\"",
      ListDefaults<MqttConfig>},
     {"[cycle]", "the control cycle", ListDefaultCycleKeys},
-    {"[[frame]]", "a work object; \"measurement\" and \"base\" are built in", ListDefaultFrameKeys},
-    {"[[point]]", "one for each point to be corrected", ListDefaultPointKeys},
+    {"[[frame]]", "a work object; \"measurement\" and \"base\" are built in",
+     ListDefaults<FrameKeys>},
+    {"[[point]]", "one for each point to be corrected", ListDefaults<PointKeys>},
 };
 
 /// Parts that are not empty, separated by "; ".

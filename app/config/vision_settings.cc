@@ -56,9 +56,8 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   V4l2CameraOptions& v4l2 = camera.connection.v4l2;
   keys.Choose("name", camera.name, CameraNames(""), {"needed if there are two", "\"side\""});
   keys.Add("device", v4l2.device,
-           {.sentence = "of \"v4l2\": path, serial number, or serial number with its port",
-            .example = "\"Logitech-1234\"",
-            .required = of("v4l2")});
+           Required("of \"v4l2\": path, serial number, or serial number with its port",
+                    "\"Logitech-1234\"", of("v4l2")));
   std::optional<int> width, height;
   keys.Add("width_px", width, {1, kLargestSide},
            {"with height_px", "1920", "the largest that is fast enough"});
@@ -68,10 +67,9 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   v4l2.mode.rate_hz = recorded.rate_hz;
   ListSettingKeys(keys, v4l2.settings);
   keys.Path("path", recorded.path,
-            {.sentence = "of \"recorded\": a folder of PGM images or a table t_s,file; with the "
-                         "next three",
-             .example = "\"frames\"",
-             .required = of("recorded")});
+            Required("of \"recorded\": a folder of PGM images or a table t_s,file; with the "
+                     "next three",
+                     "\"frames\"", of("recorded")));
   keys.Add("repeat", recorded.repeat, {});
   keys.Add("serial", recorded.serial, {"of the camera that recorded it", "\"A1B2C3\""});
   keys.Add("mode", recorded.mode, {"likewise", "\"1920x1080 20 Hz\""});
@@ -87,7 +85,7 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
                {"gpio", "gpio"},
                {"replay", "replay"},
                {"none", ""}},
-              {.sentence = "what senses the zoom", .example = "\"visca\"", .required = true});
+              Required("what senses the zoom", "\"visca\""));
   const bool of_camera = zoom.kind == "v4l2" && !camera.empty();
   if (of_camera) c.visca.device = camera;
   keys.Add("device", c.visca.device,
@@ -107,9 +105,7 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
   keys.Add("serial", c.hid.serial, {"of two equal devices", "\"A1\""});
   const bool gpio = zoom.kind == "gpio";
   keys.Add("chip", c.gpio.chip,
-           {.sentence = "of \"gpio\", with the next three",
-            .example = "\"/dev/gpiochip0\"",
-            .required = gpio});
+           Required("of \"gpio\", with the next three", "\"/dev/gpiochip0\"", gpio));
   keys.Add("line", c.gpio.line, {0, 1023},
            {.sentence = "its number on the chip",
             .example = "4",
@@ -158,10 +154,9 @@ void ListKeys(Settings& keys, BoardConfig& board) {
 
 void ListKeys(Settings& keys, TagsConfig& tags) {
   keys.Document("file", "text",
-                {.sentence = "what carries tags (copy and edit the one beside this file): "
-                             "MANUAL.md, \"Tags and bodies in an image\"",
-                 .example = "\"bodies.toml\"",
-                 .required = true});
+                Required("what carries tags (copy and edit the one beside this file): "
+                         "MANUAL.md, \"Tags and bodies in an image\"",
+                         "\"bodies.toml\""));
   keys.Add("family", tags.family, {});
   keys.Add("threshold", tags.threshold, {0, 255}, {"", "100", "by the light around each place"});
   keys.Add("cell", tags.cell, {"the body of the cell's fixed marks, at least two tags"});
@@ -174,9 +169,7 @@ void ListKeys(Settings& keys, TagsConfig& tags) {
             "bodies.toml"});
   keys.Add("tool", tags.tool,
            {"the body that carries the tool's tip, for command 11", "\"gripper\""});
-  const Meaning tip = {.sentence = "the tip on that body",
-                       .example = "[0.0, 0.0, 120.0]",
-                       .required = !tags.tool.empty()};
+  const Meaning tip = Required("the tip on that body", "[0.0, 0.0, 120.0]", !tags.tool.empty());
   if (tip.required) keys.Add("tip_mm", tags.tip_T, kPlaceRange, tip);
   if (!tip.required) keys.Document("tip_mm", "3 numbers", tip);
 }
