@@ -23,6 +23,7 @@
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
 #include "app/cli/registers_command.h"
+#include "app/cli/settings_command.h"
 #include "app/cli/snapshot_command.h"
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
@@ -137,6 +138,7 @@ int main(int argc, char** argv) {
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);
+  AddSettingsCommand(app, exit_code);
   AddSnapshotCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddTrackCommand(app, exit_code);

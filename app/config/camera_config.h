@@ -70,8 +70,8 @@ Body CellMarksOf(const TagsConfig& tags);
 /// name, device, serial number or zoom sensor.
 VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, FaultList& faults);
 
-std::optional<CameraName> CameraNameFromToml(const TomlTable& table, std::string_view key);
-/// Its zoom is not read.
+/// Keys of both kinds are checked; those of the other one are of no use, and no fault. Its zoom is
+/// not read.
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files);
 BoardConfig BoardFromToml(const TomlTable& table);
 TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults);

@@ -9,33 +9,19 @@
 
 #include "app/config/arm_size.h"
 #include "app/config/cell_reader.h"
+#include "app/config/daemon_settings.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
-#include "app/config/named_files.h"
 #include "app/config/point_reader.h"
 #include "app/config/posture_check.h"
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
-#include "app/config/toml_reader.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/files/program_beside.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {
 namespace {
-
-constexpr NumberRange kCyclePeriod{1, 1000, kSecondPerMs};
-constexpr NumberRange kLinkTimeout{5, 10000, kSecondPerMs};
-constexpr NumberRange kStaleAfter{10, 60000, kSecondPerMs};
-constexpr NumberRange kReplayRate{0.001, 1000};
-constexpr NumberRange kPushPeriod{10, 60000, kSecondPerMs};
-constexpr NumberRange kPushStep{0.001, 100, kMetrePerMm};
-constexpr NumberRange kMaxTranslation{0.01, 1000, kMetrePerMm};
-constexpr NumberRange kMaxRotation{0.001, 90, kRadPerDeg};
-constexpr NumberRange kSingularValue{0, 1};
-constexpr NumberRange kShare{0, 1};
-constexpr NumberRange kPayloadMass{0, kLargestPayload_kg};
-constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
 
 bool IsAddress(const std::string& text) {
   in6_addr address;
@@ -54,23 +40,15 @@ bool IsHost(const std::string& text) {
 
 /// @tparam Line  SerialLine, or the slave's options
 template <typename Line>
-Line SerialFromToml(const TomlTable& table, bool required, int fastest_baud) {
-  Line serial;
-  const auto device = required ? table.RequiredString("device") : table.String("device");
-  serial.device = device.value_or("");
-  if (device && device->front() != '/') {
+void CheckSerial(const TomlTable& table, const Line& line) {
+  if (!line.device.empty() && line.device.front() != '/') {
     table.AddFault("device", "is not an absolute path such as /dev/ttyUSB0");
   }
-  serial.baud = table.Integer("baud", 1200, fastest_baud).value_or(serial.baud);
   constexpr int kRates[] = {1200,  2400,   4800,   9600,   19200, 38400,
                             57600, 115200, 230400, 460800, 921600};
-  if (std::find(std::begin(kRates), std::end(kRates), serial.baud) == std::end(kRates)) {
+  if (std::find(std::begin(kRates), std::end(kRates), line.baud) == std::end(kRates)) {
     table.AddFault("baud", "is not a usual rate (9600, 19200, 38400, 57600, 115200, ...)");
   }
-  serial.parity =
-      table.OneOf<char>("parity", {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}).value_or(serial.parity);
-  serial.stop_bits = table.Integer("stop_bits", 1, 2).value_or(serial.stop_bits);
-  return serial;
 }
 
 RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& files,
@@ -84,56 +62,34 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
       connection.unit_id = connection.profile.unit_id;
     }
   }
-  robot.transport = table
-                        .OneOf<std::string_view>(
-                            "transport", {{"tcp", "tcp"}, {"rtu", "rtu"}, {"replay", "replay"}})
-                        .value_or("tcp");
-  const bool tcp = robot.transport == "tcp";
-  const auto host = tcp ? table.RequiredString("host") : table.String("host");
-  connection.tcp.host = host.value_or("");
-  if (host && !IsHost(*host)) table.AddFault("host", "is not a host name or address");
-  connection.tcp.port = table.Integer("port", 1, 65535).value_or(connection.tcp.port);
-  connection.unit_id = table.Integer("unit_id", 0, 255).value_or(connection.unit_id);
+  ReadKeys(table, robot);
+  const std::string& host = connection.tcp.host;
+  if (!host.empty() && !IsHost(host)) table.AddFault("host", "is not a host name or address");
   const bool rtu = robot.transport == "rtu";
   if (connection.unit_id > 247 && (rtu || connection.unit_id != 255)) {
     table.AddFault("unit_id",
                    rtu ? "is not 0..247, as a serial line has it" : "is not 0..247 or 255");
   }
-  connection.serial = SerialFromToml<SerialLine>(table, rtu, 921600);
-  if (robot.transport == "replay") {
-    if (const auto file = files.Read(table, "replay_file", "")) robot.replay_file = file->first;
-  } else {
-    static_cast<void>(table.String("replay_file"));
+  CheckSerial(table, connection.serial);
+  if (const auto file = files.ReadIf(robot.transport == "replay", table, "replay_file", "")) {
+    robot.replay_file = file->first;
   }
-  ReplayRows& replay = connection.replay;
-  replay.rows_per_s = table.Number("replay_rows_per_s", kReplayRate).value_or(replay.rows_per_s);
-  replay.loop = table.Bool("replay_loop").value_or(replay.loop);
-  connection.timeout_s = table.Number("timeout_ms", kLinkTimeout).value_or(connection.timeout_s);
   return robot;
 }
 
 PayloadPolicy PayloadFromToml(const TomlTable& table) {
   using Source = PayloadPolicy::Source;
   PayloadPolicy payload;
-  payload.source = table
-                       .OneOf<Source>("source", {{"robot", Source::kRobot},
-                                                 {"table", Source::kTable},
-                                                 {"fixed", Source::kFixed}})
-                       .value_or(Source::kRobot);
-  const bool fixed = payload.source == Source::kFixed;
-  payload.fixed.mass_kg = (fixed ? table.RequiredNumber("mass_kg", kPayloadMass)
-                                 : table.Number("mass_kg", kPayloadMass))
-                              .value_or(0);
-  payload.fixed.cog_F = table.Vector3("cog_mm", kCog);
+  ReadKeys(table, payload);
   std::set<int> numbers;
   for (const TomlTable& tool : table.Tables("tool")) {
-    const auto number = tool.RequiredInteger("number", 0, 65535);
-    if (number && !numbers.insert(*number).second) {
+    PayloadPolicy::ToolLoad load;
+    load.number = -1;
+    ReadKeys(tool, load);
+    if (load.number >= 0 && !numbers.insert(load.number).second) {
       tool.AddFault("number", "is the number of two tools");
     }
-    payload.table.push_back({.number = number.value_or(0),
-                             .mass_kg = tool.RequiredNumber("mass_kg", kPayloadMass).value_or(0),
-                             .cog_F = tool.Vector3("cog_mm", kCog)});
+    payload.table.push_back(load);
   }
   if (payload.source == Source::kTable && !table.Has("tool")) {
     table.AddMissing("tool", "one [[payload.tool]] for each tool number, as source is \"table\"");
@@ -144,53 +100,28 @@ PayloadPolicy PayloadFromToml(const TomlTable& table) {
 PlcConfig PlcFromToml(const TomlTable& table) {
   PlcConfig plc;
   modbus::TcpServerOptions& tcp = plc.tcp;
-  tcp.address = table.String("listen").value_or(tcp.address);
+  ReadKeys(table, plc);
   if (!IsAddress(tcp.address)) {
     table.AddFault("listen",
                    "is not an address such as 192.168.0.10, or 0.0.0.0 for every network");
   }
-  tcp.port = table.Integer("port", 0, 65535).value_or(tcp.port);
-  tcp.unit_id = static_cast<std::uint8_t>(table.Integer("unit_id", 1, 247).value_or(tcp.unit_id));
-  plc.convention.little_word_first =
-      table.OneOf<bool>("word_order", {{"ABCD", false}, {"CDAB", true}}).value_or(false);
-  plc.convention.orientation =
-      table
-          .OneOf<OrientationConvention>(
-              "orientation", {{"rotation_vector", OrientationConvention::kRotationVector},
-                              {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
-                              {"a_b_c", OrientationConvention::kAbc}})
-          .value_or(plc.convention.orientation);
-  tcp.max_clients = table.Integer("max_clients", 1, 256).value_or(tcp.max_clients);
-  tcp.allow = table.Strings("allow").value_or(std::vector<std::string>{});
   for (const std::string& address : tcp.allow) {
     if (!IsAddress(address)) {
       table.AddFault("allow", fmt::format("has \"{}\", which is not an address", address));
     }
   }
   if (const auto rtu = table.Table("rtu")) {
-    plc.rtu = SerialFromToml<modbus::RtuSlaveOptions>(*rtu, true, 115200);
+    ReadKeys(*rtu, plc.rtu.emplace());
+    CheckSerial(*rtu, *plc.rtu);
     plc.rtu->unit_id = tcp.unit_id;
   }
   return plc;
 }
 
-CorrectionLimits CorrectionFromToml(const TomlTable& table) {
-  CorrectionLimits c;
-  c.max_translation_m =
-      table.Number("max_translation_mm", kMaxTranslation).value_or(c.max_translation_m);
-  c.max_rotation_rad = table.Number("max_rotation_deg", kMaxRotation).value_or(c.max_rotation_rad);
-  c.min_singular_value =
-      table.Number("min_singular_value", kSingularValue).value_or(c.min_singular_value);
-  if (const auto share = table.Number("deflection_sd", kShare)) c.deviation = {*share, true};
-  return c;
-}
-
 void PushFromToml(const TomlTable& table, DaemonConfig& config) {
   PushLimits& push = config.robot.connection.push;
-  push.enabled = table.Bool("enabled").value_or(false);
-  push.max_step_m = table.Number("max_step_mm", kPushStep).value_or(push.max_step_m);
-  push.min_period_s = table.Number("min_period_ms", kPushPeriod).value_or(push.min_period_s);
-  config.push_ids = table.Integers("point_ids", 1, 65535).value_or(std::vector<int>{});
+  Settings keys(table);
+  ListKeys(keys, push, config.push_ids);
   const std::vector<AssemblyPoint>& points = config.machine.points;
   std::set<int> seen;
   for (const int id : config.push_ids) {
@@ -287,21 +218,19 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
       }
     }
     const auto robot = root.RequiredTable("robot");
-    double& stale_after_s = config.machine.plausibility.stale_after_s;
+    const double& stale_after_s = config.machine.plausibility.stale_after_s;
     if (robot) {
       config.robot = RobotLinkFromToml(*robot, named, of_others);
-      stale_after_s = robot->Number("stale_after_ms", kStaleAfter).value_or(stale_after_s);
+      ReadKeys(*robot, config.machine.plausibility);
     }
     if (const auto table = root.Table("payload")) config.machine.payload = PayloadFromToml(*table);
     if (const auto table = root.Table("plc")) config.plc = PlcFromToml(*table);
-    if (const auto table = root.Table("correction"))
-      config.machine.limits = CorrectionFromToml(*table);
+    if (const auto table = root.Table("correction")) ReadKeys(*table, config.machine.limits);
     if (const auto table = root.Table("cycle")) {
-      config.cycle_period_s =
-          table->Number("period_ms", kCyclePeriod).value_or(config.cycle_period_s);
+      Settings keys(*table);
+      ListCycleKeys(keys, config.cycle_period_s);
     }
-    config.state_directory =
-        named.Beside(root.String("state_directory").value_or(config.state_directory));
+    ReadKeys(root, config, &named);
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (cell_known) WarnOfHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);

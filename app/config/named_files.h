@@ -24,6 +24,15 @@ class NamedFiles {
                                                           std::string_view key,
                                                           const std::string& folder) const;
 
+  /// The same if the file is needed; otherwise only checks that the key, if present, is a text.
+  std::optional<std::pair<std::string, std::string>> ReadIf(bool needed, const TomlTable& table,
+                                                            std::string_view key,
+                                                            const std::string& folder) const {
+    if (needed) return Read(table, key, folder);
+    static_cast<void>(table.String(key));
+    return std::nullopt;
+  }
+
   std::string Beside(const std::string& path) const {
     return (beside_ / path).lexically_normal().string();
   }

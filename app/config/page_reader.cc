@@ -8,8 +8,7 @@
 #include <set>
 #include <string_view>
 
-#include "app/config/page_config.h"
-#include "app/config/toml_reader.h"
+#include "app/config/daemon_settings.h"
 
 namespace plumbline {
 namespace {
@@ -46,20 +45,18 @@ bool IsHostName(const std::string& name) {
          });
 }
 
-void TokenFromToml(const TomlTable& table, PageConfig& page) {
-  const auto token = table.String("token");
+void CheckToken(const TomlTable& table, const std::string& token) {
   const auto plain = [](char c) { return c > ' ' && c < 127; };
   // The fault must not tell the token: faults go to the log.
-  if (token && (token->size() < kShortestToken || token->size() > kLongestToken ||
-                !std::all_of(token->begin(), token->end(), plain))) {
+  if (!token.empty() && (token.size() < kShortestToken || token.size() > kLongestToken ||
+                         !std::all_of(token.begin(), token.end(), plain))) {
     table.AddFault("", fmt::format("token is not {}..{} letters, digits and signs without spaces",
                                    kShortestToken, kLongestToken));
   }
   // Parsers of HTTP headers take %41 for A, and the token would never fit.
-  if (token && token->find('%') != std::string::npos) {
+  if (token.find('%') != std::string::npos) {
     table.AddFault("", "token has a %, which does not arrive in a header as it is: another sign");
   }
-  page.token = token.value_or("");
 }
 
 /// Not a fault: nothing of the page may keep the daemon, which reads the same file, from starting.
@@ -105,21 +102,19 @@ bool IsEveryAddress(const std::string& address) {
 
 PageConfig PageFromToml(const TomlTable& table) {
   PageConfig page;
-  page.port = table.Integer("port", 0, 65535);
-  page.listen = table.String("listen").value_or(page.listen);
+  ReadKeys(table, page);
   in6_addr address;
   const bool is_address = inet_pton(AF_INET, page.listen.c_str(), &address) == 1 ||
                           inet_pton(AF_INET6, page.listen.c_str(), &address) == 1;
   if (!is_address) {
     table.AddFault("listen", "is not an address such as 127.0.0.1, or 0.0.0.0 for every network");
   }
-  TokenFromToml(table, page);
+  CheckToken(table, page.token);
   if (is_address && !IsLoopback(page.listen) && !table.Has("token")) {
     table.AddFault("listen",
                    "is reached from other computers: it needs a token = \"...\" that is asked for");
   }
   JudgeToken(table, page);
-  page.hosts = table.Strings("hosts").value_or(page.hosts);
   for (std::string& name : page.hosts) {
     if (!IsHostName(name)) {
       table.AddFault("hosts",

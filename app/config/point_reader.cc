@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "app/config/limits.h"
+#include "app/config/daemon_settings.h"
 #include "app/config/plausibility.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
@@ -15,15 +15,10 @@
 namespace plumbline {
 namespace {
 
-constexpr NumberRange kToolPoint{-5000, 5000, kMetrePerMm};
-constexpr NumberRange kPayload{0, kLargestPayload_kg};
-
 using FrameTable = std::map<std::string, Pose>;
 
-Pose PointPoseFromToml(const TomlTable& table) {
-  return {
-      .R = RotationFromRollPitchYaw(table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero())),
-      .p = table.RequiredVector3("xyz_mm", kPlaceRange).value_or(Vec3::Zero())};
+Pose PoseOf(const FrameKeys& placed) {
+  return {.R = RotationFromRollPitchYaw(placed.rpy_rad), .p = placed.xyz_m};
 }
 
 FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
@@ -31,9 +26,9 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
   frames["measurement"] = Pose();
   frames["base"] = cell != nullptr ? cell->robot.X_WB : Pose();
   for (const TomlTable& table : root.Tables("frame")) {
-    const auto name = table.RequiredString("name");
-    const Pose X_WO = PointPoseFromToml(table);
-    if (name && !frames.emplace(*name, X_WO).second) {
+    FrameKeys frame;
+    ReadKeys(table, frame);
+    if (!frame.name.empty() && !frames.emplace(frame.name, PoseOf(frame)).second) {
       table.AddFault("name",
                      "is the name of two frames (\"measurement\" and \"base\" are built in)");
     }
@@ -42,8 +37,9 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
 }
 
 /// Joint values of `near_deg` in SI, checked against the joints where the cell is known.
-std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel* cell) {
-  const auto values = table.Numbers("near_deg", {-100000, 100000});
+std::optional<JointVector> NearFromToml(const TomlTable& table,
+                                        const std::optional<std::vector<double>>& values,
+                                        const CellModel* cell) {
   if (!values || cell == nullptr) return std::nullopt;
   const int n = cell->robot.size();
   if (static_cast<int>(values->size()) != n) {
@@ -69,28 +65,24 @@ std::optional<JointVector> NearFromToml(const TomlTable& table, const CellModel*
 
 AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
                             const CellModel* cell) {
-  AssemblyPoint point;
-  point.id = table.RequiredInteger("id", 1, 65535).value_or(0);
-  point.name = table.String("name").value_or(fmt::format("point {}", point.id));
-  const std::string frame = table.String("frame").value_or("measurement");
-  const auto found = frames.find(frame);
+  PointKeys placed;
+  ReadKeys(table, placed);
+  AssemblyPoint& point = placed.point;
+  point.name = placed.name.empty() ? fmt::format("point {}", point.id) : placed.name;
+  const auto found = frames.find(placed.frame);
   if (found == frames.end()) {
     std::string names;
     for (const auto& [name, pose] : frames) names += (names.empty() ? "" : ", ") + name;
     table.AddFault("frame", "is not a frame; known are " + names);
   }
-  const Pose X_OP = PointPoseFromToml(table);
+  const Pose X_OP = PoseOf(placed);
   point.X_WP = found == frames.end() ? X_OP : found->second * X_OP;
-  point.p_TP = table.Vector3("tool_point_mm", kToolPoint).value_or(Vec3::Zero());
-  point.orientation_free =
-      table.OneOf<bool>("orientation", {{"fixed", false}, {"free", true}}).value_or(false);
-  point.near_q = NearFromToml(table, cell);
+  point.near_q = NearFromToml(table, placed.near, cell);
   if (!table.Has("near_deg")) {
     table.AddWarning("near_deg",
                      "missing; where the robot stands at the start decides by which posture the "
                      "point is reached: give the joints where it was taught");
   }
-  point.payload_kg = table.Number("payload_kg", kPayload);
   if (point.payload_kg.value_or(0) > 0 && cell != nullptr && !cell->payload_cog_F) {
     table.AddWarning("payload_kg", "cannot be used: the cell has no [payload] cog_mm");
   }

@@ -45,17 +45,17 @@ std::string ValueText(const toml::node& node) {
   return stream.str();
 }
 
-std::string RangeText(NumberRange range) {
-  if (std::isinf(range.max)) return fmt::format("{} or more", range.min);
-  return fmt::format("{}..{}", range.min, range.max);
-}
-
 std::string OutsideText(double min, double max) {
   const NumberRange range{min, max};
   return std::isinf(max) ? "is not " + RangeText(range) : "is outside " + RangeText(range);
 }
 
 }  // namespace
+
+std::string RangeText(NumberRange range) {
+  if (std::isinf(range.max)) return fmt::format("{} or more", range.min);
+  return fmt::format("{}..{}", range.min, range.max);
+}
 
 TomlTable::TomlTable(TomlDocument& document, const toml::table& table, std::string path)
     : document_(&document), table_(&table), path_(std::move(path)) {
@@ -212,8 +212,8 @@ std::optional<std::string> TomlTable::RequiredString(std::string_view key) const
   return String(key);
 }
 
-std::optional<std::size_t> TomlTable::IndexOf(std::string_view key,
-                                              const std::vector<std::string_view>& words) const {
+std::optional<std::size_t> TomlTable::OneOf(std::string_view key,
+                                            const std::vector<std::string_view>& words) const {
   const toml::node* node = Find(key);
   if (node == nullptr) return std::nullopt;
   if (const auto* string = node->as_string()) {

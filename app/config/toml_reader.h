@@ -31,6 +31,9 @@ struct NumberRange {
   double to_si = 1;
 };
 
+/// `0..300`, or `0 or more` without an upper limit; in the unit of the file.
+std::string RangeText(NumberRange range);
+
 /// A word of the file and the value it stands for.
 template <typename T>
 struct Choice {
@@ -68,11 +71,14 @@ class TomlTable {
   /// A list of lists of numbers, all of the same length.
   std::optional<Eigen::MatrixXd> Rows(std::string_view key, NumberRange range) const;
 
+  /// The index of the word that the key has.
+  std::optional<std::size_t> OneOf(std::string_view key,
+                                   const std::vector<std::string_view>& words) const;
   template <typename T>
   std::optional<T> OneOf(std::string_view key, std::initializer_list<Choice<T>> choices) const {
     std::vector<std::string_view> words;
     for (const Choice<T>& choice : choices) words.push_back(choice.word);
-    const std::optional<std::size_t> index = IndexOf(key, words);
+    const std::optional<std::size_t> index = OneOf(key, words);
     if (!index) return std::nullopt;
     return (choices.begin() + *index)->value;
   }
@@ -112,8 +118,6 @@ class TomlTable {
 
   const toml::node* Find(std::string_view key) const;
   const toml::array* FindArray(std::string_view key, std::string_view expected, int size) const;
-  std::optional<std::size_t> IndexOf(std::string_view key,
-                                     const std::vector<std::string_view>& words) const;
   std::optional<double> NumberFrom(const toml::node& node, const std::string& path,
                                    NumberRange range) const;
   std::optional<int> IntegerFrom(const toml::node& node, const std::string& path, int min,

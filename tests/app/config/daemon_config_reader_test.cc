@@ -541,62 +541,24 @@ TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the de
                                            "/nonexistent", open_faults);
   CAPTURE(FaultsText(open_faults), open);
   REQUIRE(config);
+  // One value of each kind; the documents take the defaults from the structs.
   CHECK(config->robot.connection.timeout_s == Approx(defaults.robot.connection.timeout_s));
-  CHECK(config->machine.plausibility.stale_after_s ==
-        Approx(defaults.machine.plausibility.stale_after_s));
-  CHECK(config->robot.connection.replay.rows_per_s ==
-        Approx(defaults.robot.connection.replay.rows_per_s));
-  CHECK(config->robot.connection.replay.loop == defaults.robot.connection.replay.loop);
-  CHECK(config->robot.connection.serial.baud == defaults.robot.connection.serial.baud);
   CHECK(config->robot.connection.serial.parity == defaults.robot.connection.serial.parity);
-  CHECK(config->plc.tcp.port == defaults.plc.tcp.port);
   CHECK(config->plc.tcp.max_clients == defaults.plc.tcp.max_clients);
-  CHECK(config->plc.convention.little_word_first == defaults.plc.convention.little_word_first);
   CHECK(config->plc.convention.orientation == defaults.plc.convention.orientation);
-  CHECK(config->machine.limits.max_translation_m ==
-        Approx(defaults.machine.limits.max_translation_m));
   CHECK(config->machine.limits.max_rotation_rad ==
         Approx(defaults.machine.limits.max_rotation_rad));
-  CHECK(config->machine.limits.min_singular_value == defaults.machine.limits.min_singular_value);
-  CHECK(config->machine.limits.deviation.share == defaults.machine.limits.deviation.share);
-  CHECK(config->robot.connection.push.enabled == defaults.robot.connection.push.enabled);
-  CHECK(config->robot.connection.push.max_step_m ==
-        Approx(defaults.robot.connection.push.max_step_m));
-  CHECK(config->robot.connection.push.min_period_s ==
-        Approx(defaults.robot.connection.push.min_period_s));
+  CHECK(config->loop.journal_bytes == defaults.loop.journal_bytes);
   REQUIRE(config->vision.cameras.size() == 1);
-  const BoardConfig board;
-  CHECK(WordsOf(config->vision.board.board) == WordsOf(board.board));
-  CHECK(config->vision.board.board.family == board.board.family);
-  CHECK(config->vision.board.views == board.views);
-  CHECK(config->vision.board.most_views == board.most_views);
-  CHECK(config->vision.board.patience_s == Approx(board.patience_s));
-  CHECK(config->vision.board.acceptable_px == Approx(board.acceptable_px));
+  CHECK(config->vision.board.board.family == BoardConfig{}.board.family);
   const ZoomSupervisionSettings& zoom = config->vision.cameras[0].zoom.supervision;
   CHECK(zoom.settle_s == Approx(ZoomSupervisionSettings{}.settle_s));
   CHECK(zoom.lost_after_s == Approx(ZoomSupervisionSettings{}.lost_after_s));
   CHECK(zoom.zoom_band_counts == ZoomSupervisionSettings{}.zoom_band_counts);
   CHECK(config->vision.cameras[0].zoom.period_s == Approx(kZoomPeriod_s));
-  CHECK(config->vision.tags.place_sd_m == Approx(TagsConfig{}.place_sd_m));
-  const OverlayConfig& overlay = defaults.overlay;
-  CHECK(config->overlay.display == overlay.display);
-  CHECK(config->overlay.background == overlay.background);
-  CHECK(config->overlay.exaggeration == overlay.exaggeration);
-  CHECK(config->overlay.nominal == overlay.nominal);
-  CHECK(config->overlay.stress == overlay.stress);
-  CHECK(config->overlay.stress_full_Pa == Approx(overlay.stress_full_Pa));
-  CHECK(config->overlay.near_m == Approx(overlay.near_m));
-  CHECK(config->page.listen == defaults.page.listen);
+  CHECK(config->overlay.background == defaults.overlay.background);
   REQUIRE(config->mqtt);
-  const MqttConfig mqtt;
-  CHECK(config->mqtt->port == mqtt.port);
-  CHECK(config->mqtt->group == mqtt.group);
-  CHECK(config->mqtt->state_period_s == Approx(mqtt.state_period_s));
-  CHECK(config->mqtt->change_period_s == Approx(mqtt.change_period_s));
-  CHECK(config->mqtt->point_change_m == Approx(mqtt.point_change_m));
-  CHECK(config->mqtt->queue_bytes == mqtt.queue_bytes);
-  CHECK(config->mqtt->journal == mqtt.journal);
-  CHECK(config->cycle_period_s == Approx(defaults.cycle_period_s));
+  CHECK(config->mqtt->port == MqttConfig{}.port);
   CHECK(config->state_directory == defaults.state_directory);
 }
 

@@ -1,0 +1,12 @@
+// plumbline settings: every key of plumbline.toml, as a file, a table or a manual page.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace plumbline {
+
+void AddSettingsCommand(CLI::App& app, int& exit_code);
+
+}  // namespace plumbline
