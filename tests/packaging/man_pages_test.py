@@ -68,10 +68,10 @@ for document in ("MANUAL.md", "README.md"):
             checked += 1
             if option not in told:
                 faults.append("%s: plumbline %s has no %s" % (document, " ".join([words[0]] + part), option))
-# README.md's table is the list of --help, and each command's help has an example of it.
-table = set(re.findall(r"^\| `plumbline ([a-z-]+)", open("README.md").read(), re.M))
+# MANUAL.md's table is the list of --help, and each command's help has an example of it.
+table = set(re.findall(r"^\| `plumbline ([a-z-]+)", open("MANUAL.md").read(), re.M))
 for command in sorted(table ^ set(commands)):
-    faults.append("README.md: the command %s stands in one of its table and --help only" % command)
+    faults.append("MANUAL.md: the command %s stands in one of its table and --help only" % command)
 leaves = 0
 for command, told in commands.items():
     parts = re.findall(r"^  ([a-z][a-z-]+)  ", told.split("ubcommands:", 1)[1], re.M) if "ubcommands:" in told else [None]
