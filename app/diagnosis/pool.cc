@@ -266,6 +266,7 @@ Explanation Pool::ExplanationOf(const std::vector<ColumnIndex>& columns,
     prior += value * value * PriorPrecision(column);
   }
   explanation.chi2 = std::max(0.0, fit.minimum() - prior);
+  explanation.prior = prior;
   explanation.score = explanation.chi2 + prior;
   std::set<BlockIndex> used;
   for (const SupportFit::Unit& unit : fit.units()) {

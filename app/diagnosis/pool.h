@@ -21,6 +21,7 @@ struct Explanation {
   std::vector<ColumnIndex> columns;  ///< of the pool, that were kept
   Eigen::VectorXd values;            ///< of those columns, SI
   double chi2 = 0;                   ///< that remains
+  double prior = 0;                  ///< sum of (value / plausible)^2
   double score = 0;                  ///< chi2 + (value / plausible)^2 of each column + cost;
                                      ///< -2 ln(evidence) up to a constant
 };

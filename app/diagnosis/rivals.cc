@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/diagnosis/thresholds.h"
+#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -76,7 +77,13 @@ class RivalSearch {
     refitted_.insert(*exchange);
     const double gap =
         refit->chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
-    if (gap > kRivalGap) return;
+    if (gap > kRivalGap) {
+      const bool by_size = gap - (other.prior - context_.best.prior) <= kRivalGap;
+      if (by_size) {
+        for (const EffectKey& key : exchange->instead) too_large_.insert(key.id);
+      }
+      return;
+    }
     Add(*exchange, other, refit->model, gap);
     found_.push_back(other);
     found_.back().score = context_.best.score + gap;
@@ -87,6 +94,15 @@ class RivalSearch {
       diagnosis_.notes.push_back(fmt::format(
           "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
           kMostRefits, left_.size()));
+    }
+    for (const Rival& rival : diagnosis_.rivals) too_large_.erase(rival.id);
+    if (!too_large_.empty()) {
+      std::vector<std::string> names;
+      for (const std::string& id : too_large_) names.push_back(EffectName(id));
+      diagnosis_.notes.push_back(
+          fmt::format("{} would fit as well, but only at a size that no sound machine shows; this "
+                      "alone speaks against it",
+                      Listed(names, "or")));
     }
     return std::move(found_);
   }
@@ -129,6 +145,7 @@ class RivalSearch {
   const std::vector<EffectKey> answer_;
   const Result<Linearisation> own_;
   std::set<Exchange> refitted_, left_;
+  std::set<std::string> too_large_;  ///< effects that only their size excludes
   std::set<std::pair<EffectKey, EffectKey>> named_;
   std::vector<Explanation> found_;
 };

@@ -375,7 +375,7 @@ TEST_CASE("reports are listed and read, and no name leaves their folders") {
         "/../etc/passwd", "/reports/....//secret.html", "/reports\\..\\secret.html"}) {
     INFO(path);
     const PageAnswer answer = scene.Get(path);
-    CHECK(answer.status == 404);
+    CHECK((answer.status == 404 || answer.status == 400));
     CHECK_THAT(answer.body, !Contains("secret"));
   }
 }
