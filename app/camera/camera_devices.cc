@@ -21,7 +21,9 @@ Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
     if (!rows) return Error{fmt::format("{}: {}", config.replay_file, rows.error())};
     connection.replay = std::move(rows).value();
   }
-  return MakeZoomSensor(config.kind, connection);
+  const ZoomKind* const kind = FindZoomKind(config.kind);
+  if (kind == nullptr) return Error{fmt::format("there is no zoom sensor \"{}\"", config.kind)};
+  return kind->make(connection);
 }
 
 }  // namespace

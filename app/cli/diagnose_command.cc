@@ -168,7 +168,10 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
     if (model) {
       outputs.push_back({"--write-model", arguments.model, *model});
     } else {
-      err << arguments.model << ": not written, the corrected model would be no valid cell:\n"
+      err << arguments.model
+          << ": not written, since the corrected model would not be a valid cell; a residual or "
+             "value this large is a mistake in the data (units, columns, another cell) rather than "
+             "an effect:\n"
           << model.error();
     }
   }

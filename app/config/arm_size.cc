@@ -43,9 +43,12 @@ constexpr double kHeaviestLoad_kg_m3 =
 constexpr double kOverload = 2;
 constexpr double kLongestTool = 3;  // tool over reach
 
-/// The figures below are of arms; what has fewer joints is a positioner of any shape.
+/// The figures below are of arms of revolute joints; what has fewer is a positioner of any shape,
+/// and an axis that slides changes the arm's size.
 bool IsArm(const Robot& robot) {
-  return robot.size() >= 4 && robot.size() <= kMaxJoints;
+  return robot.size() >= 4 && robot.size() <= kMaxJoints &&
+         std::all_of(robot.joints.begin(), robot.joints.end(),
+                     [](const Joint& joint) { return joint.type == JointType::kRevolute; });
 }
 
 double WouldBe_m(double length_m) {

@@ -16,9 +16,9 @@ namespace plumbline {
 
 /// What the documents say about a key beside its type, range and default.
 struct Meaning {
-  std::string_view sentence = "";
-  std::string_view example = "";    ///< TOML value to show instead of the default
-  std::string_view otherwise = "";  ///< the default in words, where it is not a constant
+  std::string_view sentence{};
+  std::string_view example{};    ///< TOML value to show instead of the default
+  std::string_view otherwise{};  ///< the default in words, where it is not a constant
   bool required = false;
   bool active = false;  ///< not commented out in the shipped file
   int step = 0;         ///< number of the line among those that a first cell must edit

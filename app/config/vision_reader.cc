@@ -24,17 +24,10 @@ Selected SelectedBy(const CameraConfig& camera) {
   return {"serial", serial.empty() ? "recorded" : serial};
 }
 
-/// What answers for the zoom; empty: nothing that two could want.
+/// The one sensor that answers for the zoom; empty: nothing that two could want.
 std::string SensorOf(const ZoomConfig& zoom) {
-  const ZoomConnection& c = zoom.connection;
-  if (zoom.kind == "visca") return c.visca.device;
-  if (zoom.kind == "v4l2") return c.v4l2.device;
-  if (zoom.kind == "gpio") return fmt::format("{} {}", c.gpio.chip, c.gpio.line);
-  if (zoom.kind == "hid") {
-    return fmt::format("{:04x}:{:04x} {}", c.hid.profile.vendor_id, c.hid.profile.product_id,
-                       c.hid.serial);
-  }
-  return "";
+  const ZoomKind* const kind = FindZoomKind(zoom.kind);
+  return kind == nullptr ? "" : kind->identity(zoom.connection);
 }
 
 /// @param former  an earlier camera than `camera`, whose table this is

@@ -21,7 +21,6 @@ std::vector<Choice<CameraName>> CameraNames(std::string_view none) {
 }
 
 /// A report of HID or an event costs nothing; a serial line at 9600 baud is busy for 20 ms.
-constexpr double kQuickPeriod_s = 0.05;
 
 void ListKeys(Settings& keys, ZoomSupervisionSettings& zoom) {
   keys.Add("zoom_band_counts", zoom.zoom_band_counts, {0, 10000}, {"a change up to it is ignored"});
@@ -78,14 +77,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
 /// Keys of all kinds are listed; those of another one are of no use, and no fault.
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
   ZoomConnection& c = zoom.connection;
-  keys.Choose("kind", zoom.kind,
-              {{"visca", "visca"},
-               {"hid", "hid"},
-               {"v4l2", "v4l2"},
-               {"gpio", "gpio"},
-               {"replay", "replay"},
-               {"none", ""}},
-              Required("what senses the zoom", "\"visca\""));
+  std::vector<Choice<std::string>> kinds;
+  for (const ZoomKind* kind : ZoomKinds()) kinds.push_back({kind->name, std::string(kind->name)});
+  kinds.push_back({"none", ""});
+  keys.Choose("kind", zoom.kind, kinds, Required("what senses the zoom", "\"visca\""));
   const bool of_camera = zoom.kind == "v4l2" && !camera.empty();
   if (of_camera) c.visca.device = camera;
   keys.Add("device", c.visca.device,
@@ -93,7 +88,7 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
             .example = "\"/dev/serial/by-id/...\"",
             .otherwise = "of \"v4l2\": the camera's",
             .required = zoom.kind == "visca" || (zoom.kind == "v4l2" && !of_camera)});
-  c.v4l2 = {c.visca.device, kQuickPeriod_s};
+  c.v4l2 = {c.visca.device, kQuickZoomPeriod_s};
   keys.Add("baud", c.visca.baud, {9600, 38400}, {"9600 or 38400"});
   keys.Add("address", c.visca.address, {1, 7}, {"of the camera on the line"});
   keys.Add("timeout_ms", c.visca.timeout_s, {10, 10000, kSecondPerMs}, {"of \"hid\" too"});
@@ -114,8 +109,8 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
   keys.Add("active_low", c.gpio.active_low, {});
   keys.Add("debounce_ms", c.gpio.debounce_s, {0, 1000, kSecondPerMs}, {});
   keys.Document("file", "text", {"of \"replay\": t_s,zoom_counts,...", "\"zoom.csv\""});
-  const bool slow = zoom.kind == "visca" || zoom.kind.empty();
-  zoom.period_s = slow ? kZoomPeriod_s : kQuickPeriod_s;
+  const ZoomKind* const kind = FindZoomKind(zoom.kind);
+  zoom.period_s = kind == nullptr ? kZoomPeriod_s : kind->period_s;
   keys.Add("period_ms", zoom.period_s, {10, 1000, kSecondPerMs},
            {.sentence = "from reading to reading", .otherwise = "50; 100 for \"visca\""});
   ListKeys(keys, zoom.supervision);

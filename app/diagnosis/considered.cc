@@ -72,13 +72,17 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis) {
   const std::map<std::string, double> best_with = BestScores(context);
   const std::vector<std::string> taken = EffectIds(context.pool, context.best);
+  // After an elimination by refits the answer may score worse in the search's linear terms.
+  const double best = context.ranked.empty()
+                          ? context.best.score
+                          : std::min(context.best.score, context.ranked.front().score);
   for (auto& [id, considered] : BestAlone(context)) {
     considered.taken = std::find(taken.begin(), taken.end(), id) != taken.end();
     const auto score = best_with.find(id);
     if (score != best_with.end()) {
-      considered.evidence_gap = score->second - context.best.score;
+      considered.evidence_gap = score->second - best;
     } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
-      considered.evidence_gap = context.ranked.back().score - context.best.score;
+      considered.evidence_gap = context.ranked.back().score - best;
       considered.beyond_gap = true;
     }
     considered.reason = Fate(considered, diagnosis.rivals);

@@ -307,13 +307,14 @@ FitRows EvenlySpread(const Dataset& data, int most) {
 
 Dataset Thinned(const Dataset& data, const FitRows& rows) {
   Dataset thin = data;
-  thin.table.rows.clear();
-  thin.conditions.clear();
-  thin.payloads.clear();
-  thin.numbers.clear();
-  thin.session_of.clear();
-  thin.cluster_of.clear();
-  for (RecordedSignal& signal : thin.signals) signal.values.clear();
+  // New containers instead of cleared ones, which would keep the room of all rows.
+  thin.table.rows = std::vector<MeasuredRow>();
+  thin.conditions = PerRow<Conditions>();
+  thin.payloads = PerRow<Payload>();
+  thin.numbers = PerRow<RowNumbers>();
+  thin.session_of = PerRow<SessionIndex>();
+  thin.cluster_of = PerRow<ClusterIndex>();
+  for (RecordedSignal& signal : thin.signals) signal.values = PerRow<double>();
   std::map<ClusterIndex, ClusterIndex> renumbered;
   for (const RowIndex row : rows) {
     thin.table.rows.push_back(data.measured(row));

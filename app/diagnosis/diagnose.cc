@@ -156,8 +156,8 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
 void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& declared,
               const FitOfAllRows& fit, Diagnosis& diagnosis) {
   const Dataset& data = task.data;
-  diagnosis.sigma_m = found.fit.sigma_m;
   const bool as_declared = data.sigma_m > 0 && found.fit.sigma_m < 1.1 * data.sigma_m;
+  diagnosis.sigma_m = as_declared ? data.sigma_m : found.fit.sigma_m;
   diagnosis.sigma_origin = as_declared ? data.sigma_origin : "residual";
   diagnosis.noise_floor_m =
       std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
@@ -184,15 +184,14 @@ void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
                   1e3 * data.q_step_rad, 1e3 * least_m));
 }
 
-/// Notes that the noise goes on from row to row, and what that costs.
+/// Notes that successive residuals are correlated, and what that costs.
 void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
   const double rho = problem.row_correlation;
   if (rho <= 0) return;
-  diagnosis.notes.push_back(
-      fmt::format("what is left goes on from row to row (correlation {:.2f}): an effect that does "
-                  "so, too, such "
-                  "as an event or a drift, needs up to {:.1f} times the evidence",
-                  rho, (1 + rho) / (1 - rho)));
+  diagnosis.notes.push_back(fmt::format(
+      "residuals of successive rows are correlated ({:.2f}): effects that change slowly, "
+      "such as an event or a drift, need up to {:.1f} times the evidence",
+      rho, (1 + rho) / (1 - rho)));
 }
 
 /// Findings, rivals, what was refused, what would have been seen, signals, the verdict, and where

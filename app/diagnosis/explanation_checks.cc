@@ -74,6 +74,18 @@ ExplanationCheck PlausibilityCheck(const Finding& finding) {
   return check;
 }
 
+ExplanationCheck DeterminedCheck(const Finding& finding) {
+  ExplanationCheck check;
+  check.name = "determined";
+  check.passed = finding.covariance.size() > 0;
+  check.figure = check.passed ? 1 : 0;
+  check.limit = 1;
+  check.sentence = check.passed ? "the rows hold every value"
+                                : "the rows do not hold all of its values, so that they have no "
+                                  "standard deviation";
+  return check;
+}
+
 /// Most lines that a finding gives to one joint, and that joint; none for effects without lines.
 std::optional<std::pair<int, int>> MostLines(const EffectTerm& term) {
   std::map<int, int> lines;
@@ -138,7 +150,8 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
 /// Adds a finding's checks; returns the sentences of those that it failed.
 std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
                                       std::vector<ExplanationCheck>& checks) {
-  std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding)};
+  std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding),
+                                              DeterminedCheck(finding)};
   const auto frequency = SelectionFrequency(evidence.held_out, finding);
   if (frequency) {
     of_finding.push_back(FrequencyCheck(*frequency, evidence.held_out.selected.size()));

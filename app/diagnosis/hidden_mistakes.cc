@@ -15,7 +15,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kRows = 300;  // enough to tell, and a fraction of a search's time
+constexpr int kRows = 300;  // a judgement; bounds the time on large tables
 
 double ResidualSigma(const Identified& found) {
   return RobustSigma(found.fit.data, ResidualsOf(*found.linear));
@@ -67,23 +67,30 @@ Result<Identified> IdentifyAnew(const Dataset& data, std::size_t most,
       data, *aligned, options, [](double, const std::string&) {}, most);
 }
 
-struct Mended {
+struct Corrected {
   const Mistake* mistake = nullptr;
   Dataset rows;
 };
 
 /// The mistakes that are worth a search of their own: those with which the answer's own effects, or
 /// some of them, do better.
-std::vector<Mended> WorthASearch(const Identified& found, const std::vector<Mistake>& mistakes,
-                                 const Dataset& few, const DiagnosisOptions& options) {
+std::vector<Corrected> WorthASearch(const Identified& found, const std::vector<Mistake>& mistakes,
+                                    const Dataset& few, const DiagnosisOptions& options) {
   const double to_beat = ScoreOfOwnEffects(found, few, options) - kMistakeMargin;
-  std::vector<Mended> worth;
+  std::vector<Corrected> worth;
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
-    Mended mended{&mistake, few};
-    mistake.undo(mended.rows);
-    if (ScoreOfOwnEffects(found, mended.rows, options) > to_beat) continue;
-    worth.push_back(std::move(mended));
+    Corrected corrected{&mistake, few};
+    mistake.undo(corrected.rows);
+    const double score = ScoreOfOwnEffects(found, corrected.rows, options);
+    if (score > to_beat) continue;
+    const bool no_better_than_beside = std::any_of(
+        mistake.beside.begin(), mistake.beside.end(), [&](const std::function<void(Dataset&)>& to) {
+          Dataset changed = few;
+          to(changed);
+          return ScoreOfOwnEffects(found, changed, options) < score + kMistakeMargin;
+        });
+    if (!no_better_than_beside) worth.push_back(std::move(corrected));
   }
   return worth;
 }
@@ -97,8 +104,9 @@ std::string SentenceOf(const Mistake& mistake, const Identified& without) {
                           : names.size() == 1 ? names.front() + " leaves"
                                               : Listed(names) + " leave";
   return fmt::format(
-      "{}: {}. Then {} no more than the noise of {:.3g} mm on one axis; without it the rows need "
-      "effects more, or leave more",
+      "{}: {}. With this corrected, {} no more than the noise of {:.3g} mm on one axis; as "
+      "recorded, "
+      "the rows need more effects or leave a larger residual",
       mistake.sentence, mistake.remedy, who, 1e3 * without.fit.data.sigma_m);
 }
 
@@ -108,18 +116,18 @@ std::optional<std::string> HiddenMistake(const Identified& found, const Diagnosi
   if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
   const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
   const Dataset few = Thinned(found.fit.data, EvenlySpread(found.fit.data, kRows));
-  const std::vector<Mended> worth = WorthASearch(found, mistakes, few, options);
+  const std::vector<Corrected> worth = WorthASearch(found, mistakes, few, options);
   if (worth.empty()) return std::nullopt;
   const Result<Identified> as_it_is = IdentifyAnew(few, kMostBlocks, options);
   if (!as_it_is) return std::nullopt;
   const double chosen_among = 2 * std::log(static_cast<double>(worth.size()));
   const double to_beat = ScoreAtDeclaredNoise(*as_it_is) - kMistakeMargin - chosen_among;
-  for (const Mended& mended : worth) {
+  for (const Corrected& corrected : worth) {
     // What needs more effects than the answer that it replaces is no better.
     const Result<Identified> without =
-        IdentifyAnew(mended.rows, as_it_is->best.blocks.size(), options);
+        IdentifyAnew(corrected.rows, as_it_is->best.blocks.size(), options);
     if (!without || !IsSound(*without) || ScoreAtDeclaredNoise(*without) > to_beat) continue;
-    return SentenceOf(*mended.mistake, *without);
+    return SentenceOf(*corrected.mistake, *without);
   }
   return std::nullopt;
 }

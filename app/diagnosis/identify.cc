@@ -70,7 +70,7 @@ Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) 
   return RefitModel(so_far.fit, start, {});
 }
 
-/// Takes another explanation where it foretells rows that the best rejects: a row measured to tell
+/// Takes another explanation where it predicts rows that the best rejects: a row measured to tell
 /// two explanations apart looks like a gross error to the wrong one.
 void TakeLeastRejecting(Identified& so_far, Refit& refit) {
   const Dataset& data = so_far.fit.data;
@@ -120,7 +120,8 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   so_far.best = better ? extended : so_far.ranked.front();
   Result<Refit> refit = RefitTo(so_far, so_far.best);
   // A support that only the linear columns bear gives way to the next.
-  for (std::size_t next = 1; !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
+  for (std::size_t next = better ? 0 : 1;
+       !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
     so_far.best = so_far.ranked[next];
     so_far.unknown = false;
     refit = RefitTo(so_far, so_far.best);
@@ -195,7 +196,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
       rich = RichSigma(*found.pool, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
-    // Asked of the richest explanation first: what a frugal one lacks goes on from row to row, too.
+    // A frugal explanation leaves real effects in the residual, which look like correlation.
     const double correlation = frugal ? 0 : RowCorrelation(data, residuals, found.fit.weights);
     const bool settled = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
                          std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&

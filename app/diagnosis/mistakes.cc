@@ -32,6 +32,24 @@ Undo OnJoints(std::function<void(JointVector&)> map) {
   };
 }
 
+/// A joint that counts the other way, with all that was recorded of it.
+Undo OtherWay(int joint) {
+  return [joint](Dataset& data) {
+    const auto turn = [joint](JointVector& of_joints) {
+      if (joint < of_joints.size()) of_joints[joint] *= -1;
+    };
+    for (const RowIndex row : data.row_indices()) {
+      MeasuredRow& measured = data.table.rows[row.offset()];
+      Conditions& conditions = data.conditions[row];
+      for (JointVector* of :
+           {&measured.q, &measured.qd, &measured.qdd, &measured.tau, &conditions.q, &conditions.qd,
+            &conditions.qdd, &conditions.tau, &conditions.last_move, &conditions.approach}) {
+        turn(*of);
+      }
+    }
+  };
+}
+
 Undo OnPayload(double factor) {
   return [factor](Dataset& data) {
     for (const RowIndex row : data.row_indices()) {
@@ -161,8 +179,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
       high = std::max(high, row.q[i]);
     }
     Mistake sign{fmt::format("joint q{} counts the other way", i + 1),
-                 "check its sign in the cell, or in the recording",
-                 OnJoints([i](JointVector& q) { q[i] = -q[i]; })};
+                 "check its sign in the cell, or in the recording", OtherWay(i)};
     sign.subtle = i == count - 1 && high - low > kLeastSpread_rad;
     mistakes.push_back(sign);
   }

@@ -156,6 +156,7 @@ Peak Refined(const LinearProblem& problem, const Eigen::VectorXd& residual, Peak
   for (int halving = 0; halving < kHalvings; ++halving, width /= 2) {
     for (const double side : {-1.0, 1.0}) {
       const double cycles = peak.cycles_per_turn + side * width / 2;
+      if (cycles < kFewestCycles || cycles > kMostCycles) continue;
       const double gain = exact(cycles);
       if (gain > peak.gain) peak = {joint, cycles, gain, 0};
     }

@@ -33,8 +33,9 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
     const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
     const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
     if (!plausible.Contains(in_file)) {
-      return {fmt::format("{} = {} {} is outside {}..{}, what a sound machine shows",
-                          NameFromParameter(traits, parameter), PlausibilityNumber(in_file), unit,
+      return {fmt::format("{} = {}{}{} is outside {}..{}, what a sound machine shows",
+                          NameFromParameter(traits, parameter), PlausibilityNumber(in_file),
+                          unit == "1" ? "" : " ", unit == "1" ? "" : unit,
                           PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),
               TimesBeyond(plausible, in_file)};
     }

@@ -70,9 +70,6 @@ BlockIndex Pool::Add(const Block& block) {
   gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
   gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
   moment_.segment(used_, width) = raw.transpose() * problem_.response();
-  for (const ColumnIndex column : ColumnsIn(index)) {
-    gram_(column.value(), column.value()) += PriorPrecision(column);
-  }
   used_ += width;
   return index;
 }
@@ -238,6 +235,7 @@ SupportFit Pool::FitOf(const std::vector<ColumnIndex>& columns) const {
     for (int j = 0; j < n; ++j) {
       gram(i, j) = gram_(column.value(), columns[static_cast<std::size_t>(j)].value());
     }
+    gram(i, i) += PriorPrecision(column);
     const BlockIndex block = block_of_[column];
     const int number = ColumnAt(column).unit;
     const auto same = std::find_if(units.rbegin(), units.rend(), [&](const SupportFit::Unit& unit) {
@@ -354,12 +352,8 @@ double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
   }
   const double length = field.norm();
   if (length == 0) return 0;
-  const Eigen::VectorXd left =
-      n == 0 ? field
-             : Eigen::VectorXd(
-                   field -
-                   columns *
-                       (columns.transpose() * columns).ldlt().solve(columns.transpose() * field));
+  if (n == 0) return 1;
+  const Eigen::VectorXd left = field - columns * columns.colPivHouseholderQr().solve(field);
   return left.norm() / length;
 }
 

@@ -59,7 +59,7 @@ class Pool {
   std::optional<Explanation> EvaluateBelow(std::vector<BlockIndex> support, double worst) const;
   /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
   Explanation Fit(const std::vector<BlockIndex>& support) const;
-  /// Fits exactly these columns, ascending, but what has no rank.
+  /// Fits these columns, ascending; only those without rank are left out.
   Explanation FitColumns(const std::vector<ColumnIndex>& columns) const;
   /// The columns of a support that move the tip at all, ascending.
   std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const;
@@ -136,7 +136,7 @@ class Pool {
   Indexed<BlockIndex, std::vector<double>> unit_costs_;
   Eigen::MatrixXd columns_;  ///< projected, unit length (or zero)
   int used_ = 0;
-  Eigen::MatrixXd gram_;                    ///< columns^T columns + the prior's precision
+  Eigen::MatrixXd gram_;                    ///< columns^T columns
   Eigen::VectorXd moment_;                  ///< columns^T response
   Indexed<ColumnIndex, double> length_;     ///< projected length before normalising
   Indexed<ColumnIndex, double> raw_rms_m_;  ///< 3-D RMS of the raw column per unit of parameter [m]

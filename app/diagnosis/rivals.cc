@@ -21,6 +21,7 @@ constexpr int kRivalIterations = 40;
 struct Exchange {
   std::vector<EffectKey> lacking, instead;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr)
   friend auto operator<=>(const Exchange&, const Exchange&) = default;
 };
 

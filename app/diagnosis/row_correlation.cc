@@ -10,8 +10,7 @@ namespace plumbline {
 double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
                       const PerRow<double>& weights) {
   constexpr double kMost = 0.95;
-  double together = 0, alone = 0;
-  int pairs = 0;
+  double together = 0, alone = 0, variance = 0;  // the last of `together` under independence
   for (RowIndex row(1); row.value() < data.rows(); ++row) {
     const RowIndex before(row.value() - 1);
     if (data.session_of[row] != data.session_of[before]) continue;
@@ -21,13 +20,12 @@ double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
     if (count == 0 || count != data.numbers[before].lengths()) continue;
     const auto now = residuals[row].head(count), then = residuals[before].head(count);
     together += now.dot(then);
+    variance += now.dot(then) * now.dot(then);
     alone += (now.squaredNorm() + then.squaredNorm()) / 2;
-    pairs += count;
   }
   if (!(alone > 0)) return 0;
   const double correlation = together / alone;
-  // Of independent noise it is nearly normal, with a deviation of 1 / sqrt(pairs).
-  if (correlation * std::sqrt(static_cast<double>(pairs)) < kCorrelatedSigmas) return 0;
+  if (together < kCorrelatedSigmas * std::sqrt(variance)) return 0;
   return std::min(kMost, correlation);
 }
 

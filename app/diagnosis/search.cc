@@ -51,7 +51,7 @@ class Searching {
   void RefineShapes();
   void RefitShapes();
   void Exchange();
-  /// Exchanges and refines until the best stands.
+  /// Exchanges and refines until the best score no longer falls, four rounds at most.
   void Settle();
   void Offer(BlockIndex block);
   /// The blocks offered, the best by itself first.
@@ -85,7 +85,7 @@ bool Searching::Excluded(const std::vector<BlockIndex>& support) const {
 void Searching::JudgeSupport(std::vector<BlockIndex> support) {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
-  if (!tried_.insert(support).second) return;
+  if (support.size() > most_ || !tried_.insert(support).second) return;
   if (Excluded(support)) return;
   std::optional<Explanation> explanation = pool_.EvaluateBelow(support, WorstOfUse(support.size()));
   if (!explanation) return;
@@ -169,8 +169,8 @@ void Searching::RefitShapes() {
   JudgeSupport(refitted.blocks);
 }
 
-/// Exchanges each effect of the best for every other one: what was chosen beside fewer effects may
-/// stand in for another that is offered.
+/// Tries every offered block in the place of each block of the best: an early choice may only
+/// imitate a block that came later.
 void Searching::Exchange() {
   const Explanation best = Winner();
   if (best.blocks.size() > kMostRefittedBlocks) return;

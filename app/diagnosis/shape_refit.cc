@@ -1,6 +1,7 @@
 #include "app/diagnosis/shape_refit.h"
 
 #include <algorithm>
+#include <set>
 
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/shape_search.h"
@@ -57,9 +58,16 @@ Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
     }
   }
   std::sort(columns.begin(), columns.end());
-  const Explanation refitted = pool.FitColumns(columns);
-  return std::min({chosen, kept.explanation, refitted},
-                  [](const Explanation& a, const Explanation& b) { return a.score < b.score; });
+  std::vector<BlockIndex> support;
+  for (const ColumnIndex column : columns) support.push_back(pool.BlockOfColumn(column));
+  std::vector<const Block*> shapes;
+  for (const BlockIndex block : std::set<BlockIndex>(support.begin(), support.end())) {
+    shapes.push_back(&pool.blocks()[block]);
+  }
+  const auto better = [](const Explanation& a, const Explanation& b) { return a.score < b.score; };
+  const Explanation& unshaped = std::min(chosen, kept.explanation, better);
+  if (ShapesClash(pool.problem(), shapes)) return unshaped;
+  return std::min(unshaped, pool.Evaluate(support), better);
 }
 
 }  // namespace plumbline

@@ -7,8 +7,8 @@ namespace plumbline {
 
 /// An explanation refitted to the rows of the pool's problem: units that the refitted shapes make
 /// superfluous are gone, and the blocks of searched shapes have the refitted ones, so that a time
-/// constant and a step beside it are no longer those found one after the other. The explanation
-/// itself where the refit fails, or scores no better.
+/// constant and a step beside it are no longer those found one after the other. Adds those blocks
+/// to the pool. The explanation itself where the refit fails, or scores no better.
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen);
 
 }  // namespace plumbline

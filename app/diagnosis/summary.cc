@@ -58,7 +58,8 @@ void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
     text += fmt::format("Doubtful: {}: {}\n", EffectName(doubt.id, doubt.scope), doubt.reason);
   }
   if (diagnosis.doubts.size() > kMostRemarks) {
-    text += fmt::format("  and {} more doubts\n", diagnosis.doubts.size() - kMostRemarks);
+    const std::size_t more = diagnosis.doubts.size() - kMostRemarks;
+    text += fmt::format("  and {} more doubt{}\n", more, more == 1 ? "" : "s");
   }
   for (const ExplanationCheck& check : diagnosis.checks) {
     if (check.effect.empty() && !check.passed) text += "Not explained: " + check.sentence + '\n';

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "app/diagnosis/legendre.h"
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/thresholds.h"
 
@@ -320,8 +321,16 @@ class EmpiricalSearch {
 
   /// Takes a support where it beats the best.
   void JudgeBelowBest(const std::vector<BlockIndex>& support) {
+    if (Excluded(support)) return;
     std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
     if (explanation) Take(std::move(*explanation));
+  }
+
+  /// True where shapes of one effect do not go together, as in the search of the catalogue.
+  bool Excluded(const std::vector<BlockIndex>& support) const {
+    std::vector<const Block*> blocks;
+    for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
+    return ShapesClash(pool_.problem(), blocks);
   }
 
   void Take(Explanation explanation) {

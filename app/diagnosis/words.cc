@@ -94,7 +94,8 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     for (const Doubt& doubt : diagnosis.doubts) {
       doubtful.push_back(EffectName(doubt.id, doubt.scope));
     }
-    return names.front() + " fit these points, but " + Listed(doubtful) +
+    const bool one = diagnosis.findings.size() == 1;
+    return names.front() + (one ? " fits" : " fit") + " these points, but " + Listed(doubtful) +
            (doubtful.size() == 1 ? " is" : " are") + " in doubt";
   }
   std::string text = Listed(names, "or") + ": these points cannot tell";
@@ -119,6 +120,7 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
       diagnosis.drivers.empty()
           ? "something that is not in the catalogue and follows no recorded signal"
           : "something that follows " + Listed(diagnosis.drivers) + " and is not in the catalogue";
+  if (!diagnosis.withheld.empty()) return text + "; no correction is written";
   text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically where there is data"
                                       : "; that part is not corrected";
   return text;
@@ -198,19 +200,24 @@ std::string PercentText(double share) {
 
 namespace {
 
-/// "bar" of "air_pressure_bar"; differences of temperature are in K.
-std::string UnitOfColumn(const std::string& column) {
+/// "bar" of "air_pressure_bar", "deg/s" of "qd2_deg_s"; differences of temperature are in K.
+std::string UnitOfSignal(std::string_view column) {
+  constexpr std::pair<std::string_view, std::string_view> kOfTwoParts[] = {
+      {"_deg_s2", "deg/s^2"}, {"_deg_s", "deg/s"}, {"_mm_s2", "mm/s^2"}, {"_mm_s", "mm/s"}};
+  for (const auto& [ending, unit] : kOfTwoParts) {
+    if (column.ends_with(ending)) return std::string(unit);
+  }
   const std::size_t at = column.rfind('_');
-  if (at == std::string::npos) return "unit of " + column;
-  const std::string unit = column.substr(at + 1);
-  return unit == "C" ? "K" : unit;
+  if (at == std::string_view::npos) return fmt::format("unit of {}", column);
+  const std::string_view unit = column.substr(at + 1);
+  return unit == "C" ? "K" : std::string(unit);
 }
 
 /// Rise of each carrier per unit of the driver, by least squares over the nodes; nothing where the
 /// curve bends.
 std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
-  constexpr double kStraight = 0.05;  // of the rise
-  if (nodes.rows() < 2) return std::nullopt;
+  constexpr double kStraight = 0.05;          // of the rise
+  if (nodes.rows() < 3) return std::nullopt;  // any two points lie on a line
   const Eigen::VectorXd x = nodes.col(0).array() - nodes.col(0).mean();
   const Eigen::MatrixXd curves = nodes.rightCols(nodes.cols() - 1);
   const Eigen::MatrixXd centred = curves.rowwise() - curves.colwise().mean();
@@ -227,7 +234,7 @@ std::string LineText(const ActiveEffect& effect) {
   if (!term.effect->traits().empirical || term.drivers.size() != 1) return "";
   const auto slopes = SlopesOf(term.nodes);
   if (!slopes) return "";
-  const std::string per = "per " + UnitOfColumn(term.drivers.front());
+  const std::string per = "per " + UnitOfSignal(term.drivers.front());
   std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // of base and tip
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
@@ -237,7 +244,10 @@ std::string LineText(const ActiveEffect& effect) {
     if (shifts) {
       axes[name.substr(0, name.find('_'))].emplace_back(name.substr(name.find('_') + 1), slope);
     } else if (name == "tool_bending") {
-      texts.push_back(fmt::format("the tool bends {:+.3g} times {}", slope, per));
+      texts.push_back(
+          fmt::format("the tool's bending changes by {:+.3g} % {}", kPercent * slope, per));
+    } else if ((term.prismatic >> static_cast<unsigned>(term.parameters[k].joint) & 1U) != 0) {
+      texts.push_back(fmt::format("{} moves {:.3g} mm {}", name, 1e3 * slope, per));
     } else {
       texts.push_back(fmt::format("{} turns {:.3g} mrad {}", name, 1e3 * slope, per));
     }

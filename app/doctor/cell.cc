@@ -128,25 +128,13 @@ CheckedThing LookAtCamera(const CameraConfig& camera, const Account& account,
 }
 
 CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account) {
-  const ZoomConnection& link = zoom.connection;
-  if (zoom.kind == "visca") {
-    return DeviceOf("zoom sensor", link.visca.device, account,
-                    "plug the adapter in; add the user to the group dialout");
-  }
-  if (zoom.kind == "v4l2") {  // a path, or a camera's name as in [camera]
-    const char* const remedy = "plug the camera in; add the user to the group video";
-    const auto device = SelectV4l2Device(link.v4l2.device, ListV4l2Devices());
-    if (!device) return {Health::kFault, "zoom sensor", device.error(), remedy};
-    return DeviceOf("zoom sensor", device->path, account, remedy);
-  }
-  if (zoom.kind == "gpio" && link.gpio.chip.rfind('/', 0) == 0) {
-    return DeviceOf("zoom sensor", link.gpio.chip, account,
-                    "the rule 65-plumbline.rules gives the right: udevadm trigger");
-  }
-  return {Health::kNotLooked,
-          "zoom sensor",
-          zoom.kind.empty() ? "none: a lens without zoom" : zoom.kind + ": seen by the daemon only",
-          {}};
+  constexpr const char* kWhat = "zoom sensor";
+  const ZoomKind* const kind = FindZoomKind(zoom.kind);
+  if (kind == nullptr) return {Health::kNotLooked, kWhat, "none: a lens without zoom", {}};
+  const Result<std::string> device = kind->device(zoom.connection);
+  if (!device) return {Health::kFault, kWhat, device.error(), kind->remedy};
+  if (!device->empty()) return DeviceOf(kWhat, *device, account, kind->remedy);
+  return {Health::kNotLooked, kWhat, zoom.kind + ": seen by the daemon only", {}};
 }
 
 CheckedThing LookAtBroker(const MqttConfig& mqtt, const Account& account) {

@@ -221,7 +221,7 @@ void HttpResponse::Refuse(int refusal, const std::string& why) {
 std::string HeadOf(const HttpResponse& response) {
   std::string head = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\n", response.status,
                                  ReasonOf(response.status));
-  for (const auto& [name, value] : response.headers) head += name + ": " + value + "\r\n";
+  for (const auto& [name, value] : response.headers) head += fmt::format("{}: {}\r\n", name, value);
   if (!response.stream) head += fmt::format("Content-Length: {}\r\n", response.body.size());
   return head + "\r\n";
 }

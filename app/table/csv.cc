@@ -219,6 +219,7 @@ void TableReader::AddColumn(std::string_view name) {
     columns_.push_back(
         {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
     table_.further.emplace_back(name);
+    if (name == "tilt_x_deg" || name == "tilt_y_deg") return;  // an effect reads them by name
     faults_.Add({Fault::Severity::kWarning, table_.file, 1, ShownName(name),
                  "is no column of the format: taken as a further signal" + DidYouMean(name)});
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/files/open_failure.h"
+#include "drivers/zoom/registry.h"
 
 namespace plumbline {
 namespace {
@@ -89,5 +90,17 @@ ZoomResult GpioZoom::Read(ZoomReading& reading) {
   reading.time_s = now_s;
   return ZoomResult::kOk;
 }
+
+const ZoomKind kGpioKind{
+    .name = "gpio",
+    .make = [](const ZoomConnection& to) { return GpioZoom::Create(to.gpio, to.clock); },
+    .identity =
+        [](const ZoomConnection& to) { return fmt::format("{} {}", to.gpio.chip, to.gpio.line); },
+    .device =
+        [](const ZoomConnection& to) {  // a chip's label is no path
+          return Result<std::string>(to.gpio.chip.starts_with('/') ? to.gpio.chip : "");
+        },
+    .remedy = "the rule 65-plumbline.rules gives the right: udevadm trigger",
+    .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "drivers/zoom/line_debounce.h"
-#include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
 struct gpiod_chip;
@@ -45,5 +45,8 @@ class GpioZoom : public ZoomSensor {
   bool unwatched_ = true;
   std::string problem_;
 };
+
+/// A digital input that says that the lens moved.
+extern const ZoomKind kGpioKind;
 
 }  // namespace plumbline

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/zoom/registry.h"
+
 namespace plumbline {
 namespace {
 
@@ -140,5 +142,16 @@ ZoomResult HidZoom::Listen(const HidExchange& exchange, double deadline_s, ZoomR
   reading.moved = moved;
   return ZoomResult::kOk;
 }
+
+const ZoomKind kHidKind{
+    .name = "hid",
+    .make = [](const ZoomConnection& to) { return HidZoom::Create(to.hid, to.clock); },
+    .identity =
+        [](const ZoomConnection& to) {
+          return fmt::format("{:04x}:{:04x} {}", to.hid.profile.vendor_id,
+                             to.hid.profile.product_id, to.hid.serial);
+        },
+    .device = [](const ZoomConnection&) { return Result<std::string>(""); },
+    .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

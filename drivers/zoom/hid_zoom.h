@@ -5,7 +5,7 @@
 #include <string>
 
 #include "drivers/zoom/hid_codec.h"
-#include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
 struct hid_device_;  // hidapi's hid_device
@@ -45,5 +45,8 @@ class HidZoom : public ZoomSensor {
   bool heard_any_ = false;
   std::string problem_;
 };
+
+/// A lens or encoder with reports of its own, by a profile.
+extern const ZoomKind kHidKind;
 
 }  // namespace plumbline

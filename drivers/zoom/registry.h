@@ -1,7 +1,7 @@
 // The kinds of zoom sensor there are. A new kind is one line in the table of registry.cc.
 #pragma once
 
-#include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -10,8 +10,6 @@
 #include "drivers/zoom/replay_zoom.h"
 #include "drivers/zoom/v4l2_zoom.h"
 #include "drivers/zoom/visca_zoom.h"
-#include "drivers/zoom/zoom.h"
-#include "firmware-like/result.h"
 
 namespace plumbline {
 
@@ -25,11 +23,10 @@ struct ZoomConnection {
   Clock clock = MonotonicSeconds;
 };
 
-/// "visca", "hid", "v4l2", "gpio", "replay".
-std::vector<std::string_view> ZoomKinds();
+/// In the order of the table.
+std::span<const ZoomKind* const> ZoomKinds();
 
-/// A sensor that is not connected yet; its first Read() connects.
-Result<std::unique_ptr<ZoomSensor>> MakeZoomSensor(std::string_view kind,
-                                                   const ZoomConnection& connection);
+/// Null where there is none of that name.
+const ZoomKind* FindZoomKind(std::string_view name);
 
 }  // namespace plumbline

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/zoom/registry.h"
+
 namespace plumbline {
 namespace {
 
@@ -122,5 +124,12 @@ ZoomResult ReplayZoom::Read(ZoomReading& reading) {
   reading.time_s = now_s;
   return ZoomResult::kOk;
 }
+
+const ZoomKind kReplayZoomKind{
+    .name = "replay",
+    .make = [](const ZoomConnection& to) { return ReplayZoom::Create(to.replay, to.clock); },
+    .identity = [](const ZoomConnection&) { return std::string(); },
+    .device = [](const ZoomConnection&) { return Result<std::string>(""); },
+    .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -42,5 +42,8 @@ class ReplayZoom : public ZoomSensor {
   std::size_t shown_ = 0;  ///< rows that were due at some Read()
   std::string_view problem_;
 };
+
+/// A recorded table.
+extern const ZoomKind kReplayZoomKind;
 
 }  // namespace plumbline

@@ -13,6 +13,7 @@
 #include "drivers/camera/v4l2_device.h"
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
+#include "drivers/zoom/registry.h"
 
 namespace plumbline {
 namespace {
@@ -127,5 +128,17 @@ ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
   reading = last_;
   return ZoomResult::kOk;
 }
+
+const ZoomKind kV4l2ZoomKind{
+    .name = "v4l2",
+    .make = [](const ZoomConnection& to) { return V4l2Zoom::Create(to.v4l2, to.clock); },
+    .identity = [](const ZoomConnection& to) { return to.v4l2.device; },
+    .device = [](const ZoomConnection& to) -> Result<std::string> {
+      const auto device = SelectV4l2Device(to.v4l2.device, ListV4l2Devices());
+      if (!device) return device.failure();
+      return device->path;
+    },
+    .remedy = "plug the camera in; add the user to the group video",
+    .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "drivers/os/descriptor.h"
-#include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
 struct v4l2_event;
@@ -48,5 +48,8 @@ class V4l2Zoom : public ZoomSensor {
   ZoomReading last_;
   std::string problem_;
 };
+
+/// A camera's zoom control.
+extern const ZoomKind kV4l2ZoomKind;
 
 }  // namespace plumbline

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "drivers/files/open_failure.h"
+#include "drivers/zoom/registry.h"
 
 namespace plumbline {
 namespace {
@@ -245,5 +246,12 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
               fmt::format("no answer in {:.0f} ms; is it on, and set to {} baud?",
                           1e3 * options_.timeout_s, options_.baud));
 }
+
+const ZoomKind kViscaKind{
+    .name = "visca",
+    .make = [](const ZoomConnection& to) { return ViscaZoom::Create(to.visca, to.clock); },
+    .identity = [](const ZoomConnection& to) { return to.visca.device; },
+    .device = [](const ZoomConnection& to) { return Result<std::string>(to.visca.device); },
+    .remedy = "plug the adapter in; add the user to the group dialout"};
 
 }  // namespace plumbline

@@ -6,7 +6,7 @@
 
 #include "drivers/os/descriptor.h"
 #include "drivers/zoom/visca_codec.h"
-#include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
 namespace plumbline {
@@ -60,5 +60,8 @@ class ViscaZoom : public ZoomSensor {
   bool has_block_ = true, has_focus_ = true;  ///< until the camera says otherwise
   std::string problem_;
 };
+
+/// A camera on a serial line.
+extern const ZoomKind kViscaKind;
 
 }  // namespace plumbline

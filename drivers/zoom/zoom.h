@@ -12,6 +12,8 @@ namespace plumbline {
 
 /// How often a sensor is read: 10 Hz, so that a change is known within 0.2 s.
 inline constexpr double kZoomPeriod_s = 0.1;
+/// Of sensors that answer at once: so often that a motion is seen while it lasts.
+inline constexpr double kQuickZoomPeriod_s = 0.05;
 
 enum class ZoomResult : std::uint8_t {
   kOk,

@@ -12,15 +12,32 @@ struct GearPeriodicFormula {
   // line but an offset and a slope.
   static constexpr Interval kCycleRange{0.5, 400};
 
+  static ParameterSpec Amplitude(std::string_view name) {
+    return {.name = name,
+            .unit = "rad",
+            .plausible = {-2e-3, 2e-3},
+            .prismatic_unit = "m",
+            .prismatic_plausible = {-2e-3, 2e-3}};
+  }
+  /// Of a prismatic joint 2 pi over the period in metres.
+  static ParameterSpec Cycles(std::string_view name) {
+    return {.name = name,
+            .unit = "1/turn",
+            .plausible = kCycleRange,
+            .role = ParameterRole::kShape,
+            .prismatic_unit = "rad/m",
+            .prismatic_plausible = kCycleRange};
+  }
+
   static EffectTraits Traits() {
     return {.id = "gear_periodic",
             .meaning = "the joint's error repeats with its angle: gear, encoder or bearing",
             .remedy = "a property of gear or encoder: let the correction carry it; a rise is wear",
-            .parameters = {{"q#_amplitude", "rad", 1, {-2e-3, 2e-3}},
-                           {"q#_cycles", "1/turn", 1, kCycleRange, ParameterRole::kShape},
+            .parameters = {Amplitude("q#_amplitude"),
+                           Cycles("q#_cycles"),
                            {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape},
-                           {"q#_#_amplitude", "rad", 1, {-2e-3, 2e-3}},
-                           {"q#_#_cycles", "1/turn", 1, kCycleRange, ParameterRole::kShape},
+                           Amplitude("q#_#_amplitude"),
+                           Cycles("q#_#_cycles"),
                            {"q#_#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
             .needs = {},
             .confused_with = {"counterbalance", "gear_ratio", "joint_offset", "joint_compliance"},

@@ -41,6 +41,7 @@ Diagnosis Explained(const std::string& id) {
   Finding& finding = diagnosis.findings.emplace_back();
   finding.effect.term.effect = FindEffect(id);
   finding.p_value = 1e-9;
+  finding.covariance = Eigen::MatrixXd::Identity(1, 1);
   return diagnosis;
 }
 
@@ -127,6 +128,12 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   CheckExplanation(evidence, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kAmbiguous);
   CHECK_FALSE(CheckNamed(diagnosis, "p_value").passed);
+
+  diagnosis = Explained("gear_ratio");
+  diagnosis.findings[0].covariance.resize(0, 0);
+  CheckExplanation(evidence, diagnosis);
+  CHECK(diagnosis.verdict == Verdict::kAmbiguous);
+  CHECK_FALSE(CheckNamed(diagnosis, "determined").passed);
 
   diagnosis = Explained("gear_ratio");
   diagnosis.findings[0].implausible = "beyond what a sound machine shows";
