@@ -69,15 +69,25 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// Fills in path and parameters. @return  false where the target is none that a server answers
+std::string Lowered(std::string_view text) {
+  std::string lowered(text);
+  std::transform(text.begin(), text.end(), lowered.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return lowered;
+}
+
+/// Fills in path and parameters, and the host of an absolute target, as a proxy sends it.
+/// @return  false where the target is none that a server answers
 bool ParseTarget(std::string_view target, HttpRequest& request) {
   constexpr std::string_view kScheme = "http://";
-  if (target.starts_with(kScheme)) {  // as a proxy asks
-    target.remove_prefix(kScheme.size());
-    const std::size_t path = target.find('/');
-    target = path == std::string_view::npos ? "/" : target.substr(path);
-  }
   target = target.substr(0, target.find('#'));
+  if (Lowered(target.substr(0, kScheme.size())) == kScheme) {
+    target.remove_prefix(kScheme.size());
+    request.host = target.substr(0, target.find_first_of("/?"));
+    if (request.host.empty()) return false;
+    target.remove_prefix(request.host.size());
+    if (target.empty()) target = "/";
+  }
   if (!target.starts_with('/')) return false;
   const auto path = Decoded(Take(target, '?'), false);
   if (!path) return false;
@@ -91,10 +101,6 @@ bool ParseTarget(std::string_view target, HttpRequest& request) {
   return true;
 }
 
-ParsedRequest Refused(int status, std::string why) {
-  return {status, std::move(why), {}};
-}
-
 /// The value of the first field of a name; nothing where there is none.
 std::optional<std::string_view> ValueOf(const HttpFields& fields, std::string_view name) {
   for (const auto& [of, value] : fields) {
@@ -104,36 +110,26 @@ std::optional<std::string_view> ValueOf(const HttpFields& fields, std::string_vi
 }
 
 std::string_view ReasonOf(int status) {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 303:
-      return "See Other";
-    case 400:
-      return "Bad Request";
-    case 401:
-      return "Unauthorized";
-    case 404:
-      return "Not Found";
-    case 405:
-      return "Method Not Allowed";
-    case 408:
-      return "Request Timeout";
-    case 421:
-      return "Misdirected Request";
-    case 429:
-      return "Too Many Requests";
-    case 431:
-      return "Request Header Fields Too Large";
-    case 500:
-      return "Internal Server Error";
-    case 503:
-      return "Service Unavailable";
-    case 505:
-      return "HTTP Version Not Supported";
-    default:
-      return "";
+  static constexpr std::pair<int, std::string_view> kReasons[] = {
+      {200, "OK"},
+      {303, "See Other"},
+      {400, "Bad Request"},
+      {401, "Unauthorized"},
+      {404, "Not Found"},
+      {405, "Method Not Allowed"},
+      {408, "Request Timeout"},
+      {413, "Content Too Large"},
+      {421, "Misdirected Request"},
+      {429, "Too Many Requests"},
+      {431, "Request Header Fields Too Large"},
+      {500, "Internal Server Error"},
+      {503, "Service Unavailable"},
+      {505, "HTTP Version Not Supported"},
+  };
+  for (const auto& [known, reason] : kReasons) {
+    if (known == status) return reason;
   }
+  return "";
 }
 
 }  // namespace
@@ -165,32 +161,40 @@ std::optional<std::size_t> EndOfHead(std::string_view bytes, std::size_t seen) {
 ParsedRequest ParseRequest(std::string_view head) {
   ParsedRequest parsed;
   HttpRequest& request = parsed.request;
+  const auto refused = [&parsed](int status, const char* why) {
+    parsed.refusal = status;
+    parsed.why = why;
+    return parsed;
+  };
   std::string_view line = TakeLine(head);
   request.method = Take(line, ' ');
   const std::string_view target = Take(line, ' ');
   if (!IsToken(request.method) || target.empty() || !line.starts_with("HTTP/")) {
-    return Refused(400, "no request line");
+    return refused(400, "no request line");
   }
-  if (line != "HTTP/1.1" && line != "HTTP/1.0") return Refused(505, "HTTP/1.1 is spoken here");
-  if (!ParseTarget(target, request)) return Refused(400, "no path of this page");
+  if (line != "HTTP/1.1" && line != "HTTP/1.0") return refused(505, "HTTP/1.1 is spoken here");
+  if (request.method != "GET" && request.method != "HEAD") return parsed;
+  if (!ParseTarget(target, request)) return refused(400, "no path of this page");
   for (line = TakeLine(head); !line.empty(); line = TakeLine(head)) {
+    if (request.headers.size() == kMostHeaders) return refused(431, "too many headers");
     std::string_view value = line;
-    std::string name(Take(value, ':'));
+    const std::string_view name = Take(value, ':');
     const bool has_value = name.size() < line.size();
     value = Trimmed(value);
-    if (!has_value || !IsToken(name)) return Refused(400, "a header without a name");
+    if (!has_value || !IsToken(name)) return refused(400, "a header without a name");
     if (std::any_of(value.begin(), value.end(), [](char c) { return c != '\t' && IsControl(c); })) {
-      return Refused(400, "a control character in a header");
+      return refused(400, "a control character in a header");
     }
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    request.headers.emplace_back(std::move(name), value);
+    request.headers.emplace_back(Lowered(name), value);
   }
-  const auto length = ValueOf(request.headers, "content-length");
-  const bool has_body = (length && *length != "0") || request.HeaderCount("transfer-encoding") > 0;
-  if (has_body && (request.method == "GET" || request.method == "HEAD")) {
-    return Refused(400, "nothing here reads a body");
-  }
+  const bool has_body =
+      std::any_of(request.headers.begin(), request.headers.end(), [](const auto& field) {
+        return field.first == "transfer-encoding" ||
+               (field.first == "content-length" && field.second != "0");
+      });
+  if (has_body) return refused(413, "a request of this page has no body");
+  if (request.host.empty() && request.HeaderCount("host") == 1)
+    request.host = request.Header("host");
   return parsed;
 }
 
@@ -207,6 +211,11 @@ void HttpResponse::Set(std::string_view name, std::string value) {
 void HttpResponse::SetBody(std::string content, std::string_view type) {
   body = std::move(content);
   Set("Content-Type", std::string(type));
+}
+
+void HttpResponse::Refuse(int refusal, const std::string& why) {
+  status = refusal;
+  SetBody(why + "\n", "text/plain; charset=utf-8");
 }
 
 std::string HeadOf(const HttpResponse& response) {

@@ -15,8 +15,10 @@ namespace plumbline {
 /// Fields in their order, each a name and a value.
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
 
+/// Of a method other than GET and HEAD only the method is filled in.
 struct HttpRequest {
   std::string method;     ///< as sent: "GET"
+  std::string host;       ///< with its port; empty: no Host header, or several
   std::string path;       ///< without the query, percent-decoded; begins with a slash
   HttpFields parameters;  ///< of the query, decoded
   HttpFields headers;     ///< names in small letters
@@ -29,11 +31,12 @@ struct HttpRequest {
   std::optional<std::string_view> Parameter(std::string_view name) const;
 };
 
-/// A request, or the status and the words of its refusal.
+constexpr std::size_t kMostHeaders = 100;
+
 struct ParsedRequest {
-  int refusal = 0;  ///< 0: none
+  int refusal = 0;  ///< status of the answer that refuses the request; 0: it can be served
   std::string why;
-  HttpRequest request;
+  HttpRequest request;  ///< of a refused one what comes before the fault
 };
 
 /// Bytes up to the end of the blank line that ends a head [RFC 9112, 2.1]; nothing while it has not
@@ -41,10 +44,11 @@ struct ParsedRequest {
 /// @param seen  bytes that were searched before
 std::optional<std::size_t> EndOfHead(std::string_view bytes, std::size_t seen = 0);
 
-/// The request of a head that EndOfHead() delimited. Refused are: what is no request line, another
-/// major version (505), a target that is neither a path nor http://host/path, a broken percent
-/// code or a control character, a header without a name or folded over two lines, and any body,
-/// which nothing here reads.
+/// The request of a head that EndOfHead() delimited. Refused with status 400 are: a malformed
+/// request line, a target that is neither a path nor http://host/path, an invalid percent escape, a
+/// control character, a header without a name or folded over two lines; with 413 a request with a
+/// body; with 431 more than kMostHeaders; with 505 a version other than 1.0 and 1.1. The host of an
+/// absolute target takes precedence over the Host header [RFC 9112, 3.2.2].
 ParsedRequest ParseRequest(std::string_view head);
 
 /// Writes a part of a body. @return  false once the other side takes no more
@@ -61,6 +65,8 @@ struct HttpResponse {
   /// Sets a header, in place of an earlier one of the name.
   void Set(std::string_view name, std::string value);
   void SetBody(std::string content, std::string_view type);
+  /// A line of plain text that says why there is nothing else.
+  void Refuse(int refusal, const std::string& why);
 };
 
 /// Status line, headers and the blank line. Every answer ends its connection; one of a stream has

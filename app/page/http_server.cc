@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <optional>
 #include <system_error>
 
 #include "drivers/clock.h"
@@ -42,16 +43,18 @@ void Farewell(int fd) {
   }
 }
 
-ParsedRequest RequestOf(HttpConnection& connection) {
+/// Nothing where the other side left without a word, as browsers' spare connections do.
+std::optional<ParsedRequest> RequestOf(HttpConnection& connection) {
   using Head = HttpConnection::Head;
   std::string head;
   switch (connection.ReadHead(head)) {
     case Head::kTooLong:
-      return {431, "a request of this page is shorter", {}};
+      return ParsedRequest{431, "a request of this page is shorter", {}};
     case Head::kTooSlow:
-      return {408, "the request did not come to its end", {}};
+      return ParsedRequest{408, "the request did not come to its end", {}};
     case Head::kLost:
-      return {400, "", {}};
+      if (head.empty()) return std::nullopt;
+      return ParsedRequest{400, "the request did not come to its end", {}};
     case Head::kWhole:
       break;
   }
@@ -137,16 +140,22 @@ void HttpServer::Admit(Descriptor socket, const std::string& peer) {
 }
 
 void HttpServer::Converse(HttpConnection& connection, const std::string& peer) const {
-  ParsedRequest parsed = RequestOf(connection);
+  std::optional<ParsedRequest> parsed = RequestOf(connection);
+  if (!parsed) return;
+  HttpRequest& request = parsed->request;
+  request.peer = peer;
   HttpResponse response;
-  if (parsed.refusal != 0) {
-    response.status = parsed.refusal;
-    response.SetBody(parsed.why + "\n", "text/plain; charset=utf-8");
+  if (parsed->refusal != 0) {
+    response.Refuse(parsed->refusal, parsed->why);
   } else {
-    parsed.request.peer = peer;
-    answer_(parsed.request, response);
+    try {
+      answer_(request, response);
+    } catch (const std::exception&) {  // the limit of memory or descriptors, text that is no UTF-8
+      response = {};
+      response.Refuse(500, "internal error");
+    }
   }
-  const bool head_alone = parsed.request.method == "HEAD";
+  const bool head_alone = request.method == "HEAD";
   if (!connection.Write(HeadOf(response) + (head_alone ? "" : response.body)) || head_alone) return;
   const HttpWrite write = [&](std::string_view part) {
     return !ending_ && (part.empty() ? connection.IsWritable() : connection.Write(part));
@@ -159,7 +168,7 @@ void HttpServer::Serve(Place& place) {
   try {
     Converse(connection, place.peer);
   } catch (const std::exception&) {
-    // Without memory or a file there is no answer; the next request may have one.
+    // No memory for the answer either; the next request may have one.
   }
   Farewell(place.socket.get());
   shutdown(place.socket.get(), SHUT_RDWR);  // the descriptor itself is the accepting thread's

@@ -144,8 +144,7 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
 
 void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
   ++refused_;
-  response.status = status;
-  response.SetBody(why + "\n", "text/plain; charset=utf-8");
+  response.Refuse(status, why);
 }
 
 Page::Given Page::WhatIsGiven(const HttpRequest& request) const {
@@ -232,8 +231,8 @@ void Page::Answer(const HttpRequest& request, HttpResponse& response) {
     return;
   }
   const Given given = WhatIsGiven(request);
-  const auto host = HostOf(request.Header("host"));
-  if (request.HeaderCount("host") != 1 || !host) {
+  const auto host = HostOf(request.host);
+  if (!host) {
     Refuse(response, 400, "no host");
   } else if (!IsOwnHost(*host, own_names_)) {
     Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
@@ -314,8 +313,7 @@ void Page::AnswerLive(HttpResponse& response) {
 void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
   const Result<std::string> bytes = ReadReport(options_.state_directory, name);
   if (!bytes) {
-    response.status = 404;
-    response.SetBody(bytes.error() + "\n", "text/plain; charset=utf-8");
+    response.Refuse(404, bytes.error());
     return;
   }
   response.Set("Content-Security-Policy", kReportPolicy);
@@ -364,9 +362,11 @@ std::string Page::Metrics(double now_s) const {
 void Page::Health(HttpResponse& response) const {
   const auto now = shown_.Now();
   const bool well = DaemonIsThere(now.get(), MonotonicSeconds());
-  response.status = well ? 200 : 503;
-  response.SetBody(well ? "the daemon tells its state\n" : "the daemon is silent\n",
-                   "text/plain; charset=utf-8");
+  if (well) {
+    response.SetBody("the daemon tells its state\n", "text/plain; charset=utf-8");
+  } else {
+    response.Refuse(503, "the daemon is silent");
+  }
 }
 
 }  // namespace plumbline

@@ -38,7 +38,9 @@ struct Served {
   std::string AnswerTo(std::string_view head) {
     ParsedRequest parsed = ParseRequest(head);
     if (parsed.refusal != 0) return parsed.why;
-    if (!parsed.request.path.starts_with('/')) std::abort();
+    const std::string& method = parsed.request.method;
+    if (!parsed.request.path.starts_with('/') && (method == "GET" || method == "HEAD"))
+      std::abort();
     parsed.request.peer = "192.0.2.1";
     HttpResponse response;
     page->Answer(parsed.request, response);

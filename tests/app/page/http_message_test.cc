@@ -33,16 +33,39 @@ TEST_CASE("path, parameters and headers are taken apart") {
   CHECK(request.HeaderCount("host") == 2);
   CHECK(request.Header("cookie") == "a=b; c=d");
   CHECK(request.Header("x-empty").empty());
-  CHECK(Parsed("GET http://cell7/status.json?x=1 HTTP/1.0").request.path == "/status.json");
-  CHECK(Parsed("GET http://cell7 HTTP/1.1").request.path == "/");
-  CHECK(ParseRequest("GET / HTTP/1.1\nHost: cell7\n\n").request.Header("host") == "cell7");
+  CHECK(request.host.empty());  // two of them
+  CHECK(Parsed("GET /a/../b/./c//d HTTP/1.1").request.path == "/a/../b/./c//d");
+  CHECK(ParseRequest("GET / HTTP/1.1\nHost: cell7\n\n").request.host == "cell7");
+}
+
+TEST_CASE("the host of an absolute target replaces the Host header") {
+  const HttpRequest request = Parsed("GET HTTP://other:80/status.json?x=1 HTTP/1.0").request;
+  CHECK(request.host == "other:80");
+  CHECK(request.path == "/status.json");
+  CHECK(request.Parameter("x") == "1");
+  CHECK(Parsed("GET http://other HTTP/1.1").request.path == "/");
+  CHECK(Parsed("GET http://other HTTP/1.1").request.host == "other");
+  CHECK(Parsed("GET / HTTP/1.1").request.host == "cell7");
+  CHECK(Refusal("GET http:///status.json HTTP/1.1") == 400);
+  CHECK(Refusal("GET https://cell7/ HTTP/1.1") == 400);
+}
+
+TEST_CASE("of a method that is not served nothing more is parsed") {
+  for (const char* line :
+       {"POST / HTTP/1.1", "OPTIONS * HTTP/1.1", "CONNECT cell7:80 HTTP/1.1", "get / HTTP/1.1"}) {
+    CAPTURE(line);
+    const ParsedRequest parsed = Parsed(line, "Content-Length: 5\r\nbroken\r\n");
+    CHECK(parsed.refusal == 0);
+    CHECK(parsed.request.method == std::string(line, std::string(line).find(' ')));
+    CHECK(parsed.request.headers.empty());
+  }
 }
 
 TEST_CASE("what is no request is refused") {
   for (const char* line :
        {"", "GET", "GET /", "GET  / HTTP/1.1", "GET / HTTP/1.1 x", "G(T / HTTP/1.1", " / HTTP/1.1",
         "GET status.json HTTP/1.1", "GET /%zz HTTP/1.1", "GET /%4 HTTP/1.1", "GET /a%00b HTTP/1.1",
-        "GET /?a=%0d%0aSet-Cookie:x HTTP/1.1", "OPTIONS * HTTP/1.1", "GET / FTP/1.1"}) {
+        "GET /?a=%0d%0aSet-Cookie:x HTTP/1.1", "GET * HTTP/1.1", "GET / FTP/1.1"}) {
     CAPTURE(line);
     CHECK((Refusal(line) == 400 || Refusal(line) == 505));
   }
@@ -53,10 +76,21 @@ TEST_CASE("what is no request is refused") {
   CHECK(Refusal("GET / HTTP/1.1", "Host : cell7\r\n") == 400);
   CHECK(Refusal("GET / HTTP/1.1", "Host: cell7\r\n folded\r\n") == 400);
   CHECK(Refusal("GET / HTTP/1.1", "X: a\rb\r\n") == 400);
-  CHECK(Refusal("GET / HTTP/1.1", "Content-Length: 5\r\n") == 400);
-  CHECK(Refusal("GET / HTTP/1.1", "Transfer-Encoding: chunked\r\n") == 400);
+  CHECK(Refusal("GET / HTTP/1.1", std::string("X: a\0b\r\n", 8)) == 400);
   CHECK(Refusal("GET / HTTP/1.1", "Content-Length: 0\r\n") == 0);
-  CHECK(Refusal("POST / HTTP/1.1", "Content-Length: 5\r\n") == 0);  // refused by its method
+  for (const char* body : {"Content-Length: 5\r\n", "Content-Length: 0\r\nContent-Length: 5\r\n",
+                           "Content-Length: -1\r\n", "Transfer-Encoding: chunked\r\n"}) {
+    CAPTURE(body);
+    CHECK(Refusal("GET / HTTP/1.1", body) == 413);
+    CHECK(Parsed("HEAD / HTTP/1.1", body).request.method == "HEAD");
+  }
+}
+
+TEST_CASE("headers are counted") {
+  std::string headers;
+  for (std::size_t k = 0; k < kMostHeaders; ++k) headers += "A:b\r\n";
+  CHECK(Refusal("GET / HTTP/1.1", headers) == 0);
+  CHECK(Refusal("GET / HTTP/1.1", headers + "A:b\r\n") == 431);
 }
 
 TEST_CASE("a head ends at its blank line, in however many parts it comes") {

@@ -28,6 +28,7 @@ class PageConnection {
   PageConnection& operator=(const PageConnection&) = delete;
 
   void Send(const std::string& bytes) const { send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  void EndSending() const { shutdown(fd_, SHUT_WR); }
   /// All until the other side ends, or until this text has come; at most so long.
   std::string Read(const std::string& until = "", double within_s = 20) {
     const double end_s = MonotonicSeconds() + within_s;
