@@ -1,4 +1,4 @@
-// plumbline registers: the register map as a document.
+// Command `plumbline registers`: prints the register map as a document.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace plumbline {
 
 void AddRegistersCommand(CLI::App& app, int& exit_code);
 
-/// config/register-map.md, written from the table that drives the server.
+/// Text of config/register-map.md, generated from the table that drives the server.
 std::string RegisterMapMarkdown();
 
 }  // namespace plumbline

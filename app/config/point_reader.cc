@@ -96,9 +96,9 @@ std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel
   const FrameTable frames = FramesFromToml(root, cell);
   std::vector<AssemblyPoint> points;
   const std::vector<TomlTable> tables = root.Tables("point");
-  if (static_cast<int>(tables.size()) > plc_map::kMostPoints) {
+  if (static_cast<int>(tables.size()) > plc_map::kMaxPoints) {
     root.AddFault("point", fmt::format("stands {} times; at most {} points", tables.size(),
-                                       plc_map::kMostPoints));
+                                       plc_map::kMaxPoints));
   }
   for (const TomlTable& table : tables) {
     AssemblyPoint point = PointFromToml(table, frames, cell);

@@ -1,4 +1,5 @@
-// Registers 500..635, and 200 further for each camera: its lens, and the bodies that it tracks.
+// Registers 500..635, repeated 200 registers further for the second camera: lens, tip and tracked
+// bodies.
 #include <array>
 #include <cmath>
 
@@ -12,7 +13,7 @@ namespace {
 
 using Source = const MapSource&;
 
-constexpr double kNoAge = 65535;
+constexpr double kMaxAge_ms = 65535;  // also reported when the event never happened
 using enum FieldType;
 
 const CameraStatus& Camera(Source s) {
@@ -21,7 +22,7 @@ const CameraStatus& Camera(Source s) {
 
 double Age_ms(Source s, double time_s) {
   const double age_ms = std::floor(1e3 * (s.environment.now_s - time_s));
-  return age_ms < kNoAge ? std::max(0.0, age_ms) : kNoAge;
+  return age_ms < kMaxAge_ms ? std::max(0.0, age_ms) : kMaxAge_ms;
 }
 
 double TipRadius_mm(Source s) {
@@ -48,53 +49,68 @@ const std::array kCameraFields = {
              [](Source s) {
                return Camera(s).configured ? 1 + static_cast<double>(Camera(s).state) : 0;
              }},
-    MapField{501, kU16, "camera_reason", "code", "why, see below",
+    MapField{501, kU16, "camera_reason", "code", "reason for the state, see below",
              [](Source s) { return static_cast<double>(Camera(s).reason); }},
-    MapField{502, kU16, "camera_bits", "bits", "see below",
+    MapField{502, kU16, "camera_bits", "bits", "camera word, see below",
              [](Source s) -> double { return plc_map::CameraWord(Camera(s)); }},
-    MapField{503, kU16, "board_prompt", "code", "what to do with the calibration board, see below",
+    MapField{503, kU16, "board_prompt", "code",
+             "what the operator should do with the calibration board, see below",
              [](Source s) { return static_cast<double>(Camera(s).prompt); }},
-    MapField{504, kU16, "board_views", "", "views of the board that are kept in this capture",
+    MapField{504, kU16, "board_views", "", "board views accepted in this capture",
              [](Source s) -> double { return Camera(s).board_views; }},
-    MapField{505, kU16, "camera_age", "ms", "age of the last frame, 65535 where older or none",
+    MapField{505, kU16, "camera_age", "ms",
+             "age of the last frame; 65535: older than that, or no frame yet",
              [](Source s) { return Age_ms(s, Camera(s).frame_time_s); }},
-    MapField{506, kI32, "zoom", "counts", "where the zoom stands, as its sensor counts",
+    MapField{506, kI32, "zoom", "counts",
+             "zoom position in counts of its sensor; 0 if unknown (bit 2 of camera_bits)",
              [](Source s) -> double { return Camera(s).zoom_counts.value_or(0); }},
-    MapField{508, kI32, "focus", "counts", "likewise the focus; 0 where it is not told",
+    MapField{508, kI32, "focus", "counts",
+             "focus position in counts of its sensor; 0 if the sensor does not report it",
              [](Source s) -> double { return Camera(s).focus_counts.value_or(0); }},
-    MapField{510, kU32, "lens", "", "number of the lens in the store, 0: none, or interpolated",
+    MapField{510, kU32, "lens", "",
+             "number of the lens in the lens store; 0: none, or an interpolated lens",
              [](Source s) -> double { return Camera(s).lens_id; }},
-    MapField{512, kU16, "zoom_age", "ms", "age of the zoom sensor's last answer",
+    MapField{512, kU16, "zoom_age", "ms",
+             "age of the last zoom reading; 65535: older than that, or no reading yet",
              [](Source s) { return Age_ms(s, Camera(s).zoom_time_s); }},
-    MapField{513, kU16, "bodies", "", "bodies of the tags' file that have a block",
+    MapField{513, kU16, "bodies", "", "number of tracked bodies that have a block, 0 to 6",
              [](Source s) { return static_cast<double>(Camera(s).bodies_configured); }},
-    MapField{514, kFloat, "tip_x", "mm", "the tool's tip by camera, measurement frame", Tip_mm<0>},
+    MapField{514, kFloat, "tip_x", "mm",
+             "tool tip measured by camera, measurement frame; use it only if bit 0 of tip_validity "
+             "is set",
+             Tip_mm<0>},
     MapField{516, kFloat, "tip_y", "mm", "", Tip_mm<1>},
     MapField{518, kFloat, "tip_z", "mm", "", Tip_mm<2>},
-    MapField{520, kFloat, "tip_radius", "mm", "radius that holds 95 % of the tip", TipRadius_mm},
-    MapField{522, kU16, "tip_age", "ms", "age of the tip's image",
+    MapField{520, kFloat, "tip_radius", "mm", "95 % radius of the measured tip", TipRadius_mm},
+    MapField{522, kU16, "tip_age", "ms",
+             "age of the frame that the tip was measured in; 65535: older than that, or never",
              [](Source s) { return Age_ms(s, Camera(s).tip_time_s); }},
-    MapField{523, kU16, "tip_validity", "bits", "bit 0: the lens is valid and the tool stands",
+    MapField{523, kU16, "tip_validity", "bits",
+             "bit 0 valid: the lens is valid and the tool was at standstill",
              [](Source s) -> double { return Camera(s).tip_valid ? plc_map::kValid : 0; }},
     MapField{524, kU16, "camera_name", "code", "0 none, 1 side, 2 rear, 3 front, 4 top",
              [](Source s) { return static_cast<double>(Camera(s).name); }},
 };
 
 const std::array kBodyFields = {
-    MapField{0, kU16, "body_validity", "bits", "bit 0 valid, 1 another pose fits as well",
+    MapField{0, kU16, "body_validity", "bits",
+             "bit 0 valid, 1 ambiguous: a second pose fits equally well",
              [](Source s) -> double {
                return (s.body->valid ? 1 : 0) + (s.body->valid && s.body->ambiguous ? 2 : 0);
              }},
-    MapField{1, kU16, "body_age", "ms", "age of its last image, 65535 where older or none",
+    MapField{1, kU16, "body_age", "ms",
+             "age of the last frame that shows the body; 65535: older than that, or none",
              [](Source s) { return Age_ms(s, s.body->time_s); }},
-    MapField{2, kFloat, "body_x", "mm", "its origin in the measurement frame", BodyPosition_mm<0>},
+    MapField{2, kFloat, "body_x", "mm",
+             "origin of the body, measurement frame; use it only if bit 0 of body_validity is set",
+             BodyPosition_mm<0>},
     MapField{4, kFloat, "body_y", "mm", "", BodyPosition_mm<1>},
     MapField{6, kFloat, "body_z", "mm", "", BodyPosition_mm<2>},
     MapField{8, kFloat, "body_rx", "deg", "orientation, convention of register 3",
              BodyAngle_deg<0>},
     MapField{10, kFloat, "body_ry", "deg", "", BodyAngle_deg<1>},
     MapField{12, kFloat, "body_rz", "deg", "", BodyAngle_deg<2>},
-    MapField{14, kFloat, "body_radius", "mm", "radius that holds 95 % of its origin",
+    MapField{14, kFloat, "body_radius", "mm", "95 % radius of the origin",
              [](Source s) { return kMmPerMetre * s.body->radius_m; }},
 };
 
@@ -103,13 +119,14 @@ struct CameraBit {
   bool CameraStatus::*flag;
 };
 constexpr std::array kCameraFlags = {
-    CameraBit{{1 << 0, "the lens is not to be trusted"}, &CameraStatus::lens_stale},
-    CameraBit{{1 << 1, "no frames"}, &CameraStatus::camera_lost},
-    CameraBit{{1 << 2, "the zoom is not known"}, &CameraStatus::zoom_unknown},
-    CameraBit{{1 << 3, "the board is asked for"}, &CameraStatus::board_wanted},
-    CameraBit{{1 << 4, "the fixed marks are not seen"}, &CameraStatus::fiducials_hidden},
-    CameraBit{{1 << 5, "a mark stands elsewhere"}, &CameraStatus::fiducial_moved},
-    CameraBit{{1 << 6, "lenses cannot be kept"}, &CameraStatus::store_fault},
+    CameraBit{{1 << 0, "lens not valid: do not use what this camera measures"},
+              &CameraStatus::lens_stale},
+    CameraBit{{1 << 1, "camera lost: no frames arrive"}, &CameraStatus::camera_lost},
+    CameraBit{{1 << 2, "zoom position unknown"}, &CameraStatus::zoom_unknown},
+    CameraBit{{1 << 3, "calibration board required"}, &CameraStatus::board_wanted},
+    CameraBit{{1 << 4, "reference tags not visible"}, &CameraStatus::fiducials_hidden},
+    CameraBit{{1 << 5, "a reference tag has moved"}, &CameraStatus::fiducial_moved},
+    CameraBit{{1 << 6, "lenses cannot be stored"}, &CameraStatus::store_fault},
 };
 constexpr auto kCameraBits = [] {
   std::array<BitMeaning, kCameraFlags.size()> bits{};
@@ -130,7 +147,7 @@ std::span<const BitMeaning> plc_map::CameraBits() {
 }
 std::uint16_t plc_map::CameraWord(const CameraStatus& camera) {
   int word = 0;
-  for (const CameraBit& known : kCameraFlags) word |= camera.*known.flag ? known.bit.mask : 0;
+  for (const CameraBit& bit : kCameraFlags) word |= camera.*bit.flag ? bit.bit.mask : 0;
   return static_cast<std::uint16_t>(word);
 }
 

@@ -14,7 +14,7 @@ WordOrder OrderOf(bool little_word_first) {
   return little_word_first ? WordOrder::kCdab : WordOrder::kAbcd;
 }
 
-/// Nearest integer inside the type's range; values beyond it saturate.
+/// Rounds to the nearest integer and saturates at the limits of the type.
 template <typename Integer>
 Integer Saturate(double value) {
   return static_cast<Integer>(std::clamp(std::round(value),
@@ -90,9 +90,9 @@ const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
 }
 
 void PlcEncoder::EncodePosture(const MapSource& source, std::size_t k) {
-  const Posture now = {source.point->valid, source.point->solutions};
-  if (postures_[k] == now) return;
-  postures_[k] = now;
+  const Posture current = {source.point->valid, source.point->solutions};
+  if (postures_[k] == current) return;
+  postures_[k] = current;
   const std::size_t base = plc_map::kPostures + plc_map::kPostureSize * k;
   for (const MapField& field : plc_map::PostureFields()) {
     Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
@@ -113,9 +113,9 @@ void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
   const auto put = [&](const MapField& field, std::size_t base) {
     Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
   };
-  const std::size_t further = plc_map::kCameraStride * camera;
-  for (const MapField& field : plc_map::CameraFields()) put(field, further);
-  std::size_t base = plc_map::kBodies + further;
+  const std::size_t offset = plc_map::kCameraStride * camera;
+  for (const MapField& field : plc_map::CameraFields()) put(field, offset);
+  std::size_t base = plc_map::kBodies + offset;
   for (const CameraStatus::Body& body : source.camera->bodies) {
     source.body = &body;
     for (const MapField& field : plc_map::BodyFields()) put(field, base);

@@ -1,4 +1,4 @@
-// The PLC's codec: a snapshot becomes registers, registers become a command. Pure.
+// PLC codec: encodes a snapshot into registers and decodes the command window. Pure.
 #pragma once
 
 #include <optional>
@@ -8,26 +8,28 @@
 
 namespace plumbline {
 
-/// Writes snapshots into a register image by the register map. The image is kept between calls,
-/// so that a value that is not finite leaves the registers as they were. Allocates only when built.
+/// Encodes snapshots into a register image according to the register map. The image is retained
+/// between calls: a value that is not finite leaves its registers unchanged. Allocates only in the
+/// constructor.
 class PlcEncoder {
  public:
-  /// @param point_ids  the configured points in the order of their blocks, at most kMostPoints
+  /// @param point_ids  ids of the configured points in the order of their blocks, at most
+  /// kMaxPoints
   PlcEncoder(const PlcConvention& convention, std::vector<std::uint16_t> point_ids);
 
-  /// Registers 0..size-1; the gaps of the map are 0 and not readable.
+  /// @return  registers 0..size()-1; the gaps of the map hold 0 and are not readable
   const std::vector<std::uint16_t>& Encode(const Snapshot& snapshot,
                                            const PlcEnvironment& environment);
 
-  /// Copies the image without the gap before the postures, which is most of it where there are few
-  /// points. `image` gets size() registers, zeros in the gap where it had fewer.
+  /// Copies the image but skips the gap before the posture blocks, which is most of the image if
+  /// there are few points. `image` is resized to size(); registers that are new are 0.
   void CopyTo(std::vector<std::uint16_t>& image) const;
 
   std::size_t size() const { return registers_.size(); }
 
  private:
   void EncodeCamera(MapSource source, std::size_t camera);
-  /// Writes the posture of the k-th point where it has changed: it seldom does.
+  /// Encodes the posture of the k-th point only if it has changed, which is rare.
   void EncodePosture(const MapSource& source, std::size_t k);
   void Put(std::uint16_t address, FieldType type, double value);
 
@@ -39,21 +41,23 @@ class PlcEncoder {
     std::uint32_t solutions = 0;
     bool operator==(const Posture&) const = default;
   };
-  std::vector<std::optional<Posture>> postures_;  ///< that the image holds, one a point
+  std::vector<std::optional<Posture>> postures_;  ///< in the image, one per point
 };
 
-/// One entry read back from registers (by `plumbline status` and the tests); address 0 of `block`
-/// is `base`. The inverse of the encoder for finite values in range.
+/// Decodes one value at `offset` of `block`, for `plumbline status` and the tests. Inverse of the
+/// encoder for finite values in range.
 double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::size_t offset,
                     bool little_word_first);
 
-/// The command window, kCommandsSize registers and kCoilsSize coils, as the PLC wrote it. Numbers
-/// that are not finite mark the pose as not valid.
+/// Decodes the command window as the PLC wrote it. If a number of the pose is not finite the pose
+/// is marked invalid.
+/// @param window  kCommandsSize registers
+/// @param coils   kCoilsSize coils
 PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
                                    std::span<const std::uint8_t> coils,
                                    const PlcConvention& convention);
 
-/// Modbus CRC16 of registers, high byte first.
+/// Modbus CRC-16 over registers, high byte of each register first.
 std::uint16_t CrcOfRegisters(std::span<const std::uint16_t> registers);
 
 }  // namespace plumbline

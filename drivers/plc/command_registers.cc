@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMetrePerScaled = 1e-4, kRadianPerScaled = 1e-3, kMetrePerFine = 1e-6;
 
-/// The command window by the names of its registers.
+/// Access to the command window by register name.
 class CommandWindow {
  public:
   CommandWindow(std::span<const std::uint16_t> window, bool little_word_first)
@@ -31,7 +31,7 @@ class CommandWindow {
   bool little_word_first_;
 };
 
-/// The wanted pose, where its numbers make sense.
+/// Decodes the pose, or the measured tip of a probe, and marks the pose valid if it is plausible.
 void ReadPose(const CommandWindow& window, const PlcConvention& convention, PlcCommand& command) {
   Vec3 position_m, angles;
   OrientationConvention orientation = convention.orientation;
@@ -76,7 +76,8 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
   command.acknowledge = coils[0] != 0;
   command.manual = (window.Word(CommandNamed("plc_flags")) & 1) != 0 || coils[1] != 0;
   const double payload_kg = window.Value(CommandNamed("command_payload"));
-  if (!(payload_kg <= 0)) command.payload_kg = payload_kg;  // NaN is passed on, to be refused
+  if (!(payload_kg <= 0))
+    command.payload_kg = payload_kg;  // passes NaN on, which the machine refuses
   ReadPose(window, convention, command);
   if (command.code == PlcCommandCode::kProbeFine) {
     command.probe_W =

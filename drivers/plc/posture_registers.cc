@@ -1,4 +1,4 @@
-// The posture block of a point: the joints that its corrected pose is commanded with.
+// Posture block of a configured point: the joint values that its command pose was solved with.
 #include <array>
 
 #include "drivers/plc/register_map.h"
@@ -11,16 +11,16 @@ namespace {
 using Source = const MapSource&;
 using enum FieldType;
 
-/// [deg], [mm] where the joint is prismatic.
-double Shown(Source s, int joint, double value) {
-  const bool slides = (s.snapshot.prismatic_joints >> joint) & 1;
-  return (slides ? kMmPerMetre : kDegPerRad) * value;
+/// Converts a joint value from SI to [deg], or [mm] for a prismatic joint.
+double InRegisterUnit(Source s, int joint, double value) {
+  const bool prismatic = (s.snapshot.prismatic_joints >> joint) & 1;
+  return (prismatic ? kMmPerMetre : kDegPerRad) * value;
 }
 
 template <int K>
 double PostureJoint(Source s) {
   const JointVector& q = s.point->correction.q;
-  return K < q.size() ? Shown(s, K, q[K]) : 0;
+  return K < q.size() ? InRegisterUnit(s, K, q[K]) : 0;
 }
 
 double PostureBits(Source s) {
@@ -33,7 +33,9 @@ double PostureBits(Source s) {
 
 const std::array kPostureFields = {
     MapField{0, kFloat, "posture_q1", "deg",
-             "joint 1 of the commanded posture (mm where prismatic)", PostureJoint<0>},
+             "joint 1 of the commanded posture (mm if prismatic); 0 for joints that the robot does "
+             "not have",
+             PostureJoint<0>},
     MapField{2, kFloat, "posture_q2", "deg", "", PostureJoint<1>},
     MapField{4, kFloat, "posture_q3", "deg", "", PostureJoint<2>},
     MapField{6, kFloat, "posture_q4", "deg", "", PostureJoint<3>},
@@ -46,24 +48,26 @@ const std::array kPostureFields = {
     MapField{20, kFloat, "posture_q11", "deg", "", PostureJoint<10>},
     MapField{22, kFloat, "posture_q12", "deg", "", PostureJoint<11>},
     MapField{24, kU16, "posture_validity", "bits",
-             "bit 0 valid, 1 near_deg is given, 2 the posture differs from near_deg", PostureBits},
+             "bit 0 valid, 1 near_deg is configured, 2 the posture differs from near_deg",
+             PostureBits},
     MapField{25, kU16, "posture_limit_joint", "",
-             "joint nearest to one of its limits, counted from 1; 0: no joint has limits",
+             "joint closest to one of its limits, counted from 1; 0: no joint has limits",
              [](Source s) { return static_cast<double>(s.point->posture.limit.joint + 1); }},
     MapField{26, kFloat, "posture_limit_distance", "deg",
-             "how far that joint is from its limit (mm where prismatic)",
+             "distance of that joint from its limit (mm if prismatic); 0 if no joint has limits",
              [](Source s) {
                const JointDistance& limit = s.point->posture.limit;
-               return limit.joint < 0 ? 0 : Shown(s, limit.joint, limit.distance);
+               return limit.joint < 0 ? 0 : InRegisterUnit(s, limit.joint, limit.distance);
              }},
     MapField{28, kFloat, "posture_singular_value", "",
-             "smallest singular value of the tip's Jacobian, metres and radians alike",
+             "smallest singular value of the tip Jacobian, metres and radians weighted equally; "
+             "near 0: singular",
              [](Source s) { return s.point->correction.singular_value; }},
 };
 
 constexpr std::array kPostureBits = {
     BitMeaning{plc_map::kPostureValid, "valid"},
-    BitMeaning{plc_map::kPostureTaught, "near_deg is given"},
+    BitMeaning{plc_map::kPostureTaught, "near_deg is configured"},
     BitMeaning{plc_map::kPostureDiffers, "the posture differs from near_deg"},
 };
 

@@ -1,4 +1,5 @@
-// The register map: one table that drives the server, config/register-map.md and the tests.
+// Register map of the PLC interface: one table for the server, config/register-map.md and the
+// tests.
 #pragma once
 
 #include <array>
@@ -13,21 +14,24 @@
 
 namespace plumbline {
 
-/// How a register map entry stands in its registers.
+/// Encoding of a value in its registers.
 enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
 
+/// Registers that a value of this type occupies.
 int RegisterCount(FieldType type);
 const char* NameOf(FieldType type);
 
-/// Who commands: the ends of the clients' IPv4 addresses (third byte high, fourth byte low), by
-/// which a PLC's program recognises its own. 0: none, or the serial line.
+/// Masters that write commands, each identified by the last two bytes of its IPv4 address (third
+/// byte high, fourth byte low) so that a PLC program can recognise its own. 0: none, or the serial
+/// line.
 struct PlcMasters {
-  std::uint16_t executed = 0;       ///< wrote the command that was executed last
+  std::uint16_t executed = 0;       ///< client whose command was executed last
   std::uint16_t executed_port = 0;  ///< its TCP port
-  std::uint16_t other = 0;          ///< commands besides; while warning::kTwoMasters stands
+  std::uint16_t other =
+      0;  ///< second client that writes commands, while warning::kTwoMasters is set
 };
 
-/// What the registers tell beside the snapshot.
+/// Values in the registers that are not part of the snapshot.
 struct PlcEnvironment {
   std::uint16_t heartbeat = 0;
   double uptime_s = 0;
@@ -35,35 +39,35 @@ struct PlcEnvironment {
   std::uint16_t boot_count = 0;
   std::uint32_t firmware = 0;  ///< 10000 major + 100 minor + patch
   double cycle_period_s = 0;
-  double longest_cycle_s = 0;  ///< since the start
+  double longest_cycle_s = 0;  ///< since the daemon started
   std::uint32_t overruns = 0;
-  double now_s = 0;  ///< monotonic
+  double now_s = 0;  ///< monotonic time of the encoding
   MonitoringStatus monitoring;
   PlcMasters masters;
   std::array<CameraStatus, kMostCameras> cameras;
   SceneStatus scene;
 };
 
-/// How orientations and 32-bit values stand in the map.
+/// Representation of orientations and 32-bit values in the map.
 struct PlcConvention {
   bool little_word_first = false;  ///< CDAB instead of ABCD
   OrientationConvention orientation = OrientationConvention::kRotationVector;
 };
 
-/// Everything that an entry's value may be taken from.
+/// Everything that the value of an entry can be computed from.
 struct MapSource {
   const Snapshot& snapshot;
   const PlcEnvironment& environment;
   const PlcConvention& convention;
-  const PointResult* point = nullptr;  ///< of a point block
+  const PointResult* point = nullptr;  ///< the point whose block is encoded
   std::uint16_t point_id = 0;
-  const CameraStatus* camera = nullptr;      ///< of a camera's block
-  const CameraStatus::Body* body = nullptr;  ///< of a body's block
+  const CameraStatus* camera = nullptr;      ///< the camera whose block is encoded
+  const CameraStatus::Body* body = nullptr;  ///< the body whose block is encoded
 };
 
-/// One entry. `value` gives it in `unit`; where it is not finite the registers keep what they have.
+/// One entry. `value` returns it in `unit`; if it is not finite the registers are left unchanged.
 struct MapField {
-  std::uint16_t address;  ///< zero-based; in a point block: offset from the block's first register
+  std::uint16_t address;  ///< zero-based; in a repeated block: offset from its first register
   FieldType type;
   const char* name;
   const char* unit;
@@ -71,7 +75,7 @@ struct MapField {
   double (*value)(const MapSource& source);
 };
 
-/// A register that clients write.
+/// One register that clients write.
 struct CommandField {
   std::uint16_t address;
   FieldType type;
@@ -80,7 +84,7 @@ struct CommandField {
   const char* meaning;
 };
 
-/// One bit of a word, by its mask.
+/// One bit of a word.
 struct BitMeaning {
   std::uint16_t mask;
   const char* meaning;
@@ -97,68 +101,71 @@ inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
 inline constexpr std::uint16_t kLoop = 400, kLoopSize = 28;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
-inline constexpr std::uint16_t kCameraStride = 200;  ///< to the next camera and its bodies
+inline constexpr std::uint16_t kCameraStride = 200;            ///< from one camera to the next
 inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMostBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;
-inline constexpr int kMostPoints = 1000;  ///< their blocks stay within the address space
-/// The posture of each point, apart from its block, whose size PLC programs rely on.
+inline constexpr int kMaxPoints = 1000;  ///< so that all blocks fit into the address space
+/// Posture blocks, one per point; separate because PLC programs rely on kPointSize.
 inline constexpr std::uint16_t kPostures = 22000, kPostureSize = 32;
-static_assert(kPoints + kPointSize * kMostPoints <= kPostures);
-static_assert(kPostures + kPostureSize * kMostPoints <= 65536);
+static_assert(kPoints + kPointSize * kMaxPoints <= kPostures);
+static_assert(kPostures + kPostureSize * kMaxPoints <= 65536);
 
 /// Discrete inputs (FC02; FC01 reads them too): status bits 0-15, alarms 16-31, warnings 32-47.
 inline constexpr std::uint16_t kBits = 48;
-/// Coils that clients write: 1000 acknowledge the result (on its rising edge), 1001 operated by
-/// hand.
+/// Coils that clients write: 1000 acknowledge the result (on the rising edge), 1001 manual
+/// operation.
 inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 2;
 
 /// Bits of a validity register.
 inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be used
 inline constexpr std::uint16_t kExtrapolated = 1 << 1;  ///< outside the calibrated range
-inline constexpr std::uint16_t kEverValid = 1 << 2;     ///< the values are old, but were good once
-inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the 0.1 mm registers hold the position
-inline constexpr int kBasisShift = 4;                   ///< bits 4-5: RadiusBasis of the radius
+inline constexpr std::uint16_t kEverValid =
+    1 << 2;  ///< has been valid before; the values are the last valid ones
+inline constexpr std::uint16_t kFitsInt16 = 1 << 3;  ///< the position fits the 0.1 mm registers
+inline constexpr int kBasisShift = 4;                ///< bits 4-5: RadiusBasis of the 95 % radius
 inline constexpr std::uint16_t kBasisMask = 3 << kBasisShift;
-/// The basis in a validity register.
+/// Basis encoded in a validity register.
 constexpr RadiusBasis BasisOf(int validity) {
   return static_cast<RadiusBasis>((validity & kBasisMask) >> kBasisShift);
 }
-/// Of a point: the posture is another one than `near_deg`, where the point was taught.
-inline constexpr std::uint16_t kOtherPosture = 1 << 6;
+/// Point block: the posture differs from the taught one, `near_deg`.
+inline constexpr std::uint16_t kPointPostureDiffers = 1 << 6;
 
-/// Bits of a posture's validity register.
+/// Bits of the validity register of a posture block.
 inline constexpr std::uint16_t kPostureValid = 1 << 0;    ///< as bit 0 of the point's block
-inline constexpr std::uint16_t kPostureTaught = 1 << 1;   ///< near_deg is given
-inline constexpr std::uint16_t kPostureDiffers = 1 << 2;  ///< from near_deg
+inline constexpr std::uint16_t kPostureTaught = 1 << 1;   ///< near_deg is configured
+inline constexpr std::uint16_t kPostureDiffers = 1 << 2;  ///< the posture differs from near_deg
 
-/// Entries at fixed addresses, ascending.
+/// Entries at fixed addresses, in ascending order.
 std::span<const MapField> Fields();
-/// Entries of the block of one point, offsets ascending.
+/// Entries of a point block, offsets in ascending order.
 std::span<const MapField> PointFields();
-/// Entries of the posture block of one point, offsets ascending.
+/// Entries of a posture block, offsets in ascending order.
 std::span<const MapField> PostureFields();
-/// Bits of a posture's validity register.
+/// Bits of the validity register of a posture block.
 std::span<const BitMeaning> PostureBits();
-/// Entries of the first camera, addresses ascending; the k-th has them kCameraStride k further.
+/// Entries of the first camera, addresses in ascending order; the k-th camera (from 0) has them at
+/// address + kCameraStride k.
 std::span<const MapField> CameraFields();
-/// Entries of the block of one tracked body, offsets ascending; likewise.
+/// Entries of a tracked body's block, offsets in ascending order.
 std::span<const MapField> BodyFields();
-/// Entries of virtual objects, addresses ascending; between the cameras' blocks.
+/// Entries of the virtual objects, addresses in ascending order.
 std::span<const MapField> SceneFields();
-/// Bits of a camera's register 502.
+/// Bits of the camera word, register 502.
 std::span<const BitMeaning> CameraBits();
+/// Encodes register 502.
 std::uint16_t CameraWord(const CameraStatus& camera);
-/// Register 400: the state of the monitoring, in bits.
+/// Encodes register 400, the monitoring state.
 std::uint16_t MonitoringWord(const MonitoringStatus& monitoring);
-/// The flags of register 400 read back; all that the word does not hold has its default.
+/// Decodes the flags of register 400; members that the word does not contain keep their defaults.
 MonitoringStatus MonitoringFlagsFromWord(std::uint16_t word);
-/// Bits of the status, alarm and warning words, ascending.
+/// Bits of the status, alarm and warning words, in ascending order.
 std::span<const BitMeaning> StatusBits();
 std::span<const BitMeaning> AlarmBits();
 std::span<const BitMeaning> WarningBits();
-/// Registers of the command window.
+/// Registers of the command window, in ascending order.
 std::span<const CommandField> Commands();
 }  // namespace plc_map
 

@@ -1,4 +1,4 @@
-// Registers 640..647: interference and distance of virtual objects.
+// Registers 640..648: interference and smallest distance of the virtual objects.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 using Source = const MapSource&;
 
 using enum FieldType;
-constexpr double kOldest_ms = 65535, kNotKnown = -1;
+constexpr double kMaxSceneAge_ms = 65535, kUnknownDistance_mm = -1;
 
 const SceneStatus& Scene(Source s) {
   return s.environment.scene;
@@ -22,7 +22,7 @@ bool Fresh(Source s) {
   return Scene(s).FreshAt(s.environment.now_s);
 }
 
-/// One that touches is known although others are not measured; "apart" is said of all or of none.
+/// Interference is reported even if other pairs are not measured; "apart" only if all pairs are.
 double State(Source s) {
   if (!Fresh(s)) return 0;
   if (Scene(s).interferences > 0) return 2;
@@ -35,23 +35,32 @@ bool Measured(Source s) {
 
 const std::array kSceneFields = {
     MapField{640, kU16, "scene_state", "code",
-             "0 not known (no monitor, or a pair is not measured), 1 apart, 2 interference", State},
-    MapField{641, kU16, "scene_interferences", "", "pairs of objects that touch",
+             "0 unknown (plumbline-view not running, or a pair is not measured), 1 all pairs "
+             "apart, 2 interference",
+             State},
+    MapField{641, kU16, "scene_interferences", "",
+             "number of object pairs that touch; 0 if the scene status is older than 1 s",
              [](Source s) -> double { return Fresh(s) ? Scene(s).interferences : 0; }},
-    MapField{642, kU16, "scene_object_a", "", "number of an object of the nearest pair, 0: none",
+    MapField{642, kU16, "scene_object_a", "",
+             "number of the first object of the closest pair; 0: none measured",
              [](Source s) -> double { return Measured(s) ? Scene(s).object_a : 0; }},
-    MapField{643, kU16, "scene_object_b", "", "the other one",
+    MapField{643, kU16, "scene_object_b", "",
+             "number of the second object of that pair; 0: none measured",
              [](Source s) -> double { return Measured(s) ? Scene(s).object_b : 0; }},
-    MapField{644, kFloat, "scene_distance", "mm", "its distance, 0: it touches, -1: not known",
-             [](Source s) { return Measured(s) ? kMmPerMetre * Scene(s).smallest_m : kNotKnown; }},
-    MapField{646, kU16, "scene_unmeasured", "", "pairs that are not measured",
+    MapField{644, kFloat, "scene_distance", "mm", "distance of that pair; 0: touching, -1: unknown",
+             [](Source s) {
+               return Measured(s) ? kMmPerMetre * Scene(s).smallest_m : kUnknownDistance_mm;
+             }},
+    MapField{646, kU16, "scene_unmeasured", "", "number of object pairs that are not measured",
              [](Source s) -> double { return Fresh(s) ? Scene(s).unmeasured : 0; }},
-    MapField{647, kU16, "scene_age", "ms", "since it was told, 65535 where older or never",
+    MapField{647, kU16, "scene_age", "ms",
+             "age of the scene status; 65535: older than that, or never reported",
              [](Source s) {
                const double age_ms = std::floor(1e3 * (s.environment.now_s - Scene(s).time_s));
-               return age_ms < kOldest_ms ? std::max(0.0, age_ms) : kOldest_ms;
+               return age_ms < kMaxSceneAge_ms ? std::max(0.0, age_ms) : kMaxSceneAge_ms;
              }},
-    MapField{648, kU16, "scene_blocked", "", "approach paths with an object on them",
+    MapField{648, kU16, "scene_blocked", "",
+             "number of approach paths that are blocked by an object",
              [](Source s) -> double { return Fresh(s) ? Scene(s).blocked : 0; }},
 };
 

@@ -1,4 +1,4 @@
-// Bits of the status, alarm and warning words, and of the state of the monitoring.
+// Bit tables of the status, alarm and warning words and of the monitoring state (register 400).
 #include <array>
 
 #include "drivers/plc/register_map.h"
@@ -8,8 +8,9 @@ namespace {
 
 constexpr std::array kStatusBits = {
     BitMeaning{status::kReady, "ready"},
-    BitMeaning{status::kBusy,
-               "busy (kept free: a command is answered within one cycle, the echo tells when)"},
+    BitMeaning{
+        status::kBusy,
+        "busy (reserved, always 0: a command is answered within one cycle, see result_echo)"},
     BitMeaning{status::kResultValid, "result valid"},
     BitMeaning{status::kRobotLink, "robot link"},
     BitMeaning{status::kWarning, "warning"},
@@ -38,14 +39,14 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kDecodingUnchecked, "decoding not checked against a tool pose"},
     BitMeaning{warning::kPlcHeartbeatLost, "PLC heartbeat lost"},
     BitMeaning{warning::kCycleOverrun, "cycle overrun"},
-    BitMeaning{warning::kCoarseJoints, "joint registers cost over 0.1 mm"},
+    BitMeaning{warning::kCoarseJoints, "joint registers too coarse: over 0.1 mm at the tip"},
     BitMeaning{warning::kMassCentresGuessed, "a link's centre of mass is guessed"},
-    BitMeaning{warning::kDrift, "the residuals of probes changed (drift alarm)"},
+    BitMeaning{warning::kDrift, "drift alarm: the residuals of the probes have changed"},
     BitMeaning{warning::kProposalWaiting, "a corrected model waits for approval"},
     BitMeaning{warning::kLoopFault, "journal or diagnosis failed"},
-    BitMeaning{warning::kLensStale, "the camera's lens is not to be trusted"},
+    BitMeaning{warning::kLensStale, "the camera's lens is not valid"},
     BitMeaning{warning::kCameraLost, "camera or zoom sensor lost"},
-    BitMeaning{warning::kBoardWanted, "the calibration board is asked for"},
+    BitMeaning{warning::kBoardWanted, "calibration board required"},
     BitMeaning{warning::kInterference, "interference: watched objects touch"},
     BitMeaning{warning::kApproachBlocked, "an approach path is blocked"},
     BitMeaning{warning::kModelSetAside, "an applied model is not in force (plumbline model list)"},
@@ -66,7 +67,7 @@ constexpr std::array kMonitoringFlags = {
     MonitoringBit{1 << 7, &MonitoringStatus::reference_refused},
     MonitoringBit{1 << 8, &MonitoringStatus::storage_unavailable},
 };
-// Two bits repeat what other registers count.
+// These two repeat the counters in registers 402 and 422 as bits.
 constexpr int kProposalWaiting = 1 << 2, kQuarantined = 1 << 6;
 
 }  // namespace

@@ -42,19 +42,21 @@ double Read(const std::vector<std::uint16_t>& image, const char* name, bool litt
   return 0;
 }
 
-/// Share of normal errors of deviations (a, b, a) in the ball of radius r, by the midpoint rule:
+/// Probability that a normal error with standard deviations (a, b, a) lies within radius r,
+/// integrated by the midpoint rule:
 ///   P(|e| < r) = int phi(z) (1 - exp(-(r^2 - b^2 z^2) / (2 a^2))) dz, |z| < r / b,
-/// the middle axis at z, the other two together exponentially distributed in their square.
-double ShareWithin(double r, double a, double b) {
+/// where z is the error on the middle axis in standard deviations; the squared error on the other
+/// two axes together is exponentially distributed.
+double ProbabilityWithin(double r, double a, double b) {
   constexpr int kSteps = 10000;
   const double step = 2 * r / b / kSteps;
-  double share = 0;
+  double probability = 0;
   for (int k = 0; k < kSteps; ++k) {
     const double z = (k + 0.5) * step - r / b;
     const double density = std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
-    share += step * density * (1 - std::exp(-(r * r - b * b * z * z) / (2 * a * a)));
+    probability += step * density * (1 - std::exp(-(r * r - b * b * z * z) / (2 * a * a)));
   }
-  return share;
+  return probability;
 }
 
 }  // namespace
@@ -87,7 +89,7 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
   check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
 }
 
-TEST_CASE("a snapshot becomes the registers that the map promises, in both word orders") {
+TEST_CASE("a snapshot is encoded as documented in the register map, in both word orders") {
   for (const bool little : {false, true}) {
     PlcEncoder encoder({little, OrientationConvention::kRollPitchYaw}, {11, 12});
     const auto& image = encoder.Encode(SomeSnapshot(), {});
@@ -115,7 +117,7 @@ TEST_CASE("a snapshot becomes the registers that the map promises, in both word 
   }
 }
 
-TEST_CASE("a posture stands in its block, in degrees and millimetres, apart from the point's") {
+TEST_CASE("a posture is encoded in its own block, in degrees and millimetres") {
   for (const bool little : {false, true}) {
     Snapshot snapshot = SomeSnapshot();
     snapshot.prismatic_joints = 1 << 1;
@@ -137,13 +139,13 @@ TEST_CASE("a posture stands in its block, in degrees and millimetres, apart from
     CHECK(block[25] == 2);
     CHECK(number(26) == Approx(750));
     CHECK(number(28) == Approx(0.25));
-    CHECK((image[2021] & plc_map::kOtherPosture) != 0);
-    CHECK((image[2001] & plc_map::kOtherPosture) == 0);
+    CHECK((image[2021] & plc_map::kPointPostureDiffers) != 0);
+    CHECK((image[2001] & plc_map::kPointPostureDiffers) == 0);
     CHECK(image[22024] == 0);
   }
 }
 
-TEST_CASE("a posture is encoded again when it or its validity has changed, and only then") {
+TEST_CASE("a posture is encoded again only if it or its validity has changed") {
   Snapshot snapshot = SomeSnapshot();
   PointResult& point = snapshot.points[1];
   point.correction.q = JointVector::Constant(6, 0.5);
@@ -153,7 +155,7 @@ TEST_CASE("a posture is encoded again when it or its validity has changed, and o
     return ValueOfField(FieldType::kFloat, std::span(image).subspan(22032, 32), 0, false);
   };
   CHECK(q1() == Approx(0.5 * 180 / M_PI));
-  point.correction.q[0] = 0.7;  // a machine counts such a change
+  point.correction.q[0] = 0.7;  // without counting the change in `solutions`
   CHECK(q1() == Approx(0.5 * 180 / M_PI));
   ++point.solutions;
   CHECK(q1() == Approx(0.7 * 180 / M_PI));
@@ -161,7 +163,7 @@ TEST_CASE("a posture is encoded again when it or its validity has changed, and o
   CHECK((encoder.Encode(snapshot, {})[22056] & plc_map::kPostureValid) == 0);
 }
 
-TEST_CASE("an image is copied whole, the gap before the postures with zeros") {
+TEST_CASE("an image is copied completely, the gap before the postures as zeros") {
   Snapshot snapshot = SomeSnapshot();
   snapshot.points[1].correction.q = JointVector::Constant(6, 0.5);
   PlcEncoder encoder({}, {11, 12});
@@ -175,7 +177,7 @@ TEST_CASE("an image is copied whole, the gap before the postures with zeros") {
   CHECK(copy.size() == plc_map::kPoints);
 }
 
-TEST_CASE("a position beyond int16 saturates there and says so; the fine registers hold it") {
+TEST_CASE("a position beyond int16 saturates and clears its bit; the fine registers hold it") {
   PlcEncoder encoder({}, {1, 2});
   const auto& image = encoder.Encode(SomeSnapshot(), {});
   CHECK((image[202] & plc_map::kFitsInt16) == 0);
@@ -184,7 +186,7 @@ TEST_CASE("a position beyond int16 saturates there and says so; the fine registe
   CHECK(static_cast<std::int16_t>(image[204]) == 12346);
 }
 
-TEST_CASE("the result's check sum is the Modbus CRC of its registers") {
+TEST_CASE("the checksum of the result is the Modbus CRC of its registers") {
   PlcEncoder encoder({}, {1, 2});
   Snapshot snapshot = SomeSnapshot();
   const auto image = encoder.Encode(snapshot, {});
@@ -196,7 +198,7 @@ TEST_CASE("the result's check sum is the Modbus CRC of its registers") {
   CHECK(CrcOfRegisters(registers) == 0x37DD);
 }
 
-TEST_CASE("no float that is not finite ever leaves") {
+TEST_CASE("a float register never holds a value that is not finite") {
   PlcEncoder encoder({}, {1, 2});
   const auto before = encoder.Encode(SomeSnapshot(), {});
   Snapshot broken = SomeSnapshot();
@@ -236,7 +238,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.tip_valid = true;
   camera.tip_W = Vec3(1.5, -0.25, 0.125);
   camera.tip_covariance_W.diagonal() << 1e-8, 1e-8, 1e-8;
-  camera.tip_places_W.diagonal() << 0, 3e-8, 0;  // the radius holds both
+  camera.tip_places_W.diagonal() << 0, 3e-8, 0;  // the radius covers both
   camera.tip_time_s = 0;
   camera.bodies_configured = 2;
   camera.bodies[1] = {
@@ -261,7 +263,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   CHECK(read("zoom_age") == 65535);
   CHECK(read("tip_age") == 65535);
   CHECK(read("tip_y") == -250);
-  CHECK(ShareWithin(read("tip_radius"), 0.1, 0.2) == Approx(0.95).margin(1e-3));
+  CHECK(ProbabilityWithin(read("tip_radius"), 0.1, 0.2) == Approx(0.95).margin(1e-3));
   CHECK(read("tip_validity") == 1);
   CHECK(image[540] == 0);
   CHECK(image[541] == 65535);
@@ -275,7 +277,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
       ValueOfField(FieldType::kFloat, encoder.Encode(SomeSnapshot(), environment), 514, false)));
 }
 
-TEST_CASE("the second camera has the same blocks 200 registers further, the first keeps its own") {
+TEST_CASE("the second camera has the same blocks 200 registers further, independent of the first") {
   PlcEncoder encoder({}, {1, 2});
   PlcEnvironment environment;
   for (std::size_t k = 0; k < kMostCameras; ++k) {
@@ -297,7 +299,7 @@ TEST_CASE("the second camera has the same blocks 200 registers further, the firs
   CHECK(image[724] == 2);
   CHECK(ValueOfField(FieldType::kFloat, image, 540 + 80 + 2, false) == 1000);
   CHECK(ValueOfField(FieldType::kFloat, image, 740 + 80 + 2, false) == 2000);
-  CHECK(image[640] == 0);  // of virtual objects, between them
+  CHECK(image[640] == 0);  // the virtual objects lie between the two
 }
 
 TEST_CASE("the command window is decoded") {
@@ -374,7 +376,7 @@ TEST_CASE("a probe is decoded from floats and from micrometres, in both word ord
   }
 }
 
-TEST_CASE("a probe given in any finite number is passed on, to be judged by the arm's reach") {
+TEST_CASE("a probe with any finite coordinates is passed on; the machine checks its plausibility") {
   std::vector<std::uint16_t> window(plc_map::kCommandsSize);
   window[0] = 6;
   for (std::size_t at = 2; at < 8; at += 2) {
@@ -389,7 +391,7 @@ TEST_CASE("a probe given in any finite number is passed on, to be judged by the 
   CHECK_FALSE(command.pose_valid);
 }
 
-TEST_CASE("a refused command leaves no pose in the registers, where one stood before") {
+TEST_CASE("a refused command clears the pose of the previous result from the registers") {
   PlcEncoder encoder({}, {1, 2});
   Snapshot snapshot = SomeSnapshot();
   snapshot.result.correction.translation_B = Vec3(1e-3, 2e-3, 3e-3);
@@ -408,7 +410,7 @@ TEST_CASE("a refused command leaves no pose in the registers, where one stood be
   for (std::size_t at = 204; at < 218; ++at) CHECK(image[at] == 0);
 }
 
-TEST_CASE("what became of probes, and who commands, stands behind the loop's registers") {
+TEST_CASE("probe counters and masters are encoded in the monitoring registers") {
   Snapshot snapshot = SomeSnapshot();
   snapshot.probes.refused = 70001;
   snapshot.probes.fault = ProbeFault::kInMetres;
@@ -429,7 +431,7 @@ TEST_CASE("what became of probes, and who commands, stands behind the loop's reg
   CHECK(Read(image, "other_master") == 0x0114);
 }
 
-TEST_CASE("what the loop tells stands in its window, as floats and as integers") {
+TEST_CASE("the monitoring status is encoded as floats and as integers") {
   Snapshot snapshot = SomeSnapshot();
   PlcEnvironment environment;
   MonitoringStatus& monitoring = environment.monitoring;
@@ -465,7 +467,8 @@ TEST_CASE("what the loop tells stands in its window, as floats and as integers")
   CHECK(Read(fitted, "loop_state") == 7);
 }
 
-TEST_CASE("the words of the flags hold one bit each and are read back") {
+TEST_CASE(
+    "monitoring and camera flags map to one bit each, and monitoring flags are decoded again") {
   using Flag = bool MonitoringStatus::*;
   const std::pair<Flag, int> flags[] = {{&MonitoringStatus::recording, 0},
                                         {&MonitoringStatus::drift_alarm, 1},
@@ -490,7 +493,7 @@ TEST_CASE("the words of the flags hold one bit each and are read back") {
   CHECK(plc_map::CameraWord(camera) == 0x1A);
 }
 
-TEST_CASE("virtual objects: interference, the smallest distance, and what is old") {
+TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   PlcEncoder encoder({false, OrientationConvention::kRollPitchYaw}, {});
   PlcEnvironment environment;
   environment.now_s = 100;
@@ -513,7 +516,7 @@ TEST_CASE("virtual objects: interference, the smallest distance, and what is old
   CHECK(read("scene_object_b") == 17);
   CHECK(read("scene_distance") == Approx(12.5));
   CHECK(read("scene_age") == 250);
-  // One pair that is not measured: nobody may rely on "apart".
+  // With an unmeasured pair "apart" must not be reported.
   environment.scene.unmeasured = 1;
   CHECK(read("scene_state") == 0);
   CHECK(read("scene_distance") == Approx(12.5));
