@@ -22,7 +22,7 @@ constexpr auto kCrcTable = MakeCrcTable();
 constexpr std::size_t kRtuOverheadBytes = 3;  // address and CRC
 constexpr std::size_t kMinRtuFrameBytes = 4;
 
-/// Bytes of a request frame by its function code; 0: not known (yet).
+/// Length of a request frame [bytes] from its function code; 0: unknown, or more bytes needed.
 std::size_t RequestLength(Bytes frame) {
   switch (frame[1]) {
     case 1:
@@ -46,7 +46,7 @@ std::size_t RequestLength(Bytes frame) {
   }
 }
 
-/// Bytes of a reply frame by its function code; 0: not known.
+/// Length of a reply frame [bytes] from its function code; 0: unknown.
 std::size_t ReplyLength(Bytes frame) {
   if ((frame[1] & 0x80) != 0) return 5;
   switch (frame[1]) {
@@ -68,7 +68,8 @@ std::size_t ReplyLength(Bytes frame) {
   }
 }
 
-/// The CRC over a frame and its own CRC is zero.
+/// True if `rest` starts with a valid frame of `length` bytes: the CRC over a frame including its
+/// CRC is zero.
 bool IsFrame(Bytes rest, std::size_t length) {
   return length >= kMinRtuFrameBytes && length <= std::min(rest.size(), kMaxRtuFrameBytes) &&
          Crc16(rest.first(length)) == 0;
@@ -76,7 +77,7 @@ bool IsFrame(Bytes rest, std::size_t length) {
 
 }  // namespace
 
-TcpFrame CutTcpFrame(Bytes stream) {
+TcpFrame ParseTcpFrame(Bytes stream) {
   TcpFrame frame;
   if (stream.size() >= 4 && (stream[2] != 0 || stream[3] != 0)) {
     frame.state = TcpFrame::State::kBroken;
@@ -145,7 +146,7 @@ void RtuReceiver::Push(Bytes bytes) {
 std::optional<RtuFrame> RtuReceiver::Next() {
   while (!overflow_ && end_ - begin_ >= kMinRtuFrameBytes) {
     const Bytes rest(buffer_.data() + begin_, end_ - begin_);
-    const std::size_t length = CutLength(rest);
+    const std::size_t length = FrameLength(rest);
     if (length == 0) return std::nullopt;
     begin_ += length;
     if (rest[0] == unit_ || rest[0] == kBroadcastAddress) {
@@ -162,8 +163,8 @@ void RtuReceiver::Clear() {
   overflow_ = false;
 }
 
-/// Bytes of the frame at the start, 0 where none is complete.
-std::size_t RtuReceiver::CutLength(Bytes rest) const {
+/// Length of the frame at the start of `rest` [bytes]; 0 if none is complete.
+std::size_t RtuReceiver::FrameLength(Bytes rest) const {
   const std::size_t request = RequestLength(rest);
   if (IsFrame(rest, request)) return request;
   const bool may_be_reply = rest[0] != unit_ && rest[0] != kBroadcastAddress;

@@ -1,4 +1,4 @@
-// Who makes a request.
+// Identity of a Modbus client.
 #pragma once
 
 #include <array>
@@ -7,13 +7,14 @@
 
 namespace plumbline::modbus {
 
-/// IPv6, or IPv4 as ::ffff:a.b.c.d, so that a client has one address on every kind of socket.
+/// IPv6 address; IPv4 is mapped to ::ffff:a.b.c.d, so that a client has the same address on IPv4
+/// and dual-stack sockets.
 using IpAddress = std::array<std::uint8_t, 16>;
 
-/// A connection's other end. The serial line, which has no addresses, is the empty one.
+/// Remote end of a connection. The serial line, which has no addresses, is the default value.
 struct Client {
   IpAddress address{};
-  std::uint16_t port = 0;  ///< differs between two open connections of one address
+  std::uint16_t port = 0;  ///< distinguishes connections from one address
 
   bool operator==(const Client&) const = default;
 };

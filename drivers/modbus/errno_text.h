@@ -1,4 +1,4 @@
-// Why a call of the operating system failed.
+// Text of the current errno.
 #pragma once
 
 #include <cerrno>

@@ -10,7 +10,7 @@ double Now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Whether anything but a heartbeat was written.
+/// True if the request wrote anything other than the heartbeat.
 bool IsCommand(const PduReply& reply, const AddressRanges::Range& no_command) {
   if (reply.wrote == PduReply::Wrote::kCoils) return true;
   return reply.first < no_command.first || reply.first + reply.count - 1 > no_command.last;
@@ -41,11 +41,11 @@ std::size_t ImageHandler::Handle(const Client& client, std::span<const std::uint
 void ImageHandler::NoteWriter(const Client& client) {
   const double now_s = Now_s();
   commands_.writer = client;
-  const std::optional<Client> other = masters_.Note(client, now_s);
+  const std::optional<Client> other = masters_.RecordWrite(client, now_s);
   if (!other) return;
   const bool reported = now_s < commands_.two_masters_until_s;
   commands_.other = *other;
-  commands_.two_masters_until_s = now_s + MasterWatch::kTogether_s;
+  commands_.two_masters_until_s = now_s + MasterWatch::kConflictWindow_s;
   if (!reported && on_two_masters_) on_two_masters_(client, *other);
 }
 

@@ -1,4 +1,5 @@
-// Answers requests from the newest image, and hands what clients wrote to the cycle.
+// Request handler that answers from the newest register image and passes written commands to the
+// control cycle.
 #pragma once
 
 #include <functional>
@@ -10,31 +11,31 @@
 
 namespace plumbline::modbus {
 
-/// What clients have written, and who.
+/// Contents of the command area and the clients that wrote it.
 struct WrittenCommands : CommandArea {
-  Client writer;                    ///< of the newest command
-  Client other;                     ///< that writes commands besides, and
-  double two_masters_until_s = -1;  ///< as long as this is ahead [monotonic]
+  Client writer;                    ///< wrote the newest command
+  Client other;                     ///< second client that writes commands
+  double two_masters_until_s = -1;  ///< `other` is valid until then [monotonic s]
 };
 
-/// Shared by all transports. Each request is answered from one image and cannot see another's
-/// half-done write. The cycle side never waits: it publishes images and reads the newest commands
-/// through Latest; the mutex is between transports only.
+/// Shared by all transports. Each request is answered from one image and never sees another
+/// request's partial write. The control cycle never waits: it publishes images and reads the newest
+/// commands through Latest; the mutex serialises only the transports.
 class ImageHandler : public RequestHandler {
  public:
-  /// @param images    the transports together hold one guard at a time
-  /// @param commands  initial content, addresses included
+  /// @param images    the handler holds at most one guard at a time
+  /// @param commands  addresses and initial contents of the command area
   ImageHandler(const Latest<RegisterImage>& images, const CommandArea& commands,
                DeviceIdentification identification);
 
   std::size_t Handle(const Client& client, std::span<const std::uint8_t> request,
                      std::span<std::uint8_t, kMaxPduBytes> response) override;
 
-  /// What clients have written, by whole requests. One reader: the cycle.
+  /// Newest contents of the command area, updated by whole requests. One reader: the control cycle.
   Latest<WrittenCommands>::Guard Commands() const { return published_.Read(); }
 
-  /// Where it is told, once, that a second client writes commands. Called in the thread of a
-  /// transport. Before the transports start.
+  /// Sets the callback that is called once when a second client starts to write commands. It runs
+  /// in the thread of a transport. Call before the transports start.
   using TwoMastersSink = std::function<void(const Client& writer, const Client& other)>;
   void ReportTwoMasters(TwoMastersSink sink) { on_two_masters_ = std::move(sink); }
 
@@ -43,7 +44,7 @@ class ImageHandler : public RequestHandler {
 
   const Latest<RegisterImage>& images_;
   const DeviceIdentification identification_;
-  std::mutex mutex_;  ///< of the rest, and of the writing side of published_
+  std::mutex mutex_;  ///< guards all members below except the reading side of published_
   WrittenCommands commands_;
   MasterWatch masters_;
   TwoMastersSink on_two_masters_;

@@ -1,4 +1,4 @@
-// Detector of two masters: clients that write the command window against each other.
+// Detector of conflicting masters: two clients that both write the command window.
 #pragma once
 
 #include <array>
@@ -10,24 +10,24 @@
 namespace plumbline::modbus {
 
 /// Two masters are
-///   - clients of different addresses that write commands within kTogether_s of each other, or
-///   - connections of one address of which the older writes again after the younger one has: both
-///     are alive. A master that reconnects never writes by the old connection again.
-/// Values in, verdict out; allocates nothing.
+///   - clients with different addresses that write commands within kConflictWindow_s, or
+///   - two connections from one address if the older writes again after the younger has written:
+///     a master that reconnects never uses its old connection again.
+/// Pure; allocates nothing.
 class MasterWatch {
  public:
-  static constexpr double kTogether_s = 5;
+  static constexpr double kConflictWindow_s = 5;
 
-  /// A client has written commands. @return the other master, where there are two
-  std::optional<Client> Note(const Client& writer, double now_s);
+  /// Records that `writer` has written commands. @return the other master if there are two
+  std::optional<Client> RecordWrite(const Client& writer, double now_s);
 
  private:
   struct Write {
     Client client;
     double time_s = 0;
   };
-  static constexpr std::size_t kMostClients = 8;  ///< that are remembered, the newest first
-  std::array<Write, kMostClients> writes_;
+  static constexpr std::size_t kMaxClients = 8;  ///< remembered, most recent first
+  std::array<Write, kMaxClients> writes_;
   std::size_t count_ = 0;
 };
 

@@ -9,7 +9,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 using Wrote = PduReply::Wrote;
 
-/// A request on its way: what every function needs, and the two ways to end it.
+/// Context of one request: everything the functions need, and the two common ways to answer.
 struct Call {
   Bytes request;
   const RegisterImage& image;
@@ -23,7 +23,7 @@ struct Call {
   PduReply Refuse(Exception exception) const {
     return {.size = WriteException(request[0], exception, response)};
   }
-  /// Answers with the request's first `size` bytes, as the writing functions do.
+  /// Responds with the first `size` bytes of the request, as the write functions do.
   PduReply Echo(std::size_t size, Wrote wrote, std::uint16_t first, std::uint16_t count) const {
     std::copy_n(request.begin(), size, response.begin());
     return {.size = size, .wrote = wrote, .first = first, .count = count};
@@ -214,7 +214,7 @@ PduReply ReadIdentification(const Call& call) {
     return reply;
   }
   const int last_id = access == 1 ? 0x02 : access == 2 ? 0x7F : 0xFF;
-  // An unknown starting object means: from the beginning.
+  // For an unknown object id the specification requires starting at the first object.
   if (object == objects.end() || object->id > last_id) object = objects.begin();
   for (; object != objects.end() && object->id <= last_id; ++object) {
     const std::size_t length = std::min(object->value.size(), kMaxObjectBytes);

@@ -1,4 +1,4 @@
-// What a Modbus client sees: an image that it reads, and a small area that it may write.
+// Data model of the Modbus server: a read-only register image and a small writable command area.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +9,14 @@
 
 namespace plumbline::modbus {
 
-/// The addresses that may be read, gaps excluded; built once and shared by all images.
+/// Set of readable addresses, without the gaps; built once and shared by all images.
 class AddressRanges {
  public:
   struct Range {
-    std::uint16_t first = 0, last = 0;  ///< both included, first <= last
+    std::uint16_t first = 0, last = 0;  ///< inclusive, first <= last
   };
 
-  /// Sorts the ranges and joins those that touch.
+  /// Sorts the ranges and merges adjacent ones.
   explicit AddressRanges(std::vector<Range> ranges) {
     std::sort(ranges.begin(), ranges.end(),
               [](const Range& a, const Range& b) { return a.first < b.first; });
@@ -29,7 +29,7 @@ class AddressRanges {
     }
   }
 
-  /// Whether `count` addresses from `first` are all there, without a gap.
+  /// True if all `count` addresses from `first` are readable.
   bool Contains(std::uint16_t first, int count) const {
     const auto after =
         std::upper_bound(ranges_.begin(), ranges_.end(), first,
@@ -41,9 +41,9 @@ class AddressRanges {
   std::vector<Range> ranges_;
 };
 
-/// One snapshot. FC03 and FC04 read the registers, FC01 and FC02 the bits.
+/// Immutable snapshot. FC03 and FC04 read the registers, FC01 and FC02 the bits.
 struct RegisterImage {
-  std::shared_ptr<const AddressRanges> readable;  ///< of the registers
+  std::shared_ptr<const AddressRanges> readable;  ///< register addresses
   std::vector<std::uint16_t> registers;           ///< by address, gaps included
   std::vector<std::uint8_t> bits;                 ///< by address, 0 or 1
 };
@@ -61,12 +61,13 @@ struct WritableWindow {
   const T* At(std::uint16_t address) const { return values.data() + (address - first); }
 };
 
-/// What clients have written. Its addresses are read from here, all others from the image; no
-/// request may straddle the border.
+/// Registers and coils written by clients. Reads of these addresses are served from here, all
+/// others from the image; one request cannot span both.
 struct CommandArea {
   WritableWindow<std::uint16_t> registers;
   WritableWindow<std::uint8_t> coils;  ///< 0 or 1
-  /// Registers that are no command, as a heartbeat: whoever writes only these is no master.
+  /// Registers that are not part of a command, such as a heartbeat: a client that writes only these
+  /// does not count as a master.
   AddressRanges::Range no_command{1, 0};
 };
 

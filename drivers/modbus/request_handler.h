@@ -1,4 +1,4 @@
-// What stands between a transport (TCP, serial line) and the registers.
+// Interface between a transport (TCP, serial line) and the registers.
 #pragma once
 
 #include <cstddef>
@@ -9,18 +9,18 @@
 
 namespace plumbline::modbus {
 
-/// Function code and data, without address, transaction or check sum. [Modbus V1.1b3, 4.1]
+/// Function code and data, without address, transaction id or checksum. [Modbus V1.1b3, 4.1]
 inline constexpr std::size_t kMaxPduBytes = 253;
 
-/// Answers one request. Called in the thread of a transport; must not block, allocate or throw.
+/// Handles requests. Called in the thread of a transport; must not block, allocate or throw.
 class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
 
-  /// @param client    who asks
-  /// @param request   the request's PDU, at least one byte
-  /// @param response  where the answer's PDU goes
-  /// @return          bytes of the answer; 0: stay silent
+  /// @param client    sender of the request
+  /// @param request   PDU of the request, at least one byte
+  /// @param response  receives the PDU of the response
+  /// @return          size of the response [bytes]; 0: send none
   virtual std::size_t Handle(const Client& client, std::span<const std::uint8_t> request,
                              std::span<std::uint8_t, kMaxPduBytes> response) = 0;
 };

@@ -22,7 +22,7 @@ namespace plumbline::modbus {
 namespace {
 
 constexpr double kFirstBackOff_s = 0.1, kLastBackOff_s = 1;
-constexpr int kWritePatience_ms = 500;
+constexpr int kWriteTimeout_ms = 500;
 
 struct BaudRate {
   int baud;
@@ -48,12 +48,13 @@ bool ConfigureLine(int fd, const RtuSlaveOptions& options) {
   if (options.stop_bits == 2) line.c_cflag |= CSTOPB;
   if (options.parity != 'N') line.c_cflag |= PARENB;
   if (options.parity == 'O') line.c_cflag |= PARODD;
-  if (options.parity != 'N') line.c_iflag |= INPCK;  // a byte of wrong parity becomes 0: CRC fails
+  if (options.parity != 'N')
+    line.c_iflag |= INPCK;  // a byte with a parity error reads as 0: the CRC fails
   ::cfsetspeed(&line, FindBaudRate(options.baud)->code);
   return ::tcsetattr(fd, TCSANOW, &line) == 0 && ::tcflush(fd, TCIOFLUSH) == 0;
 }
 
-/// poll() with seconds; negative: without limit. @return whether anything happened
+/// poll() with a time-out in seconds; negative: none. @return true if any descriptor is ready
 bool Poll(pollfd* fds, nfds_t count, double time_s) {
   const double whole_s = std::floor(time_s);
   const timespec limit{.tv_sec = static_cast<time_t>(whole_s),
@@ -125,17 +126,17 @@ void RtuSlave::Run() {
 bool RtuSlave::OpenDevice() {
   line_.Reset(::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!line_ || !ConfigureLine(line_.get(), options_)) {
-    Lost(CannotBeOpened(errno, kSerialLine));
+    Disconnect(CannotBeOpened(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();
   ++counters_.openings;
-  if (told_lost_ && options_.on_change) options_.on_change("");
-  told_lost_ = false;
+  if (loss_reported_ && options_.on_change) options_.on_change("");
+  loss_reported_ = false;
   return true;
 }
 
-/// @return false when the slave is to stop
+/// @return false if the slave must stop
 bool RtuSlave::SleepUnlessStopped(double time_s) {
   while (time_s > 0) {
     pulse_.Beat();
@@ -159,7 +160,7 @@ void RtuSlave::ServeUntilLost() {
       wait_s = silence_s_;
     } else if (wait_s == silence_s_) {
       HandleFrames();
-      wait_s = receiver_.pending() ? std::max(options_.patience_s, silence_s_ * 1.01) : -1;
+      wait_s = receiver_.pending() ? std::max(options_.frame_timeout_s, silence_s_ * 1.01) : -1;
     } else if (receiver_.pending()) {
       ++counters_.discarded;
       receiver_.Clear();
@@ -168,7 +169,7 @@ void RtuSlave::ServeUntilLost() {
   }
 }
 
-/// @return false when the line is lost
+/// @return false if the line was lost
 bool RtuSlave::ReadBytes() {
   std::array<std::uint8_t, kMaxRtuFrameBytes> bytes;
   const ssize_t size = ::read(line_.get(), bytes.data(), bytes.size());
@@ -177,7 +178,7 @@ bool RtuSlave::ReadBytes() {
     return true;
   }
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
-  Lost("lost: " + (size == 0 ? "hung up" : ErrnoText()));
+  Disconnect("lost: " + (size == 0 ? "hung up" : ErrnoText()));
   return false;
 }
 
@@ -195,7 +196,8 @@ void RtuSlave::HandleFrames() {
   }
 }
 
-/// A line that takes nothing for half a second loses the answer; the next read tells if it is gone.
+/// Drops the response if the line accepts no bytes for half a second; if the line is gone the next
+/// read reports it.
 void RtuSlave::WriteReply(std::span<const std::uint8_t> reply) const {
   while (!reply.empty()) {
     const ssize_t written = ::write(line_.get(), reply.data(), reply.size());
@@ -205,14 +207,14 @@ void RtuSlave::WriteReply(std::span<const std::uint8_t> reply) const {
     }
     pollfd line{.fd = line_.get(), .events = POLLOUT, .revents = 0};
     if (written < 0 && errno != EAGAIN && errno != EINTR) return;
-    if (::poll(&line, 1, kWritePatience_ms) <= 0) return;
+    if (::poll(&line, 1, kWriteTimeout_ms) <= 0) return;
   }
 }
 
-void RtuSlave::Lost(const std::string& reason) {
+void RtuSlave::Disconnect(const std::string& reason) {
   line_.Reset();
-  if (!told_lost_ && options_.on_change) options_.on_change(reason);
-  told_lost_ = true;
+  if (!loss_reported_ && options_.on_change) options_.on_change(reason);
+  loss_reported_ = true;
 }
 
 }  // namespace plumbline::modbus

@@ -1,4 +1,4 @@
-// Modbus RTU slave on a serial line, which other slaves may share.
+// Modbus RTU slave on a serial line that may be shared with other slaves.
 #pragma once
 
 #include <atomic>
@@ -20,38 +20,39 @@ namespace plumbline::modbus {
 
 struct RtuSlaveOptions {
   std::string device;  ///< for example /dev/ttyUSB0
-  int baud = 19200;    ///< 1200 to 115200, one of the usual steps
+  int baud = 19200;    ///< 1200 to 115200, a standard rate
   char parity = 'E';   ///< 'N', 'E' or 'O'
   int stop_bits = 1;
   std::uint8_t unit_id = 1;  ///< 1..247
-  /// Silence after which an incomplete frame is given up; USB adapters deliver a frame in pieces.
-  double patience_s = 0.02;
-  /// Called in the slave's thread when the line is lost or cannot be opened (with the
-  /// reason and what to do), and when it is restored (empty).
+  /// Silence after which an incomplete frame is discarded [s]; USB adapters deliver frames in
+  /// pieces.
+  double frame_timeout_s = 0.02;
+  /// Called in the slave's thread when the line is lost or cannot be opened (with the reason and
+  /// the remedy), and when it is restored (with an empty text).
   std::function<void(const std::string& lost_because)> on_change{};
 };
 
 struct RtuSlaveCounters {
-  std::uint64_t requests = 0;    ///< to this unit, broadcasts included
-  std::uint64_t broadcasts = 0;  ///< executed, never answered
-  std::uint64_t discarded = 0;   ///< pieces without a right check sum
-  std::uint64_t openings = 0;    ///< of the device
+  std::uint64_t requests = 0;    ///< to this unit, including broadcasts
+  std::uint64_t broadcasts = 0;  ///< executed but never answered
+  std::uint64_t discarded = 0;   ///< fragments without a valid checksum
+  std::uint64_t openings = 0;    ///< times the device was opened
 };
 
-/// One thread. A request is handled when the line has been silent for 3.5 characters, so the answer
-/// keeps its distance, and answered only if nothing has followed it: a master that has already gone
-/// on would take a late answer for another one. A device that is missing or lost is opened again
-/// and again, at first after 0.1 s, later every second.
+/// Runs one thread. A request is handled once the line has been silent for 3.5 characters, which
+/// keeps the required gap before the response, and answered only if nothing has followed it: a
+/// master that has already moved on would take a late response for another one. A missing or lost
+/// device is reopened after 0.1 s, doubling up to every second.
 class RtuSlave {
  public:
-  /// @return the slave, or which setting is wrong; a missing device is no error
+  /// @return the slave, or which setting is invalid; a missing device is not an error
   static Result<std::unique_ptr<RtuSlave>> Start(const RtuSlaveOptions& options,
                                                  RequestHandler& handler);
   ~RtuSlave();
   RtuSlave(const RtuSlave&) = delete;
   RtuSlave& operator=(const RtuSlave&) = delete;
 
-  /// Any thread.
+  /// May be called from any thread.
   RtuSlaveCounters counters() const;
   const Pulse& pulse() const { return pulse_; }
 
@@ -64,7 +65,7 @@ class RtuSlave {
   bool ReadBytes();
   void HandleFrames();
   void WriteReply(std::span<const std::uint8_t> reply) const;
-  void Lost(const std::string& reason);
+  void Disconnect(const std::string& reason);
 
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, broadcasts{0}, discarded{0}, openings{0};
@@ -75,7 +76,7 @@ class RtuSlave {
   RequestHandler& handler_;
   RtuReceiver receiver_;
   Descriptor line_, stop_;
-  bool told_lost_ = false;
+  bool loss_reported_ = false;
   AtomicCounters counters_;
   Pulse pulse_;
   std::thread thread_;

@@ -12,14 +12,14 @@
 namespace plumbline::modbus {
 namespace {
 
-constexpr std::int64_t kPatience_ns = 1'000'000'000;  // for a frame to come, for answers to leave
+constexpr std::int64_t kClientTimeout_ns = 1'000'000'000;  // to complete a frame, to send responses
 
 }  // namespace
 
 void TcpConnection::Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns) {
   client_ = {address, PeerPort(socket.get())};
   socket_ = std::move(socket);
-  asked_ = sending_ = false;
+  has_requested_ = sending_ = false;
   last_request_ns_ = now_ns;
   deadline_ns_ = 0;
   in_size_ = out_begin_ = out_end_ = 0;
@@ -27,10 +27,10 @@ void TcpConnection::Open(Descriptor socket, const IpAddress& address, std::int64
 
 void TcpConnection::Close() {
   ::shutdown(socket_.get(), SHUT_RDWR);
-  LetGo();
+  Release();
 }
 
-void TcpConnection::LetGo() {
+void TcpConnection::Release() {
   socket_.Reset();
   deadline_ns_ = 0;
 }
@@ -51,20 +51,20 @@ TcpConnection::Answered TcpConnection::AnswerFrames(RequestHandler& handler, std
   std::size_t begin = 0;
   TcpFrame frame;
   for (;;) {
-    frame = CutTcpFrame({in_.data() + begin, in_size_ - begin});
+    frame = ParseTcpFrame({in_.data() + begin, in_size_ - begin});
     if (frame.state != TcpFrame::State::kComplete) break;
     Answer(frame, handler, unit_id);
     ++answered.requests;
     begin += frame.size;
   }
   if (begin > 0) {
-    asked_ = true;
+    has_requested_ = true;
     last_request_ns_ = now_ns;
-    deadline_ns_ = 0;  // of the frame that is complete now
+    deadline_ns_ = 0;  // the frame it belonged to is complete
     in_size_ -= begin;
     if (in_size_ > 0) std::memmove(in_.data(), in_.data() + begin, in_size_);
   }
-  if (in_size_ > 0 && deadline_ns_ == 0) deadline_ns_ = now_ns + kPatience_ns;
+  if (in_size_ > 0 && deadline_ns_ == 0) deadline_ns_ = now_ns + kClientTimeout_ns;
   answered.intact = frame.state != TcpFrame::State::kBroken;
   return answered;
 }
@@ -91,9 +91,9 @@ bool TcpConnection::Send(std::int64_t now_ns) {
   if (sent > 0) out_begin_ += static_cast<std::size_t>(sent);
   const bool all = out_begin_ == out_end_;
   if (all) out_begin_ = out_end_ = 0;
-  if (sending_ == all) {  // begins to wait, or has waited
+  if (sending_ == all) {  // the pending state changes
     sending_ = !all;
-    deadline_ns_ = sending_ || in_size_ > 0 ? now_ns + kPatience_ns : 0;
+    deadline_ns_ = sending_ || in_size_ > 0 ? now_ns + kClientTimeout_ns : 0;
   }
   return true;
 }

@@ -1,4 +1,4 @@
-// One client of the TCP server: its bytes, its frames, its deadline. Knows no other client.
+// Connection of one client to the TCP server: buffers, framing and deadline.
 #pragma once
 
 #include <array>
@@ -12,58 +12,60 @@
 
 namespace plumbline::modbus {
 
-/// A slot of the server: open while a client has it. Its buffers exist from the start. While
-/// answers cannot be sent, nothing may be received.
+/// A client slot of the server, open while a client occupies it. Its buffers are part of the
+/// object. While responses are pending nothing may be received.
 class TcpConnection {
  public:
   enum class Received {
-    kAll,   ///< nothing is left to receive
-    kMore,  ///< there may be more
+    kAll,   ///< the socket is drained
+    kMore,  ///< more may be waiting
     kEnded,
   };
   struct Answered {
     std::size_t requests = 0;
-    bool intact = true;  ///< false: the stream cannot be followed further
+    bool intact = true;  ///< false: framing is lost, close the connection
   };
 
-  /// Takes a socket that does not block.
+  /// Takes ownership of a non-blocking socket.
   void Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns);
-  /// Ends the connection, whoever else holds it.
+  /// Shuts the connection down, also for other holders of its descriptor.
   void Close();
-  /// Gives the descriptor back; the connection goes on where somebody else holds it.
-  void LetGo();
+  /// Closes only this descriptor; the connection stays open if another process holds it.
+  void Release();
 
   bool open() const { return static_cast<bool>(socket_); }
   int fd() const { return socket_.get(); }
   const IpAddress& address() const { return client_.address; }
-  bool asked() const { return asked_; }      ///< has made a request
-  bool sending() const { return sending_; }  ///< answers wait to be sent
-  /// Between two requests: nothing of a frame was received, and no part of an answer waits.
-  bool at_rest() const { return in_size_ == 0 && !sending_; }
-  std::int64_t last_request_ns() const { return last_request_ns_; }  ///< or when it connected
-  /// Of the incomplete frame or of the sending, a second from its first byte; 0: none.
+  bool has_requested() const { return has_requested_; }  ///< has sent a request
+  bool sending() const { return sending_; }              ///< responses are pending
+  /// True if no partial frame is buffered and no response is pending.
+  bool between_requests() const { return in_size_ == 0 && !sending_; }
+  std::int64_t last_request_ns() const { return last_request_ns_; }  ///< or time of connection
+  /// Deadline for completing the partial frame or the pending response, one second after its first
+  /// byte; 0: none.
   std::int64_t deadline_ns() const { return deadline_ns_; }
 
-  /// One receive, however much there is.
+  /// Calls recv() once.
   Received Receive();
 
-  /// Answers the complete frames into the output buffer and keeps the rest.
-  /// @param unit_id  answered beside 0, 1 and 255
+  /// Answers all complete frames into the output buffer and keeps the rest of the input.
+  /// @param unit_id  answered in addition to 0, 1 and 255
   Answered AnswerFrames(RequestHandler& handler, std::uint8_t unit_id, std::int64_t now_ns);
 
-  /// Sends what waits, as far as it goes. @return false where the connection is lost
+  /// Sends as much of the pending responses as the socket accepts. @return false if the connection
+  /// is lost
   bool Send(std::int64_t now_ns);
 
  private:
   static constexpr std::size_t kInputBytes = kMaxTcpFrameBytes;
-  // Every frame of one full input buffer finds room for the longest answer.
+  // Room for the longest response to every frame of a full input buffer.
   static constexpr std::size_t kOutputBytes = kInputBytes / kMinTcpFrameBytes * kMaxTcpFrameBytes;
 
   void Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
 
   Descriptor socket_;
   Client client_;
-  bool asked_ = false, sending_ = false;
+  bool has_requested_ = false, sending_ = false;
   std::int64_t last_request_ns_ = 0;
   std::int64_t deadline_ns_ = 0;
   std::size_t in_size_ = 0, out_begin_ = 0, out_end_ = 0;

@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::int64_t kListenPause_ns = 100'000'000;
 constexpr int kAcceptsPerRound = 8;
-// Told once for what has come, which spares the kernel a second look at every answered client. So
-// whoever has more to say than one receive takes, or has ended, is watched anew.
+// Edge-triggered, which saves the kernel from polling every answered client again. A client with
+// more data than one receive takes, or that has hung up, must therefore be re-armed.
 constexpr std::uint32_t kReadable = EPOLLIN | EPOLLRDHUP | EPOLLET;
 constexpr std::uint32_t kListenerTag = 0xFFFFFFFF, kWakeTag = 0xFFFFFFFE;
 
@@ -30,7 +30,7 @@ std::int64_t Now_ns() {
   return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Only the server's thread writes, so no locked instruction is needed.
+/// Only the server's thread writes, so no atomic read-modify-write is needed.
 void Add(std::atomic<std::uint64_t>& counter, std::uint64_t amount) {
   counter.store(counter.load(std::memory_order_relaxed) + amount, std::memory_order_relaxed);
 }
@@ -89,10 +89,10 @@ TcpServer::~TcpServer() {
   for (TcpConnection& client : clients_) {
     if (!client.open()) continue;
     Withdraw(client);
-    if (client.at_rest()) {
-      client.LetGo();
+    if (client.between_requests()) {
+      client.Release();
     } else {
-      client.Close();  // its stream could not be followed from the middle
+      client.Close();  // the next server could not resume in the middle of a frame
     }
   }
 }
@@ -117,7 +117,7 @@ std::vector<Descriptor> TcpServer::TakeOffered() {
   return taken;
 }
 
-/// Before the thread runs. What a client sent meanwhile waits in its socket and is answered first.
+/// Called before the thread runs. Requests sent in the meantime wait in the sockets.
 void TcpServer::TakeOver(std::vector<Descriptor> connections) {
   now_ns_ = Now_ns();
   for (Descriptor& connection : connections) {
@@ -127,7 +127,7 @@ void TcpServer::TakeOver(std::vector<Descriptor> connections) {
     const bool alive = ::getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) == 0;
     ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
     if (alive && Admit(connection, IpAddressFromSocket(peer))) continue;
-    ::shutdown(fd, SHUT_RDWR);  // for whoever else holds it, too
+    ::shutdown(fd, SHUT_RDWR);  // also for other holders
   }
 }
 
@@ -151,7 +151,7 @@ void TcpServer::Run() {
         Serve(clients_[event.data.u32], event.events);
       }
     }
-    // Last, so that no event of this round meets a slot that has changed hands.
+    // Last, so that no event of this pass reaches a slot that was reassigned.
     if (newcomers) AcceptNewcomers();
     if (earliest_ns_ != 0 && now_ns_ >= earliest_ns_) CloseOverdue();
   }
@@ -181,15 +181,15 @@ void TcpServer::AcceptNewcomers() {
   }
 }
 
-/// @return whether it has become a client's; if not, the caller still owns the socket
+/// @return true if the socket was assigned to a slot; otherwise the caller still owns it
 bool TcpServer::Admit(Descriptor& socket, const IpAddress& address) {
   if (!allow_.empty() && std::find(allow_.begin(), allow_.end(), address) == allow_.end()) {
-    Tell(TcpServerEvent::Kind::kStranger, address);
+    ReportEvent(TcpServerEvent::Kind::kStranger, address);
     return false;
   }
   TcpConnection* client = FindSlot(address);
   if (client == nullptr) {
-    Tell(TcpServerEvent::Kind::kNoRoom, address);
+    ReportEvent(TcpServerEvent::Kind::kNoRoom, address);
     return false;
   }
   ConfigureClientSocket(socket.get());
@@ -207,14 +207,14 @@ TcpConnection* TcpServer::FindSlot(const IpAddress& newcomer) {
   TcpConnection* evicted = ChooseEvicted(newcomer);
   if (evicted != nullptr) {
     Add(counters_.evicted, 1);
-    Tell(TcpServerEvent::Kind::kEvicted, evicted->address());
+    ReportEvent(TcpServerEvent::Kind::kEvicted, evicted->address());
     Close(*evicted);
   }
   return evicted;
 }
 
-/// The longest idle; whoever has not asked anything yet goes first. With an allow list the only
-/// connection of another address stays: that is the slot kept for it.
+/// The connection that has been idle longest, preferring those that never sent a request. With an
+/// allow list the only connection of another address is spared: its slot is reserved.
 TcpConnection* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
   TcpConnection* chosen = nullptr;
   for (TcpConnection& client : clients_) {
@@ -225,16 +225,16 @@ TcpConnection* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
         std::count_if(clients_.begin(), clients_.end(), same_address) == 1) {
       continue;
     }
-    if (chosen == nullptr || std::pair(client.asked(), client.last_request_ns()) <
-                                 std::pair(chosen->asked(), chosen->last_request_ns())) {
+    if (chosen == nullptr || std::pair(client.has_requested(), client.last_request_ns()) <
+                                 std::pair(chosen->has_requested(), chosen->last_request_ns())) {
       chosen = &client;
     }
   }
   return chosen;
 }
 
-/// Without a free descriptor the newcomer would stay in the queue and wake the loop for ever: the
-/// spare one is given up for the moment that it takes to accept and close it.
+/// Without a free descriptor the pending connection would wake the loop forever, so the spare
+/// descriptor is released to accept and close it.
 void TcpServer::RefuseForLackOfDescriptors() {
   spare_.Reset();
   IpAddress peer;
@@ -242,8 +242,8 @@ void TcpServer::RefuseForLackOfDescriptors() {
   const bool accepted = static_cast<bool>(socket);
   if (accepted) {
     Add(counters_.refused, 1);
-    Tell(TcpServerEvent::Kind::kOutOfDescriptors, peer);
-    socket.Reset();  // makes room for the spare one
+    ReportEvent(TcpServerEvent::Kind::kOutOfDescriptors, peer);
+    socket.Reset();  // frees the descriptor for the spare
   }
   spare_.Reset(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   if (!accepted || !spare_) WatchListener(false);
@@ -252,11 +252,11 @@ void TcpServer::RefuseForLackOfDescriptors() {
 void TcpServer::Serve(TcpConnection& client, std::uint32_t events) {
   if (!client.open()) return;
   const bool was_sending = client.sending();
-  bool watch_anew = (events & (EPOLLRDHUP | EPOLLERR | EPOLLHUP)) != 0;
+  bool rearm = (events & (EPOLLRDHUP | EPOLLERR | EPOLLHUP)) != 0;
   bool alive = true;
   if (!was_sending) {
     const TcpConnection::Received received = client.Receive();
-    watch_anew = watch_anew || received == TcpConnection::Received::kMore;
+    rearm = rearm || received == TcpConnection::Received::kMore;
     alive = received != TcpConnection::Received::kEnded && Answer(client);
   } else if ((events & (EPOLLOUT | EPOLLERR | EPOLLHUP)) != 0) {
     alive = client.Send(now_ns_);
@@ -267,20 +267,20 @@ void TcpServer::Serve(TcpConnection& client, std::uint32_t events) {
   }
   if (client.sending() != was_sending) {
     Watch(client, EPOLL_CTL_MOD, client.sending() ? EPOLLOUT : kReadable);
-  } else if (!was_sending && watch_anew) {
+  } else if (!was_sending && rearm) {
     Watch(client, EPOLL_CTL_MOD, kReadable);
   }
   if (earliest_ns_ == 0) earliest_ns_ = client.deadline_ns();
 }
 
-/// Answers what was received. @return false where the connection is lost or beyond repair
+/// Answers the received frames. @return false if the connection is lost or its framing is broken
 bool TcpServer::Answer(TcpConnection& client) {
-  const bool newcomer = !client.asked();
+  const bool newcomer = !client.has_requested();
   const TcpConnection::Answered answered = client.AnswerFrames(handler_, unit_id_, now_ns_);
   Add(counters_.requests, answered.requests);
   if (!client.Send(now_ns_)) return false;
-  if (offers_connections_ && newcomer && client.asked()) Offer(client);
-  if (!answered.intact) Tell(TcpServerEvent::Kind::kBrokenFrame, client.address());
+  if (offers_connections_ && newcomer && client.has_requested()) Offer(client);
+  if (!answered.intact) ReportEvent(TcpServerEvent::Kind::kBrokenFrame, client.address());
   return answered.intact;
 }
 
@@ -300,7 +300,7 @@ std::size_t TcpServer::SlotOf(const TcpConnection& client) const {
 void TcpServer::Close(TcpConnection& client) {
   if (!client.open()) return;
   Withdraw(client);
-  // Closing does not take it out of the set as long as somebody keeps it.
+  // close() alone does not remove it from the epoll set while a duplicate is open.
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, client.fd(), nullptr);
   client.Close();
   Add(counters_.clients, static_cast<std::uint64_t>(-1));
@@ -325,8 +325,9 @@ void TcpServer::CloseOverdue() {
       continue;
     }
     Add(client.sending() ? counters_.not_reading : counters_.timeouts, 1);
-    Tell(client.sending() ? TcpServerEvent::Kind::kNotReading : TcpServerEvent::Kind::kFrameTimeout,
-         client.address());
+    ReportEvent(
+        client.sending() ? TcpServerEvent::Kind::kNotReading : TcpServerEvent::Kind::kFrameTimeout,
+        client.address());
     Close(client);
   }
 }
@@ -347,7 +348,7 @@ void TcpServer::WatchListener(bool on) {
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, listener_.fd(), &event);
 }
 
-void TcpServer::Tell(TcpServerEvent::Kind kind, const IpAddress& address) const {
+void TcpServer::ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address) const {
   if (!on_event_) return;
   const auto text = IpAddressText(address);
   on_event_({.kind = kind, .peer = text.data()});

@@ -1,8 +1,8 @@
-// Modbus TCP server: one thread, many clients, none of which can hold up another.
+// Modbus TCP server: one thread, many clients, none of which can stall another.
 //
-// Each round of the loop takes at most one receive of 260 bytes from each client, answers the
-// complete frames in it and sends the answers at once. While a client's answers cannot be sent,
-// nothing more is received from it. All buffers exist from the start.
+// Each pass of the event loop receives at most 260 bytes from each client, answers the complete
+// frames among them and sends the responses at once. While the responses to a client cannot be
+// sent, nothing more is received from it. All buffers are allocated at start.
 #pragma once
 
 #include <atomic>
@@ -25,35 +25,36 @@
 
 namespace plumbline::modbus {
 
-/// What happened to a client, for the log. A hostile one can cause many: limit their rate.
+/// Client event, for the log. A hostile client can cause many: limit their rate.
 struct TcpServerEvent {
   enum class Kind {
-    kStranger,          ///< not in the allow list, closed at accept
-    kNoRoom,            ///< every slot is kept for another address
-    kEvicted,           ///< made room for a newcomer
-    kFrameTimeout,      ///< a frame was not completed within a second of its first byte
-    kNotReading,        ///< the answers could not be sent within a second
-    kBrokenFrame,       ///< protocol id or length outside Modbus
-    kOutOfDescriptors,  ///< the newcomer was closed
+    kStranger,          ///< not in the allow list; closed on accept
+    kNoRoom,            ///< every slot is reserved for another address
+    kEvicted,           ///< closed to make room for a new client
+    kFrameTimeout,      ///< frame not completed within 1 s of its first byte
+    kNotReading,        ///< responses could not be sent within 1 s
+    kBrokenFrame,       ///< invalid protocol id or length
+    kOutOfDescriptors,  ///< no file descriptor left; the new client was closed
   };
   Kind kind = Kind::kStranger;
   std::string_view peer;  ///< address as text, valid during the call
 };
 
 struct TcpServerOptions {
-  std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "::" takes both
-  int port = 502;                     ///< 0: the kernel chooses
-  bool offers_connections = false;    ///< whether TakeOffered() is called
-  std::uint8_t unit_id = 1;           ///< answered beside 0, 1 and 255
-  int max_clients = 32;               ///< raised to the size of `allow` where that is more
+  std::string address = "127.0.0.1";  ///< IPv4 or IPv6; "::" accepts both
+  int port = 502;                     ///< 0: chosen by the kernel
+  bool offers_connections = false;    ///< true if the owner calls TakeOffered()
+  std::uint8_t unit_id = 1;           ///< answered in addition to 0, 1 and 255
+  int max_clients = 32;               ///< raised to the size of `allow` if that is larger
   std::vector<std::string> allow{};   ///< client addresses; empty: any
-  std::function<void(const TcpServerEvent&)> on_event{};  ///< in the server's thread, or in Start()
+  std::function<void(const TcpServerEvent&)>
+      on_event{};  ///< called in the server's thread, or in Start()
 };
 
-/// What an earlier process left open.
+/// Sockets kept open across a restart of the daemon.
 struct InheritedSockets {
-  Descriptor listener{};                  ///< serves instead of a socket of the server's own
-  std::vector<Descriptor> connections{};  ///< of clients
+  Descriptor listener{};                  ///< used instead of opening a new socket
+  std::vector<Descriptor> connections{};  ///< client connections to continue
 };
 
 struct TcpServerCounters {
@@ -62,28 +63,31 @@ struct TcpServerCounters {
   std::uint64_t requests = 0;
 };
 
-/// Another unit id than the answered ones gets exception 0x0B (gateway target failed to respond),
-/// as the specification has it for a device that is not there, so that the client need not wait.
+/// Requests to other unit ids are answered with exception 0x0B (gateway target device failed to
+/// respond), which the specification defines for an absent device, so that the client does not run
+/// into its time-out.
 class TcpServer {
  public:
-  /// Opens the socket and starts the thread. @return the server, or why not with a remedy
+  /// Opens the socket and starts the thread. @return the server, or the reason and the remedy
   static Result<std::unique_ptr<TcpServer>> Start(const TcpServerOptions& options,
                                                   RequestHandler& handler,
                                                   InheritedSockets inherited = {});
-  /// Joins the thread and closes all connections; those that were taken stay open with their taker.
+  /// Joins the thread and closes all connections. A connection whose duplicate was taken by
+  /// TakeOffered() stays open for its holder if it is between two requests.
   ~TcpServer();
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
 
   const TcpEndpoint& endpoint() const { return listener_.endpoint(); }
   int port() const { return endpoint().port; }
-  /// Any thread.
+  /// May be called from any thread.
   TcpServerCounters counters() const;
   const Pulse& pulse() const { return pulse_; }
 
-  /// A second descriptor of each connection that has made its first request since the last call,
-  /// for whoever keeps it open until a next server takes it over. A connection that this server
-  /// ends is ended for the keeper too. Any one thread.
+  /// Duplicate descriptors of the connections that have sent their first request since the last
+  /// call. The holder keeps them open across a restart so that the next server can inherit them. A
+  /// connection that this server closes is shut down for the holder, too. Call from one thread
+  /// only.
   std::vector<Descriptor> TakeOffered();
 
  private:
@@ -107,7 +111,7 @@ class TcpServer {
   void CloseOverdue();
   int WaitTime_ms() const;
   void WatchListener(bool on);
-  void Tell(TcpServerEvent::Kind kind, const IpAddress& address) const;
+  void ReportEvent(TcpServerEvent::Kind kind, const IpAddress& address) const;
   void Watch(const TcpConnection& client, int operation, std::uint32_t events) const;
 
   struct AtomicCounters {
@@ -121,12 +125,12 @@ class TcpServer {
   const std::function<void(const TcpServerEvent&)> on_event_;
   const bool offers_connections_;
   std::vector<TcpConnection> clients_;
-  std::vector<std::atomic<int>> offered_;  ///< for each slot: not taken yet; -1: none
+  std::vector<std::atomic<int>> offered_;  ///< per slot: duplicate not taken yet; -1: none
   const TcpListener listener_;
   const Descriptor epoll_, wake_;
   Descriptor spare_;
-  std::int64_t now_ns_ = 0;       ///< of this round
-  std::int64_t earliest_ns_ = 0;  ///< no deadline lies before it; 0: there is none
+  std::int64_t now_ns_ = 0;       ///< time of this pass
+  std::int64_t earliest_ns_ = 0;  ///< lower bound of all deadlines; 0: none
   std::int64_t listen_again_ns_ = 0;
   AtomicCounters counters_;
   Pulse pulse_;

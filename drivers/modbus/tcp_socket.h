@@ -1,4 +1,4 @@
-// Addresses and connections of the TCP server.
+// Socket addresses and options of the TCP server.
 #pragma once
 
 #include <sys/socket.h>
@@ -14,16 +14,17 @@ namespace plumbline::modbus {
 
 Result<IpAddress> ParseIpAddress(const std::string& text);
 
-/// Of a peer as accept() tells it.
+/// Address of a peer as returned by accept().
 IpAddress IpAddressFromSocket(const sockaddr_storage& peer);
 
-/// As text, IPv4 in dots; no heap.
+/// Text of an address, IPv4 in dotted form; allocates nothing.
 std::array<char, 46> IpAddressText(const IpAddress& address);
 
-/// The port of a connection's other end; 0 where it has ended already.
+/// Port of the remote end of a connection; 0 if it has already been closed.
 std::uint16_t PeerPort(int fd);
 
-/// No delay, keep-alive (a vanished client is noticed in 25 s), bounded kernel buffers.
+/// Sets TCP_NODELAY, keep-alive (a vanished client is detected within 25 s) and bounded kernel
+/// buffers.
 void ConfigureClientSocket(int fd);
 
 }  // namespace plumbline::modbus

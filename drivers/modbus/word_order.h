@@ -1,7 +1,7 @@
-// Registers of 16 bits <-> 32-bit values, in the four orders that controllers use.
+// Conversion between 16-bit registers and 32-bit values in the four word orders in use.
 //
-// libmodbus 3.1.6's own setters and getters disagree with each other, so this is the only place
-// where words become values.
+// libmodbus 3.1.6's own setters and getters are inconsistent with each other, so all conversions
+// are done here.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace plumbline::modbus {
 
-/// Order of the bytes A (most significant) to D in two consecutive registers.
+/// Order of the bytes A (most significant) to D (least significant) in two consecutive registers.
 enum class WordOrder { kAbcd, kCdab, kBadc, kDcba };
 
-/// The two registers, in address order, that carry a 32-bit word.
+/// Splits a 32-bit word into two registers in address order.
 constexpr std::array<std::uint16_t, 2> RegistersFromU32(std::uint32_t value, WordOrder order) {
   auto high = static_cast<std::uint16_t>(value >> 16);
   auto low = static_cast<std::uint16_t>(value & 0xFFFF);
@@ -25,7 +25,7 @@ constexpr std::array<std::uint16_t, 2> RegistersFromU32(std::uint32_t value, Wor
   return {high, low};
 }
 
-/// The 32-bit word that two registers, in address order, carry.
+/// Joins two registers in address order into a 32-bit word.
 constexpr std::uint32_t U32FromRegisters(std::uint16_t first, std::uint16_t second,
                                          WordOrder order) {
   if (order == WordOrder::kCdab || order == WordOrder::kDcba) {

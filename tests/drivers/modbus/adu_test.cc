@@ -41,28 +41,28 @@ TEST_CASE("TCP frames: state for each kind of stream", "[modbus][adu]") {
   };
   for (const Case& c : cases) {
     INFO(c.what);
-    CHECK(CutTcpFrame(c.stream).state == c.state);
+    CHECK(ParseTcpFrame(c.stream).state == c.state);
   }
 }
 
 TEST_CASE("TCP frames: several in a row, the last one partial", "[modbus][adu]") {
   const Bytes stream = {1, 2, 0, 0, 0, 6, 9, 3, 0, 0, 0, 1, 3, 4, 0, 0, 0, 2, 1, 0x55, 5, 6};
-  const TcpFrame first = CutTcpFrame(stream);
+  const TcpFrame first = ParseTcpFrame(stream);
   CHECK(first.transaction == 0x0102);
   CHECK(first.unit == 9);
   CHECK(Bytes(first.pdu.begin(), first.pdu.end()) == Bytes{3, 0, 0, 0, 1});
   const auto rest = std::span(stream).subspan(first.size);
-  const TcpFrame second = CutTcpFrame(rest);
+  const TcpFrame second = ParseTcpFrame(rest);
   CHECK(second.transaction == 0x0304);
   CHECK(Bytes(second.pdu.begin(), second.pdu.end()) == Bytes{0x55});
-  CHECK(CutTcpFrame(rest.subspan(second.size)).state == State::kIncomplete);
+  CHECK(ParseTcpFrame(rest.subspan(second.size)).state == State::kIncomplete);
 }
 
-TEST_CASE("TCP frames: a written header reads back", "[modbus][adu]") {
+TEST_CASE("TCP frames: a written header parses to the same values", "[modbus][adu]") {
   for (const std::size_t size : {std::size_t{1}, std::size_t{5}, kMaxPduBytes}) {
     Bytes frame(kMbapBytes + size, 3);
     WriteMbap(std::span<std::uint8_t, kMbapBytes>(frame.data(), kMbapBytes), 0xABCD, 17, size);
-    const TcpFrame read = CutTcpFrame(frame);
+    const TcpFrame read = ParseTcpFrame(frame);
     CHECK(read.state == State::kComplete);
     CHECK(read.transaction == 0xABCD);
     CHECK(read.unit == 17);
@@ -70,19 +70,19 @@ TEST_CASE("TCP frames: a written header reads back", "[modbus][adu]") {
   }
 }
 
-TEST_CASE("RTU: check sum and silence as the specification has them", "[modbus][adu]") {
+TEST_CASE("RTU: checksum and silence as specified", "[modbus][adu]") {
   const Bytes check = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
-  CHECK(Crc16(check) == 0x4B37);  // the catalogue's check value of CRC-16/MODBUS
+  CHECK(Crc16(check) == 0x4B37);  // published check value of CRC-16/MODBUS
   CHECK(Rtu(2, {7}) == Bytes{2, 7, 0x41, 0x12});
   CHECK(RtuSilence_s(9600) == Approx(0.00401).epsilon(0.01));
   CHECK(RtuSilence_s(19200) == Approx(0.0020).epsilon(0.01));
   CHECK(RtuSilence_s(115200) == 0.00175);
 }
 
-TEST_CASE("RTU: which requests a slave with address 5 finds on the line", "[modbus][adu]") {
+TEST_CASE("RTU: requests that a slave with address 5 extracts from the line", "[modbus][adu]") {
   Bytes broken = Rtu(5, kRead);
   broken.back() ^= 1;
-  // The data of another slave's reply looks like a request to us, check sum and all.
+  // The data of another slave's reply contains a complete request to us, with a valid checksum.
   const Bytes bait = Rtu(9, Bytes{3, 8} + Rtu(5, kRead));
   struct Case {
     const char* what;
@@ -104,7 +104,7 @@ TEST_CASE("RTU: which requests a slave with address 5 finds on the line", "[modb
       {"another's exception", Rtu(9, {0x83, 2}), 0, false, false},
       {"another's reply, then ours", Rtu(9, kReadReply) + Rtu(5, kRead), 1, true, false},
       {"ours, then another's", Rtu(5, kRead) + Rtu(9, kRead), 1, false, false},
-      {"asked twice", Rtu(5, kRead) + Rtu(5, kRead), 2, true, false},
+      {"request sent twice", Rtu(5, kRead) + Rtu(5, kRead), 2, true, false},
       {"a reply that carries a request", bait, 0, false, false},
       {"wrong check sum", broken, 0, false, true},
       {"noise before a request", Bytes{0xFF, 0x00} + Rtu(5, kRead), 0, false, true},

@@ -18,7 +18,7 @@ Client At(std::uint8_t last, std::uint16_t port) {
   return {ParseIpAddress("192.168.0." + std::to_string(last)).value(), port};
 }
 
-/// FC06, one register, as a whole frame; its answer is the same bytes.
+/// Complete FC06 frame for one register; the response is the same bytes.
 Bytes WriteFrame(std::uint16_t address, std::uint16_t value) {
   return {0,
           1,
@@ -34,7 +34,7 @@ Bytes WriteFrame(std::uint16_t address, std::uint16_t value) {
           static_cast<std::uint8_t>(value)};
 }
 
-/// A server whose registers 1030 are a heartbeat, and what it reported of masters.
+/// Server with a heartbeat in register 1030 that records the reported masters.
 struct Served {
   Latest<RegisterImage> images{2, TestImage()};
   ImageHandler handler{images, Commands(), TestIdentification()};
@@ -70,48 +70,49 @@ struct Served {
 
 }  // namespace
 
-TEST_CASE("one master is one, however often it reconnects") {
+TEST_CASE("a master that reconnects, however often, counts as one") {
   MasterWatch watch;
   double now_s = 100;
   for (std::uint16_t port = 50000; port < 50040; ++port) {
-    for (int k = 0; k < 3; ++k) CHECK_FALSE(watch.Note(At(10, port), now_s += 0.1));
+    for (int k = 0; k < 3; ++k) CHECK_FALSE(watch.RecordWrite(At(10, port), now_s += 0.1));
   }
 }
 
-TEST_CASE("two addresses that command within seconds are two masters, long apart they are not") {
+TEST_CASE(
+    "two addresses that write commands within seconds are two masters; long apart they are not") {
   MasterWatch watch;
-  CHECK_FALSE(watch.Note(At(10, 50000), 100));
-  CHECK(watch.Note(At(20, 50000), 101) == At(10, 50000));
-  CHECK(watch.Note(At(10, 50000), 102) == At(20, 50000));
-  CHECK_FALSE(watch.Note(At(10, 50000), 107));
-  CHECK_FALSE(watch.Note(At(20, 50000), 112.1));
+  CHECK_FALSE(watch.RecordWrite(At(10, 50000), 100));
+  CHECK(watch.RecordWrite(At(20, 50000), 101) == At(10, 50000));
+  CHECK(watch.RecordWrite(At(10, 50000), 102) == At(20, 50000));
+  CHECK_FALSE(watch.RecordWrite(At(10, 50000), 107));
+  CHECK_FALSE(watch.RecordWrite(At(20, 50000), 112.1));
 }
 
-TEST_CASE("two connections of one address are two masters once both are seen to live") {
+TEST_CASE("two connections from one address are two masters once both are known to be alive") {
   MasterWatch watch;
-  CHECK_FALSE(watch.Note(At(10, 50000), 100));
-  CHECK_FALSE(watch.Note(At(10, 50001), 101));  // as after a reconnection
-  CHECK_FALSE(watch.Note(At(10, 50001), 102));
-  CHECK(watch.Note(At(10, 50000), 103) == At(10, 50001));
-  CHECK(watch.Note(At(10, 50001), 104) == At(10, 50000));
+  CHECK_FALSE(watch.RecordWrite(At(10, 50000), 100));
+  CHECK_FALSE(watch.RecordWrite(At(10, 50001), 101));  // could be a reconnection
+  CHECK_FALSE(watch.RecordWrite(At(10, 50001), 102));
+  CHECK(watch.RecordWrite(At(10, 50000), 103) == At(10, 50001));
+  CHECK(watch.RecordWrite(At(10, 50001), 104) == At(10, 50000));
 }
 
 TEST_CASE(
     "the serial line is a client of its own, and more clients than are remembered do no harm") {
   MasterWatch watch;
-  CHECK_FALSE(watch.Note(Client(), 100));
-  CHECK(watch.Note(At(10, 50000), 100.5) == Client());
-  for (std::uint8_t k = 1; k < 100; ++k) CHECK(watch.Note(At(k, 1), 101));
+  CHECK_FALSE(watch.RecordWrite(Client(), 100));
+  CHECK(watch.RecordWrite(At(10, 50000), 100.5) == Client());
+  for (std::uint8_t k = 1; k < 100; ++k) CHECK(watch.RecordWrite(At(k, 1), 101));
   CHECK(TextOf(Client()) == "the serial line");
   CHECK(TextOf(At(10, 50000)) == "192.168.0.10:50000");
   CHECK(TextOf({ParseIpAddress("fe80::1").value(), 502}) == "[fe80::1]:502");
 }
 
-TEST_CASE("TCP server: two addresses that write commands are reported once, with both") {
+TEST_CASE("TCP server: two addresses that write commands are reported once, with both addresses") {
   Served served;
   const RawClient plc = served.From("127.0.0.1"), panel = served.From("127.0.0.2");
   Served::Write(plc, 1039, 1);
-  Served::Write(panel, 1030, 7);  // its heartbeat
+  Served::Write(panel, 1030, 7);  // heartbeat only
   CHECK_FALSE(served.TwoMasters());
   Served::Write(panel, 1001, 7);
   CHECK(served.TwoMasters());
@@ -123,7 +124,8 @@ TEST_CASE("TCP server: two addresses that write commands are reported once, with
   CHECK(served.handler.Commands()->writer.port != 0);
 }
 
-TEST_CASE("TCP server: a master that reconnects, with another that only reads, is alone") {
+TEST_CASE(
+    "TCP server: a master that reconnects while another client only reads is the only master") {
   Served served;
   const RawClient reader = served.From("127.0.0.3");
   for (std::uint16_t k = 1; k <= 5; ++k) {

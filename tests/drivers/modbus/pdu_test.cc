@@ -33,7 +33,7 @@ Bytes Join(Bytes head, std::size_t count, std::uint8_t fill) {
 
 }  // namespace
 
-TEST_CASE("PDU: what each function answers", "[modbus][pdu]") {
+TEST_CASE("PDU: response of each function", "[modbus][pdu]") {
   struct Case {
     const char* what;
     Bytes request, answer;
@@ -66,7 +66,7 @@ TEST_CASE("PDU: what each function answers", "[modbus][pdu]") {
   }
 }
 
-TEST_CASE("PDU: every fault with its exception, and nothing changed", "[modbus][pdu]") {
+TEST_CASE("PDU: every fault returns its exception and changes nothing", "[modbus][pdu]") {
   struct Case {
     const char* what;
     Bytes request;
@@ -139,7 +139,7 @@ TEST_CASE("PDU: every fault with its exception, and nothing changed", "[modbus][
   }
 }
 
-TEST_CASE("PDU: the largest requests", "[modbus][pdu]") {
+TEST_CASE("PDU: requests of maximum size", "[modbus][pdu]") {
   Exchange exchange;
   CHECK(exchange.Ask({3, 0, 100, 0, 125}).size() == 252);
   exchange.image.bits.assign(2000, 1);
@@ -151,7 +151,7 @@ TEST_CASE("PDU: the largest requests", "[modbus][pdu]") {
   CHECK(exchange.commands.registers.values.back() == 0x0707);
 }
 
-TEST_CASE("PDU: what was written, and where", "[modbus][pdu]") {
+TEST_CASE("PDU: writes are reported with their addresses", "[modbus][pdu]") {
   Exchange exchange;
   exchange.Ask({16, 0x03, 0xEA, 0, 2, 4, 1, 2, 3, 4});
   CHECK(exchange.last.wrote == PduReply::Wrote::kRegisters);
@@ -161,14 +161,14 @@ TEST_CASE("PDU: what was written, and where", "[modbus][pdu]") {
   CHECK(exchange.commands.registers.values[3] == 0x0304);
   exchange.commands.registers.values[0] = 0x0012;
   exchange.Ask({22, 0x03, 0xE8, 0, 0xF2, 0, 0x25});
-  CHECK(exchange.commands.registers.values[0] == 0x0017);  // the specification's example
+  CHECK(exchange.commands.registers.values[0] == 0x0017);  // example from the specification
   exchange.Ask({15, 0, 20, 0, 8, 1, 0xA5});
   CHECK(exchange.last.wrote == PduReply::Wrote::kCoils);
   CHECK(exchange.commands.coils.values == Bytes{1, 0, 1, 0, 0, 1, 0, 1});
   CHECK(exchange.Ask({1, 0, 20, 0, 8}) == Bytes{1, 1, 0xA5});
 }
 
-TEST_CASE("PDU: 04 when the image contradicts itself", "[modbus][pdu]") {
+TEST_CASE("PDU: exception 04 if the image is inconsistent", "[modbus][pdu]") {
   Exchange exchange;
   exchange.image.registers.resize(10);
   CHECK(exchange.Ask({3, 0, 9, 0, 2}) == Bytes{0x83, 4});
@@ -185,12 +185,12 @@ TEST_CASE("PDU: device identification by level and by object", "[modbus][pdu]") 
   CHECK(text(basic).find("Model") == std::string::npos);
   CHECK(exchange.Ask({43, 14, 2, 0})[6] == 5);
   CHECK(exchange.Ask({43, 14, 3, 0})[6] == 5);
-  CHECK(exchange.Ask({43, 14, 2, 3})[6] == 2);     // from an object on
-  CHECK(exchange.Ask({43, 14, 2, 0x70})[6] == 5);  // unknown: from the beginning
+  CHECK(exchange.Ask({43, 14, 2, 3})[6] == 2);     // from this object on
+  CHECK(exchange.Ask({43, 14, 2, 0x70})[6] == 5);  // unknown: from the first object
   CHECK(exchange.Ask({43, 14, 4, 2}) == Bytes{43, 14, 4, 0x82, 0, 0, 1, 2, 3, '1', '.', '0'});
 }
 
-TEST_CASE("PDU: a long identification comes in pieces that make the whole", "[modbus][pdu]") {
+TEST_CASE("PDU: a long identification is split and can be reassembled", "[modbus][pdu]") {
   Exchange exchange;
   exchange.identification.objects = {{0, std::string(100, 'a')},
                                      {1, std::string(100, 'b')},
@@ -219,7 +219,7 @@ TEST_CASE("PDU: a long identification comes in pieces that make the whole", "[mo
                    std::string(244, 'd'));
 }
 
-TEST_CASE("ranges: sorted, joined, gaps kept", "[modbus][image]") {
+TEST_CASE("ranges are sorted and merged, gaps are kept", "[modbus][image]") {
   const AddressRanges ranges({{30, 39}, {0, 9}, {10, 19}, {35, 36}, {65535, 65535}});
   CHECK(ranges.Contains(0, 20));
   CHECK(ranges.Contains(39, 1));

@@ -1,4 +1,4 @@
-// A TCP client that sends what it is told, well-formed or not.
+// TCP client for tests that sends arbitrary bytes, well-formed or not.
 #pragma once
 
 #include <arpa/inet.h>
@@ -20,7 +20,7 @@ class RawClient {
   using Bytes = std::vector<std::uint8_t>;
 
   /// @param from  own loopback address
-  /// @param receive_buffer_bytes  0: the kernel's choice
+  /// @param receive_buffer_bytes  0: kernel default
   explicit RawClient(int port, const std::string& from = "127.0.0.1", int receive_buffer_bytes = 0)
       : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     if (receive_buffer_bytes > 0) {
@@ -48,13 +48,13 @@ class RawClient {
 
   int fd() const { return fd_; }
 
-  /// @return whether everything was taken
+  /// @return true if everything was accepted
   bool Send(const Bytes& bytes) const {
     return ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
            static_cast<ssize_t>(bytes.size());
   }
 
-  /// Up to `size` bytes; fewer where the server closes or stays silent for `patience_ms`.
+  /// Up to `size` bytes; fewer if the server closes or is silent for `patience_ms`.
   Bytes Receive(std::size_t size, int patience_ms = 5000) const {
     Bytes bytes(size);
     std::size_t have = 0;
@@ -74,7 +74,7 @@ class RawClient {
     return Receive(answer_size);
   }
 
-  /// Waits for the server to close; what still comes is thrown away.
+  /// Waits for the server to close; discards everything received.
   bool WaitUntilClosed() const {
     std::uint8_t bytes[4096];
     for (;;) {

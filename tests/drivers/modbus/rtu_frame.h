@@ -1,4 +1,4 @@
-// Frames of the serial line as tests write them.
+// RTU frames for tests.
 #pragma once
 
 #include <array>
@@ -12,14 +12,14 @@ namespace plumbline::modbus {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Address and check sum around a PDU.
+/// PDU with address and checksum.
 inline Bytes Rtu(std::uint8_t address, const Bytes& pdu) {
   std::array<std::uint8_t, kMaxRtuFrameBytes> frame;
   const std::size_t size = WriteRtuFrame(address, pdu, frame);
   return {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-/// One after the other.
+/// Concatenates two byte strings.
 inline Bytes operator+(Bytes a, const Bytes& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;

@@ -24,7 +24,7 @@
 namespace plumbline::modbus {
 namespace {
 
-/// One end of a serial line as a descriptor, the other as a device.
+/// Pseudo-terminal: one end as a descriptor, the other as a device.
 class Line {
  public:
   Line() : fd_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
@@ -50,7 +50,7 @@ class Line {
   void Send(const Bytes& bytes) const {
     REQUIRE(::write(fd_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
   }
-  /// Up to `size` bytes, fewer where nothing comes for `patience_ms`.
+  /// Up to `size` bytes; fewer if nothing arrives for `patience_ms`.
   Bytes Receive(std::size_t size, int patience_ms) const {
     Bytes bytes;
     while (bytes.size() < size) {
@@ -69,7 +69,7 @@ class Line {
   std::string device_;
 };
 
-/// Joins two lines, as a cable would.
+/// Connects two lines, like a cable.
 class Cable {
  public:
   Cable(const Line& a, const Line& b) : thread_([&a, &b, this] { Run(a.fd(), b.fd()); }) {}
@@ -114,7 +114,7 @@ void WaitForOpenings(const RtuSlave& slave, std::uint64_t count) {
 
 const Bytes kRead = {3, 0, 2, 0, 1};
 const Bytes kReadReply = {3, 2, 0, 2};
-constexpr int kQuiet_ms = 100;  // how long a silent slave is listened to
+constexpr int kQuiet_ms = 100;  // wait before a slave counts as silent
 
 }  // namespace
 
@@ -148,7 +148,7 @@ TEST_CASE("RTU slave: libmodbus as master", "[modbus][rtu]") {
   CHECK(device.handler.Commands()->registers.values[4] == 9);
 }
 
-TEST_CASE("RTU slave: what is answered on a shared line", "[modbus][rtu]") {
+TEST_CASE("RTU slave: requests that are answered on a shared line", "[modbus][rtu]") {
   Bytes broken = Rtu(5, kRead);
   broken.back() ^= 1;
   struct Case {
@@ -166,7 +166,7 @@ TEST_CASE("RTU slave: what is answered on a shared line", "[modbus][rtu]") {
       {"another's exchange, then ours", Rtu(9, kRead) + Rtu(9, kReadReply) + Rtu(5, kRead),
        Rtu(5, kReadReply)},
       {"the master has gone on", Rtu(5, kRead) + Rtu(9, kRead), {}},
-      {"asked twice, answered once", Rtu(5, kRead) + Rtu(5, kRead), Rtu(5, kReadReply)},
+      {"request sent twice, answered once", Rtu(5, kRead) + Rtu(5, kRead), Rtu(5, kReadReply)},
       {"broadcast read", Rtu(0, kRead), {}},
       {"wrong check sum", broken, {}},
       {"noise", {1, 2, 3, 4, 5, 6, 7}, {}},
@@ -199,7 +199,7 @@ TEST_CASE("RTU slave: a frame in two pieces, as USB adapters deliver it", "[modb
   TestDevice device;
   const Line line;
   const auto slave =
-      StartSlave({.device = line.device(), .unit_id = 5, .patience_s = 5}, device.handler);
+      StartSlave({.device = line.device(), .unit_id = 5, .frame_timeout_s = 5}, device.handler);
   WaitForOpenings(*slave, 1);
   const Bytes frame = Rtu(5, kRead);
   line.Send({frame.begin(), frame.begin() + 3});
@@ -209,7 +209,7 @@ TEST_CASE("RTU slave: a frame in two pieces, as USB adapters deliver it", "[modb
   CHECK(slave->counters().discarded == 0);
 }
 
-TEST_CASE("RTU slave: a missing device, a lost and a restored one", "[modbus][rtu]") {
+TEST_CASE("RTU slave: a device is missing, lost and restored", "[modbus][rtu]") {
   TestDevice device;
   const auto folder =
       std::filesystem::temp_directory_path() / ("plumbline-rtu-" + std::to_string(::getpid()));
@@ -236,10 +236,10 @@ TEST_CASE("RTU slave: a missing device, a lost and a restored one", "[modbus][rt
   }
   std::filesystem::remove_all(folder);
   CHECK(restored == 3);
-  CHECK(lost <= 4);  // told once each time, not at every attempt
+  CHECK(lost <= 4);  // reported once per loss, not at every attempt
 }
 
-TEST_CASE("RTU slave: wrong settings, each with its message", "[modbus][rtu]") {
+TEST_CASE("RTU slave: each invalid setting has its message", "[modbus][rtu]") {
   TestDevice device;
   struct Case {
     RtuSlaveOptions options;

@@ -68,7 +68,7 @@ Bytes Frame(std::uint8_t transaction, const Bytes& pdu, std::uint8_t unit = 1) {
 const Bytes kRead = {3, 0, 2, 0, 1};
 const Bytes kReadReply = {3, 2, 0, 2};
 
-/// Whether a newcomer is served.
+/// True if a new client is served.
 bool Answers(int port, const std::string& from = "127.0.0.1") {
   const RawClient client(port, from);
   return client.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply);
@@ -76,7 +76,7 @@ bool Answers(int port, const std::string& from = "127.0.0.1") {
 
 }  // namespace
 
-TEST_CASE("TCP server: libmodbus as client, every function it has", "[modbus][tcp]") {
+TEST_CASE("TCP server: libmodbus as client, all its functions", "[modbus][tcp]") {
   Served served;
   const auto client = served.Connect();
   modbus_t* c = client.get();
@@ -118,7 +118,7 @@ TEST_CASE("TCP server: exceptions as libmodbus sees them", "[modbus][tcp]") {
   CHECK(modbus_write_register(client.get(), 1000, 1) == 1);
 }
 
-TEST_CASE("TCP server: the newest image is read", "[modbus][tcp]") {
+TEST_CASE("TCP server: requests are answered from the newest image", "[modbus][tcp]") {
   Served served;
   const auto client = served.Connect();
   std::uint16_t word = 0;
@@ -142,7 +142,7 @@ TEST_CASE("TCP server: unit ids", "[modbus][tcp]") {
   }
 }
 
-TEST_CASE("TCP server: pipelined frames are answered in order, bad ones among them",
+TEST_CASE("TCP server: pipelined frames are answered in order, including invalid requests",
           "[modbus][tcp]") {
   Served served;
   const RawClient client(served.port());
@@ -171,7 +171,7 @@ TEST_CASE("TCP server: a frame in pieces", "[modbus][tcp]") {
   CHECK(client.Receive(11) == Frame(9, kReadReply));
 }
 
-TEST_CASE("TCP server: streams that cannot be followed are closed, others served",
+TEST_CASE("TCP server: connections with broken framing are closed, others served",
           "[modbus][tcp]") {
   struct Case {
     const char* what;
@@ -204,7 +204,7 @@ TEST_CASE("TCP server: good frames before a broken one are answered", "[modbus][
   CHECK(client.Ask(bytes, 100) == Frame(5, kReadReply));
 }
 
-TEST_CASE("TCP server: half a frame and a dripping one are closed, others served",
+TEST_CASE("TCP server: an incomplete and a dripping frame are closed, others served",
           "[modbus][tcp]") {
   Served served;
   const RawClient good(served.port()), half(served.port()), dripping(served.port());
@@ -245,7 +245,7 @@ TEST_CASE("TCP server: a client that never reads is dropped, others served", "[m
     deaf.Send(flood);
     REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
   }
-  // The counter rises first; the server's thread tells and closes right after.
+  // The counter is incremented before the event is reported and the connection closed.
   const auto soon = [](const auto& holds) {
     for (int wait = 0; wait < 500 && !holds(); ++wait) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -256,7 +256,7 @@ TEST_CASE("TCP server: a client that never reads is dropped, others served", "[m
   CHECK(soon([&] { return served.server->counters().clients == 1; }));
 }
 
-TEST_CASE("TCP server: a slow reader gets every answer whole", "[modbus][tcp]") {
+TEST_CASE("TCP server: a slow reader gets every response completely", "[modbus][tcp]") {
   Served served;
   const RawClient client(served.port(), "127.0.0.1", 4096);
   constexpr int kRequests = 2000;
@@ -273,7 +273,8 @@ TEST_CASE("TCP server: a slow reader gets every answer whole", "[modbus][tcp]") 
   CHECK(whole == kRequests);
 }
 
-TEST_CASE("TCP server: answers reach a client that has closed its sending side", "[modbus][tcp]") {
+TEST_CASE("TCP server: responses reach a client that has shut down its sending side",
+          "[modbus][tcp]") {
   Served served;
   const RawClient client(served.port());
   client.Send(Frame(1, kRead));
@@ -282,7 +283,7 @@ TEST_CASE("TCP server: answers reach a client that has closed its sending side",
   CHECK(client.WaitUntilClosed());
 }
 
-TEST_CASE("TCP server: connections opened and abandoned leave room for others", "[modbus][tcp]") {
+TEST_CASE("TCP server: abandoned connections make room for others", "[modbus][tcp]") {
   Served served({.max_clients = 4});
   const RawClient good(served.port());
   REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
@@ -297,7 +298,7 @@ TEST_CASE("TCP server: connections opened and abandoned leave room for others", 
   CHECK(served.server->counters().clients <= 4);
 }
 
-TEST_CASE("TCP server: a connection that somebody keeps is served by the next server",
+TEST_CASE("TCP server: a connection whose descriptor is kept open is served by the next server",
           "[modbus][tcp]") {
   TcpServerOptions options{.offers_connections = true, .max_clients = 8};
   auto served = std::make_unique<Served>(options);
@@ -312,18 +313,18 @@ TEST_CASE("TCP server: a connection that somebody keeps is served by the next se
     return all;
   };
   std::vector<Descriptor> kept = take(*served->server, 1);
-  REQUIRE(kept.size() == 1);                        // whoever has asked nothing is not offered
-  for (const std::uint8_t number : Bytes{2, 22}) {  // the second answer comes after the first's end
+  REQUIRE(kept.size() == 1);                        // a client without a request is not offered
+  for (const std::uint8_t number : Bytes{2, 22}) {  // the second after the first server has ended
     REQUIRE(plc.Ask(Frame(number, kRead), 11) == Frame(number, kReadReply));
   }
-  CHECK(served->server->TakeOffered().empty());  // nor anybody twice
+  CHECK(served->server->TakeOffered().empty());  // none is offered twice
   REQUIRE(gone.Ask(Frame(3, kRead), 11) == Frame(3, kReadReply));
   for (Descriptor& one : take(*served->server, 1)) kept.push_back(std::move(one));
   REQUIRE(kept.size() == 2);
 
   served.reset();
   CHECK(silent.WaitUntilClosed());
-  plc.Send(Frame(4, kRead));  // while nobody serves
+  plc.Send(Frame(4, kRead));  // while no server runs
   ::shutdown(gone.fd(), SHUT_RDWR);
 
   Served next(options, {.connections = std::move(kept)});
@@ -335,11 +336,11 @@ TEST_CASE("TCP server: a connection that somebody keeps is served by the next se
   CHECK(next.server->counters().clients == 1);
   const std::vector<Descriptor> again = take(*next.server, 1);
   REQUIRE(again.size() == 1);
-  plc.Send({0, 1, 0, 1, 0, 0, 0});  // not Modbus: ended for the keeper too
+  plc.Send({0, 1, 0, 1, 0, 0, 0});  // not Modbus: shut down for the holder, too
   CHECK(plc.WaitUntilClosed());
 }
 
-TEST_CASE("TCP server: a kept connection whose address is no longer allowed is ended",
+TEST_CASE("TCP server: an inherited connection whose address is no longer allowed is closed",
           "[modbus][tcp]") {
   auto served = std::make_unique<Served>(TcpServerOptions{.offers_connections = true});
   const RawClient plc(served->port(), "127.0.0.2");
@@ -357,7 +358,7 @@ TEST_CASE("TCP server: a kept connection whose address is no longer allowed is e
   CHECK(next.Saw(Kind::kStranger));
 }
 
-TEST_CASE("TCP server: who makes room when all slots are taken", "[modbus][tcp]") {
+TEST_CASE("TCP server: eviction when all slots are taken", "[modbus][tcp]") {
   Served served({.max_clients = 3});
   const RawClient first(served.port()), second(served.port());
   REQUIRE(first.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
@@ -368,7 +369,7 @@ TEST_CASE("TCP server: who makes room when all slots are taken", "[modbus][tcp]"
 
   const RawClient third(served.port());
   REQUIRE(third.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
-  CHECK(silent.WaitUntilClosed());  // it never asked
+  CHECK(silent.WaitUntilClosed());  // it never sent a request
   const RawClient fourth(served.port());
   REQUIRE(fourth.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
   CHECK(second.WaitUntilClosed());  // idle for longer than the first
@@ -378,8 +379,9 @@ TEST_CASE("TCP server: who makes room when all slots are taken", "[modbus][tcp]"
   CHECK(served.server->counters().evicted == 2);
 }
 
-TEST_CASE("TCP server: strangers are refused, and each allowed address keeps a slot",
-          "[modbus][tcp]") {
+TEST_CASE(
+    "TCP server: addresses not in the allow list are refused, each allowed one has a reserved slot",
+    "[modbus][tcp]") {
   Served served({.max_clients = 3, .allow = {"127.0.0.1", "127.0.0.2", "::1"}});
   const RawClient stranger(served.port(), "127.0.0.9");
   CHECK(stranger.WaitUntilClosed());
@@ -395,14 +397,14 @@ TEST_CASE("TCP server: strangers are refused, and each allowed address keeps a s
   CHECK(quiet.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
 }
 
-TEST_CASE("TCP server: without a free descriptor the newcomer is refused, later ones are not",
+TEST_CASE("TCP server: without a free descriptor a new client is refused, later ones are not",
           "[modbus][tcp]") {
   Served served;
   const RawClient good(served.port());
   REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
-  // The newcomer's own descriptor is the last one there is.
+  // The new client's own descriptor is the last one available.
   const int newcomer = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   rlimit none_left = limit;
   none_left.rlim_cur = static_cast<rlim_t>(newcomer);
@@ -445,7 +447,7 @@ TEST_CASE("TCP server: an open listening socket can be handed over", "[modbus][t
   CHECK(Answers(port));
 }
 
-TEST_CASE("TCP server: start-up faults, each with its message", "[modbus][tcp]") {
+TEST_CASE("TCP server: each start-up fault has its message", "[modbus][tcp]") {
   TestDevice device;
   Served taken;
   struct Case {

@@ -1,4 +1,4 @@
-// The register map that the tests of this folder talk to.
+// Register map used by the tests of this folder.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ inline DeviceIdentification TestIdentification() {
   return {{{0, "Maker"}, {1, "Product"}, {2, "1.0"}, {3, "https://example.org"}, {5, "Model"}}};
 }
 
-/// A handler with the map above, and the writer's side of it.
+/// Handler with the map above, and the publisher's side of it.
 struct TestDevice {
   Latest<RegisterImage> images{2, TestImage()};
   ImageHandler handler{images, TestCommands(), TestIdentification()};

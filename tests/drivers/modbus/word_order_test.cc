@@ -8,7 +8,8 @@
 
 namespace plumbline::modbus {
 
-TEST_CASE("word order: the map's test values in all four orders", "[modbus][word_order]") {
+TEST_CASE("word order: the test values of the register map in all four orders",
+          "[modbus][word_order]") {
   struct Case {
     WordOrder order;
     std::array<std::uint16_t, 2> one, u32;
@@ -33,13 +34,13 @@ TEST_CASE("word order: the map's test values in all four orders", "[modbus][word
 }
 
 // A controller that follows the specification sends 3F80 0000 for 1.0 in order ABCD.
-TEST_CASE("word order: where libmodbus reads what we write", "[modbus][word_order]") {
+TEST_CASE("word order: agreement with the getters of libmodbus", "[modbus][word_order]") {
   const auto abcd = RegistersFromFloat(1.5F, WordOrder::kAbcd);
   CHECK(modbus_get_float_abcd(abcd.data()) == 1.5F);
 }
 
-// Why the product has a codec of its own. Should a later libmodbus agree with itself, this test
-// says so, and the warning in word_order.h can go.
+// Documents why we have our own codec. If a later libmodbus is consistent, this test fails, and the
+// warning in word_order.h can be removed.
 TEST_CASE("word order: libmodbus 3.1.6's setter contradicts its getter", "[modbus][word_order]") {
   std::array<std::uint16_t, 2> words{};
   modbus_set_float_abcd(1.0F, words.data());
