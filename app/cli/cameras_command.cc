@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/cli/exit_codes.h"
-#include "drivers/camera/v4l2_offer.h"
+#include "drivers/camera/v4l2_capabilities.h"
 
 namespace plumbline {
 namespace {

@@ -13,9 +13,9 @@ std::string_view CameraResultText(CameraResult result) {
     case CameraResult::kLost:
       return "connection lost";
     case CameraResult::kUnusable:
-      return "frames that cannot be read";
+      return "frames cannot be decoded";
     case CameraResult::kEnded:
-      return "the recording is over";
+      return "end of the recording";
   }
   return "unknown";
 }

@@ -1,4 +1,4 @@
-// What the daemon asks of a camera, whatever it is reached through.
+// Interface of a camera, independent of how it is connected.
 #pragma once
 
 #include <cstdint>
@@ -11,32 +11,32 @@
 namespace plumbline {
 
 enum class CameraResult : std::uint8_t {
-  kFrame,     ///< a frame newer than the last one
-  kNoFrame,   ///< connected, but none came in time
+  kFrame,     ///< a frame newer than the previous one
+  kNoFrame,   ///< connected, but no frame arrived in time
   kWaiting,   ///< not connected; the next attempt is not due yet
-  kLost,      ///< cannot be opened, or went away
-  kUnusable,  ///< frames come that cannot be read: format, size, damaged data
-  kEnded,     ///< a recording without repeat is over
+  kLost,      ///< cannot be opened, or was disconnected
+  kUnusable,  ///< frames arrive but cannot be decoded: format, size or damage
+  kEnded,     ///< end of a recording that does not repeat
 };
 
-/// Words for a log line: "no frame in time".
+/// Text for the log, for example "no frame in time".
 std::string_view CameraResultText(CameraResult result);
 
-/// One image.
+/// One frame.
 struct CameraFrame {
-  LumaView luma;               ///< of the camera's own memory, until its next call
-  double time_s = 0;           ///< when it was taken, monotonic: begin of the read-out
-  std::uint64_t sequence = 0;  ///< counts up; a gap tells frames that were lost before us
+  LumaView luma;      ///< owned by the camera, valid until its next call
+  double time_s = 0;  ///< monotonic time of exposure; the driver decides which line it refers to
+  std::uint64_t sequence = 0;  ///< ascending; a gap means frames were lost before reaching us
 };
 
-/// Who the camera is, for the lens store and the log. Empty before it was connected.
+/// Identity of the camera, for the lens store and the log. Empty before the first connection.
 struct CameraIdentity {
-  std::string serial;  ///< of two cameras with one serial number: with the port added
-  std::string mode;    ///< format, size and rate, "YUYV 1920x1080@30": a lens belongs to it
+  std::string serial;  ///< with the port appended if another camera has the same serial number
+  std::string mode;    ///< format, size and rate, "YUYV 1920x1080@30"; a lens is valid for one mode
 };
 
-/// A camera. Used by one thread. A call connects by itself where it must and ends within its
-/// time-out, whatever the device does. Always the latest frame: older ones are dropped, not queued.
+/// A camera. Not thread-safe. A call connects if necessary and returns within its time-out,
+/// whatever the device does. Only the latest frame is returned: older ones are dropped, not queued.
 class Camera {
  public:
   Camera() = default;
@@ -44,21 +44,21 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
   virtual ~Camera() = default;
 
-  /// `frame` is complete where kFrame is answered and unchanged otherwise.
+  /// Waits for a frame. `frame` is complete if kFrame is returned and unchanged otherwise.
   virtual CameraResult Read(double timeout_s, CameraFrame& frame) = 0;
 
   virtual const CameraIdentity& identity() const = 0;
 
-  /// What the last call that gave no frame met, with its place and what to do; valid until the next
+  /// Why the last call returned no frame, with the location and the remedy; valid until the next
   /// call.
   virtual std::string_view problem() const = 0;
 
-  /// What happened since the last call that does not keep frames from coming: a setting that the
-  /// device refused or changed. One sentence each, with its place.
+  /// Warnings since the last call that do not prevent frames, such as a setting that the device
+  /// rejected or changed. One sentence each, with the location.
   virtual std::vector<std::string> TakeRemarks() { return {}; }
 
-  /// The last frame in colour, see BgrOf(); until the next call. Converted when asked for. Null
-  /// where there is no frame, or no colour in it.
+  /// The last frame in colour, see BgrOf(); converted on demand, valid until the next call. nullptr
+  /// if there is no frame or no colour.
   virtual const std::vector<std::uint8_t>* Bgr() { return nullptr; }
 };
 

@@ -6,21 +6,21 @@
 namespace plumbline {
 namespace {
 
-/// What the dynamic loader reports names the library that it missed, at the module's own path or
-/// behind it.
+/// The message of the dynamic loader names the missing library: the module or one of its
+/// dependencies.
 Error CodecsMissing(const std::string& path) {
   const char* why = dlerror();
   return Error{
-      fmt::format("the image codecs {} cannot be loaded: {}; without them JPEG alone is read. "
-                  "`sudo apt install --reinstall plumbline` restores them with the libraries they "
-                  "need, in a checkout ./dev build makes them",
+      fmt::format("the image codecs {} cannot be loaded: {}. Without them only JPEG can be read. "
+                  "`sudo apt install --reinstall plumbline` restores them and the libraries they "
+                  "need; in a checkout run ./dev build.",
                   path, why != nullptr ? why : "no reason given")};
 }
 
 }  // namespace
 
 Result<ImageCodecs> OpenImageCodecs(const std::string& path) {
-  // All symbols now: one that a library lacks is reported here and does not end the program later.
+  // RTLD_NOW: a missing symbol is reported here instead of aborting the program later.
   void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (module == nullptr) return CodecsMissing(path);
   void* read = dlsym(module, kReadGreyImageName);

@@ -4,21 +4,21 @@
 
 #include "drivers/camera/image_codecs.h"
 
-/// The module's one function: see plumbline::ReadGreyImage. No exception of OpenCV's leaves it.
+/// The only function of the module, see plumbline::ReadGreyImage. Does not throw.
 extern "C" __attribute__((visibility("default"))) const char* plumbline_read_grey_image_1(
     const char* path, plumbline::TakeGreyImage* take, void* image) {
   cv::Mat grey;
   try {
     grey = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
-    return "no image that can be read, or one of absurd size";
+    return "not a readable image, or of implausible size";
   }
-  if (grey.empty()) return "no image that can be read: broken, or of an unknown kind";
+  if (grey.empty()) return "not a readable image: damaged, or of an unknown format";
   if (!grey.isContinuous()) grey = grey.clone();
   take(image, grey.cols, grey.rows, grey.ptr());
   return nullptr;
 }
 
-// The name that the programs look for is this function's.
+// The programs look this function up by name.
 static_assert(std::string_view(plumbline::kReadGreyImageName) == "plumbline_read_grey_image_1");
 static_assert(std::is_same_v<decltype(plumbline_read_grey_image_1), plumbline::ReadGreyImage>);

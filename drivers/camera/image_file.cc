@@ -15,7 +15,7 @@ namespace plumbline {
 namespace fs = std::filesystem;
 namespace {
 
-/// OpenCV lets libjpeg print what is wrong with a file, and paints the rest grey.
+/// Not with OpenCV, which lets libjpeg print errors and fills the damaged part with grey.
 Result<GreyImage> ReadJpeg(std::istream& file) {
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
   GreyImage image;
@@ -23,21 +23,21 @@ Result<GreyImage> ReadJpeg(std::istream& file) {
   return image;
 }
 
-bool BeginsAsJpeg(std::istream& file) {
-  const bool begins = file.get() == 0xFF && file.get() == 0xD8;
+bool HasJpegSignature(std::istream& file) {
+  const bool is_jpeg = file.get() == 0xFF && file.get() == 0xD8;
   file.clear();
   file.seekg(0);
-  return begins;
+  return is_jpeg;
 }
 
-/// The module, opened by the first caller; or why it cannot be.
+/// The codec module, loaded by the first caller, or why it cannot be loaded.
 const Result<ImageCodecs>& InstalledCodecs() {
   static const Result<ImageCodecs> codecs = OpenImageCodecs(ModuleBeside(kImageCodecsFile));
   return codecs;
 }
 
-/// An image was refused because the module cannot be opened.
-std::atomic<bool> codecs_missed{false};
+/// True once an image was rejected because the module cannot be loaded.
+std::atomic<bool> codecs_were_needed{false};
 
 void Take(void* image, int width, int height, const std::uint8_t* grey) {
   auto& taken = *static_cast<GreyImage*>(image);
@@ -54,10 +54,10 @@ Result<GreyImage> ReadImage(const std::string& path) {
   if (why) return Error{CannotBeRead(path, why.message())};
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
-  if (BeginsAsJpeg(file)) return ReadJpeg(file);
+  if (HasJpegSignature(file)) return ReadJpeg(file);
   const Result<ImageCodecs>& codecs = InstalledCodecs();
   if (!codecs) {
-    codecs_missed = true;
+    codecs_were_needed = true;
     return codecs.failure();
   }
   GreyImage image;
@@ -66,7 +66,7 @@ Result<GreyImage> ReadImage(const std::string& path) {
 }
 
 std::optional<Error> MissingImageCodecs() {
-  if (!codecs_missed) return std::nullopt;
+  if (!codecs_were_needed) return std::nullopt;
   return InstalledCodecs().failure();
 }
 

@@ -1,5 +1,5 @@
-// One image from a file of any kind: JPEG by libjpeg, others by the module of OpenCV's codecs. For
-// the command line.
+// Image file reader for the command line: JPEG with libjpeg, other formats with the OpenCV codec
+// module.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@
 
 namespace plumbline {
 
-/// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and what else OpenCV reads; colour is
-/// turned to grey, 16 bits to 8. Pixels stand as in the file, whatever orientation it tells beside
-/// them. Refused are files beyond 256 MB, what is no image, and a damaged JPEG. The first file that
-/// is no JPEG opens the module, which takes about 0.1 s; if that fails, the error says so.
+/// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and whatever else OpenCV supports. Colour
+/// is converted to grey, 16 bits to 8; an orientation tag is ignored. Fails for files above 256 MB,
+/// for files that are not images, and for a damaged JPEG. The first file that is not a JPEG loads
+/// the module, which takes about 0.1 s; if that fails, so does the call.
 Result<GreyImage> ReadImage(const std::string& path);
 
-/// Why ReadImage() could not open the module of codecs, where it refused an image for that: a fault
-/// of the installation and not of the images. Nothing otherwise.
+/// Why ReadImage() could not load the codec module, if it failed for that reason: a fault of the
+/// installation, not of the images. nullopt otherwise.
 std::optional<Error> MissingImageCodecs();
 
 }  // namespace plumbline

@@ -10,18 +10,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kEndings = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
-                                 ".tiff", ".pgm", ".ppm",  ".webp"};
+constexpr std::array kExtensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                    ".tiff", ".pgm", ".ppm",  ".webp"};
 
 bool IsImageName(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-/// By their text, runs of digits by their number.
-bool NaturallyBefore(const std::string& a, const std::string& b) {
+/// Natural order: runs of digits compare as numbers.
+bool NaturalLess(const std::string& a, const std::string& b) {
   std::size_t i = 0, j = 0;
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   while (i < a.size() && j < b.size()) {
@@ -57,7 +57,7 @@ Result<std::vector<std::string>> ImageNames(const std::string& folder) {
       names.push_back(at->path().filename().string());
   }
   if (why) return Error{why.message()};
-  std::sort(names.begin(), names.end(), NaturallyBefore);
+  std::sort(names.begin(), names.end(), NaturalLess);
   return names;
 }
 

@@ -1,4 +1,4 @@
-// Frames from image files.
+// Grey images and folders of image files.
 #pragma once
 
 #include <string>
@@ -17,7 +17,8 @@ struct GreyImage {
   LumaView View() const { return {grey.data(), width, height, width}; }
 };
 
-/// Names of the image files of a folder by their endings, frame2 before frame10.
+/// Names of the image files in a folder, selected by extension, in natural order: frame2 before
+/// frame10.
 Result<std::vector<std::string>> ImageNames(const std::string& folder);
 
 }  // namespace plumbline

@@ -12,23 +12,23 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostPixels = 100'000'000;  // of a file
+constexpr std::size_t kMaxPixels = 100'000'000;  // in a file
 
-/// libjpeg's state. Its faults come back by longjmp, since it is C; it prints nothing.
+/// State of libjpeg, which is C and reports errors by longjmp. Prints nothing.
 struct Decoder {
   Decoder() {
     state.err = jpeg_std_error(&faults);
     faults.error_exit = [](j_common_ptr common) {
       auto* self = static_cast<Decoder*>(common->client_data);
-      (*common->err->format_message)(common, self->words);
+      (*common->err->format_message)(common, self->message);
       std::longjmp(self->jump, 1);
     };
     faults.emit_message = [](j_common_ptr common, int level) {
-      if (level >= 0) return;  // a trace
+      if (level >= 0) return;  // trace message
       auto* self = static_cast<Decoder*>(common->client_data);
       const int code = common->err->msg_code;
       if (code == JWRN_EXTRANEOUS_DATA || code == JWRN_ADOBE_XFORM) return;
-      (*common->err->format_message)(common, self->words);
+      (*common->err->format_message)(common, self->message);
       self->damaged = true;
     };
     faults.output_message = [](j_common_ptr) {};
@@ -42,26 +42,26 @@ struct Decoder {
   jpeg_error_mgr faults{};
   std::jmp_buf jump{};
   bool damaged = false;
-  char words[JMSG_LENGTH_MAX] = {};
+  char message[JMSG_LENGTH_MAX] = {};
 };
 
-/// Reads the header and what it says against what is wanted. @return why not
-Result<void> Begin(jpeg_decompress_struct& state, std::span<const std::uint8_t> bytes,
-                   ImageSize size) {
+/// Reads the header and checks it against the expected size and coding.
+Result<void> ReadHeader(jpeg_decompress_struct& state, std::span<const std::uint8_t> bytes,
+                        ImageSize size) {
   jpeg_mem_src(&state, bytes.data(), static_cast<unsigned long>(bytes.size()));
   if (jpeg_read_header(&state, TRUE) != JPEG_HEADER_OK) return Error{"a JPEG without an image"};
   if (state.image_width != static_cast<JDIMENSION>(size.width) ||
       state.image_height != static_cast<JDIMENSION>(size.height)) {
-    return Error{fmt::format("a JPEG of {} x {} px where {} x {} were agreed", state.image_width,
-                             state.image_height, size.width, size.height)};
+    return Error{fmt::format("a JPEG of {} x {} px instead of the negotiated {} x {}",
+                             state.image_width, state.image_height, size.width, size.height)};
   }
   if (jpeg_has_multiple_scans(&state) != 0 || state.arith_code != 0) {
-    return Error{"a JPEG that is not of the baseline kind (progressive, or several scans)"};
+    return Error{"not a baseline JPEG (progressive, arithmetic or several scans)"};
   }
   return {};
 }
 
-/// Decodes all rows. @return why they are of no use
+/// Decodes all rows.
 Result<void> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pixels) {
   jpeg_start_decompress(&decoder.state);
   while (decoder.state.output_scanline < decoder.state.output_height && !decoder.damaged) {
@@ -69,7 +69,7 @@ Result<void> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pix
     jpeg_read_scanlines(&decoder.state, &row, 1);
   }
   if (!decoder.damaged) jpeg_finish_decompress(&decoder.state);
-  if (decoder.damaged) return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
+  if (decoder.damaged) return Error{fmt::format("a damaged JPEG: {}", decoder.message)};
   return {};
 }
 
@@ -78,26 +78,26 @@ Result<void> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pix
 Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, JpegColour colour,
                         std::vector<std::uint8_t>& pixels) {
   if (bytes.empty()) return Error{"an empty frame"};
-  if (size.width < 1 || size.height < 1) return Error{"an image without pixels is not possible"};
+  if (size.width < 1 || size.height < 1) return Error{"an image without pixels"};
   const std::size_t channels = colour == JpegColour::kLuma ? 1 : 3;
   const std::size_t row_bytes = channels * static_cast<std::size_t>(size.width);
   pixels.resize(row_bytes * static_cast<std::size_t>(size.height));
   Decoder decoder;
-  // Nothing with a destructor may begin between here and the end: a fault jumps over it.
+  // No object with a destructor may be created from here on: longjmp would skip it.
   if (setjmp(decoder.jump) != 0) {
-    return Error{fmt::format("a damaged JPEG: {}", decoder.words)};
+    return Error{fmt::format("a damaged JPEG: {}", decoder.message)};
   }
   jpeg_create_decompress(&decoder.state);
-  if (auto begun = Begin(decoder.state, bytes, size); !begun) return begun;
+  if (auto header = ReadHeader(decoder.state, bytes, size); !header) return header;
   decoder.state.out_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
   return ReadRows(decoder, row_bytes, pixels.data());
 }
 
 Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image) {
   Decoder decoder;
-  // As above: nothing with a destructor may begin from here on.
+  // As above: no object with a destructor from here on.
   if (setjmp(decoder.jump) != 0) {
-    return Error{fmt::format("a damaged JPEG, or an unknown kind of it: {}", decoder.words)};
+    return Error{fmt::format("a damaged or unsupported JPEG: {}", decoder.message)};
   }
   jpeg_create_decompress(&decoder.state);
   jpeg_mem_src(&decoder.state, bytes.data(), static_cast<unsigned long>(bytes.size()));
@@ -105,8 +105,8 @@ Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& imag
     return Error{"a JPEG without an image"};
   }
   const std::size_t width = decoder.state.image_width, height = decoder.state.image_height;
-  if (width * height > kMostPixels) {
-    return Error{fmt::format("a JPEG of {} x {} px; 100 megapixels are the most", width, height)};
+  if (width * height > kMaxPixels) {
+    return Error{fmt::format("a JPEG of {} x {} px; the limit is 100 megapixels", width, height)};
   }
   image.width = static_cast<int>(width);
   image.height = static_cast<int>(height);

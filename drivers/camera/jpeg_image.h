@@ -1,5 +1,4 @@
-// JPEG by libjpeg: frames that a camera sent, and files. Pure, and silent: what libjpeg would print
-// is told.
+// JPEG decoder on libjpeg, for camera frames and files. Pure; errors are returned, never printed.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +12,22 @@
 namespace plumbline {
 
 enum class JpegColour : std::uint8_t {
-  kLuma,  ///< one byte a pixel; the chroma is not decoded
-  kBgr,   ///< three bytes a pixel
+  kLuma,  ///< one byte per pixel; chroma is not decoded
+  kBgr,   ///< three bytes per pixel
 };
 
-/// Decodes `bytes` into `pixels`, row by row without padding. Tables that cameras leave out are the
-/// standard's (ITU-T T.81, annex K.3). Refused: an image of another size, progressive and
-/// arithmetic coding, any damage (libjpeg would go on and paint something grey); bytes too many
-/// between the parts of the file are passed over, since many cameras send some.
-/// @return why there are no pixels; `pixels` is then of no use
+/// Decodes `bytes` into `pixels`, row by row without padding. Huffman tables that cameras omit are
+/// those of the standard (ITU-T T.81, annex K.3). Fails for another image size, for progressive or
+/// arithmetic coding, and for any damage (libjpeg would continue with grey). Extra bytes between
+/// segments are ignored, since many cameras send some.
+/// @return an error if there are no pixels; the contents of `pixels` are then unspecified
 Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, JpegColour colour,
                         std::vector<std::uint8_t>& pixels);
 
-/// Decodes a file as luma, of any kind that libjpeg reads (progressive ones too) up to 100
-/// megapixels. Pixels stand as they do in the file: an orientation told beside them is not applied,
-/// since a lens belongs to the sensor. Damage is refused as above.
-/// @return why there are no pixels; `image` is then of no use
+/// Decodes a JPEG file of any kind that libjpeg supports, including progressive, as luma, up to 100
+/// megapixels. An orientation tag is not applied, because a lens model refers to the sensor. Fails
+/// for damage as above.
+/// @return an error if there are no pixels; the contents of `image` are then unspecified
 Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image);
 
 }  // namespace plumbline

@@ -12,15 +12,16 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLargestSide = 16384;
+constexpr int kMaxSide_px = 16384;
 constexpr const char* kRemedy =
-    "; this is no PGM of 8 bits (\"P5\"): turn the recording's images into such";
+    "; this is not an 8-bit binary PGM (\"P5\"). Convert the images of the recording to that "
+    "format.";
 
 bool IsSpace(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f';
 }
 
-/// The next number of the header, and what follows it left in `rest`.
+/// Takes the next number of the header from `rest`.
 std::optional<int> TakeNumber(std::string_view& rest) {
   while (!rest.empty() && (IsSpace(rest.front()) || rest.front() == '#')) {
     const bool comment = rest.front() == '#';
@@ -36,21 +37,23 @@ std::optional<int> TakeNumber(std::string_view& rest) {
 }  // namespace
 
 Result<GreyImage> GreyFromPgm(std::string_view bytes) {
-  if (bytes.substr(0, 2) != "P5") return Error{fmt::format("does not begin with P5{}", kRemedy)};
+  if (bytes.substr(0, 2) != "P5") return Error{fmt::format("does not start with P5{}", kRemedy)};
   std::string_view rest = bytes.substr(2);
   const auto width = TakeNumber(rest), height = TakeNumber(rest), largest = TakeNumber(rest);
   if (!width || !height || !largest || rest.empty() || !IsSpace(rest.front())) {
-    return Error{fmt::format("a broken header{}", kRemedy)};
+    return Error{fmt::format("invalid header{}", kRemedy)};
   }
-  if (*width < 1 || *width > kLargestSide || *height < 1 || *height > kLargestSide) {
-    return Error{fmt::format("{} x {} px; 1..{} each way", *width, *height, kLargestSide)};
+  if (*width < 1 || *width > kMaxSide_px || *height < 1 || *height > kMaxSide_px) {
+    return Error{fmt::format("{} x {} px; each side must be 1..{}", *width, *height, kMaxSide_px)};
   }
-  if (*largest != 255) return Error{fmt::format("the largest value is {}{}", *largest, kRemedy)};
+  if (*largest != 255)
+    return Error{fmt::format("maximum value {} instead of 255{}", *largest, kRemedy)};
   rest.remove_prefix(1);
   const std::size_t pixels = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
   if (rest.size() < pixels) {
-    return Error{fmt::format("{} bytes of pixels where {} x {} px need {}: cut short?", rest.size(),
-                             *width, *height, pixels)};
+    return Error{
+        fmt::format("{} bytes of pixels, but {} x {} px need {}. The file may be truncated.",
+                    rest.size(), *width, *height, pixels)};
   }
   GreyImage image;
   image.width = *width;
@@ -67,7 +70,7 @@ Result<GreyImage> ReadPgm(const std::string& path) {
   std::string bytes(size, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return Error{CannotBeRead(path, "shorter than its folder says, or no access")};
+    return Error{CannotBeRead(path, "shorter than its reported size, or no access")};
   }
   return GreyFromPgm(bytes);
 }

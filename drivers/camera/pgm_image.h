@@ -1,4 +1,4 @@
-// Portable grey maps: the images of a recording that a daemon plays.
+// Reader for portable grey maps (PGM), the image format of recordings that the daemon replays.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace plumbline {
 
-/// A binary PGM of 8 bits: "P5", width, height and 255 as text with comments, one white space, the
-/// pixels row by row. Bytes after them are passed over. Pure.
+/// Parses a binary 8-bit PGM: "P5", width, height and 255 as text with comments, one white space,
+/// the pixels row by row. Trailing bytes are ignored. Pure.
 Result<GreyImage> GreyFromPgm(std::string_view bytes);
 
-/// Reads a PGM file. Needs no image library: those of OpenCV's imgcodecs would take 40 MB of a
-/// daemon that hardly ever plays a recording.
+/// Reads a PGM file. Needs no image library: OpenCV's imgcodecs would cost the daemon 40 MB
+/// although it hardly ever replays a recording.
 Result<GreyImage> ReadPgm(const std::string& path);
 
 }  // namespace plumbline

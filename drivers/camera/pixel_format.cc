@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::ptrdiff_t kLongestRow = std::ptrdiff_t{64} * kLargestImageSide_px;
+constexpr std::ptrdiff_t kMaxRowBytes = std::ptrdiff_t{64} * kLargestImageSide_px;
 
 struct Named {
   PixelFormat format;
@@ -29,7 +29,7 @@ bool IsPacked(PixelFormat format) {
   return format == PixelFormat::kYuyv || format == PixelFormat::kUyvy;
 }
 
-/// Why these bytes are no image of that size, or nothing. Not for kMjpeg.
+/// Why the bytes cannot be an image of that size, or nullopt. Not for kMjpeg.
 std::optional<Error> LayoutFault(const RawImage& image) {
   const auto [width, height] = image.size;
   const bool is_yuv = image.format != PixelFormat::kGrey;
@@ -39,13 +39,14 @@ std::optional<Error> LayoutFault(const RawImage& image) {
                              width, height)};
   }
   const std::ptrdiff_t row = IsPacked(image.format) ? 2 * width : width;
-  if (image.stride < row || image.stride > kLongestRow) {
-    return Error{fmt::format("{} bytes a row of {} px are not possible", image.stride, width)};
+  if (image.stride < row || image.stride > kMaxRowBytes) {
+    return Error{
+        fmt::format("a stride of {} bytes is not possible for {} px", image.stride, width)};
   }
   const std::ptrdiff_t rows = image.format == PixelFormat::kNv12 ? height + height / 2 : height;
   const std::ptrdiff_t needed = (rows - 1) * image.stride + row;
   if (static_cast<std::ptrdiff_t>(image.bytes.size()) < needed) {
-    return Error{fmt::format("a short frame: {} bytes where {} x {} px {} have {}",
+    return Error{fmt::format("a short frame: {} bytes, but {} x {} px in {} need {}",
                              image.bytes.size(), width, height, PixelFormatName(image.format),
                              needed)};
   }
@@ -120,7 +121,7 @@ Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
   if (auto why = LayoutFault(image)) return *why;
   const auto [width, height] = image.size;
   bgr.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  // OpenCV reads through pointers that are not const.
+  // cv::Mat has no const constructor; the data is only read.
   auto* const bytes = const_cast<std::uint8_t*>(image.bytes.data());
   const auto stride = static_cast<std::size_t>(image.stride);
   const cv::Mat first(height, width, IsPacked(image.format) ? CV_8UC2 : CV_8UC1, bytes, stride);

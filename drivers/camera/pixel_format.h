@@ -1,4 +1,4 @@
-// What the bytes of a camera's frame mean. Pure.
+// Pixel formats of camera frames and their conversion to luma and BGR. Pure.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +14,13 @@
 
 namespace plumbline {
 
-/// In the order in which they are preferred: whose luma needs no copy, no compression.
+/// In order of preference: luma without a copy first, compressed formats last.
 enum class PixelFormat : std::uint8_t {
-  kGrey,   ///< luma alone
-  kNv12,   ///< luma, then U and V alternating at half the width and height
+  kGrey,   ///< luma only
+  kNv12,   ///< luma plane, then interleaved U and V at half width and height
   kYuyv,   ///< Y U Y V
   kUyvy,   ///< U Y V Y
-  kMjpeg,  ///< a baseline JPEG file, also without its Huffman tables
+  kMjpeg,  ///< baseline JPEG, possibly without Huffman tables
 };
 
 inline constexpr std::size_t kPixelFormats = 5;
@@ -30,28 +30,29 @@ inline constexpr int kLargestImageSide_px = 16384;
 std::string_view PixelFormatName(PixelFormat format);
 std::optional<PixelFormat> PixelFormatOfName(std::string_view name);
 
-/// The kernel's four letters in one number (V4L2_PIX_FMT_..), first letter lowest.
+/// Four-character code as used by the kernel (V4L2_PIX_FMT_..), first character in the lowest byte.
 std::uint32_t FourccOf(PixelFormat format);
 std::optional<PixelFormat> PixelFormatOfFourcc(std::uint32_t fourcc);
-/// Four letters as text, "?" for what is no letter.
+/// Four-character code as text, "?" for unprintable characters.
 std::string FourccText(std::uint32_t fourcc);
 
-/// A frame as the camera sent it.
+/// A frame as sent by the camera.
 struct RawImage {
   PixelFormat format = PixelFormat::kGrey;
   ImageSize size;
-  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; nothing for kMjpeg
+  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; unused for kMjpeg
   std::span<const std::uint8_t> bytes;
 };
 
-/// Luma of `image`: its own memory for GREY and NV12, else `buffer`, which keeps its memory from
-/// frame to frame. Refused, with the reason: a short frame, a size or stride that cannot be, a JPEG
-/// that is damaged, progressive (its time has no bound) or of another size than `image.size`.
+/// Luma of `image`. The view refers to the memory of `image` for GREY and NV12, otherwise to
+/// `buffer`, which is reused from frame to frame. Fails for a short frame, an impossible size or
+/// stride, and a JPEG that is damaged, progressive (unbounded decoding time) or not of
+/// `image.size`.
 Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer);
 
-/// Blue, green, red, 8 bits each, row by row without padding, into `bgr`. YUV of limited range is
-/// taken to be ITU-R BT.601, as cameras that do not say otherwise send it.
-/// @return why it cannot be done, as above
+/// Converts `image` to BGR, 8 bits per channel, row by row without padding. YUV is assumed to be
+/// limited-range ITU-R BT.601, the default of cameras that do not report anything else.
+/// @return an error in the same cases as LumaOf()
 Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr);
 
 }  // namespace plumbline

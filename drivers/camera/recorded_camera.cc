@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kLargestList = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxListBytes = std::uintmax_t{64} << 20;
 
 Result<std::vector<SequenceFrame>> FramesOfFolder(const std::string& folder, double rate_hz) {
   const auto names = ImageNames(folder);
   if (!names) return Error{fmt::format("{}: {}", folder, CannotBeRead(folder, names.error()))};
   if (names->empty()) {
-    return Error{fmt::format("{}: holds no images (png, jpg, bmp, tif, pgm)", folder)};
+    return Error{fmt::format("{}: contains no images (png, jpg, bmp, tif, pgm)", folder)};
   }
   std::vector<SequenceFrame> frames;
   for (const std::string& name : *names) {
@@ -33,13 +33,13 @@ Result<std::vector<SequenceFrame>> FramesOfFolder(const std::string& folder, dou
 Result<std::vector<SequenceFrame>> FramesOfFile(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
-  if (!why && bytes > kLargestList) return Error{fmt::format("{}: larger than 64 MB", path)};
+  if (!why && bytes > kMaxListBytes) return Error{fmt::format("{}: larger than 64 MB", path)};
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!why) text << file.rdbuf();
   if (why || !file) {
     return Error{
-        fmt::format("{}: {}", path, CannotBeRead(path, why ? why.message() : "it gives nothing"))};
+        fmt::format("{}: {}", path, CannotBeRead(path, why ? why.message() : "it cannot be read"))};
   }
   auto frames = SequenceFromCsv(text.str());
   if (!frames) return Error{fmt::format("{}: {}", path, frames.error())};
@@ -85,7 +85,7 @@ double RecordedCamera::TimeOf(std::size_t n) const {
 CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
   const SequenceFrame& recorded = frames_[n % frames_.size()];
   if (recorded.file.empty()) {
-    problem_ = fmt::format("{}: the camera was lost here, as recorded", options_.path);
+    problem_ = fmt::format("{}: the camera was lost at this point of the recording", options_.path);
     return CameraResult::kLost;
   }
   auto image = options_.read(recorded.file);
@@ -101,7 +101,7 @@ CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
     }
   }
   if (size != *size_) {
-    problem_ = fmt::format("{}: {} x {} px where the first image has {} x {}", recorded.file,
+    problem_ = fmt::format("{}: {} x {} px, but the first image has {} x {}", recorded.file,
                            size.width, size.height, size_->width, size_->height);
     return CameraResult::kUnusable;
   }
@@ -113,8 +113,8 @@ CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
 CameraResult RecordedCamera::Read(double timeout_s, CameraFrame& frame) {
   problem_.clear();
   if (!start_s_) start_s_ = clock_();
-  if (!IsThere(next_)) {
-    problem_ = fmt::format("{}: the recording is over", options_.path);
+  if (!HasFrame(next_)) {
+    problem_ = fmt::format("{}: end of the recording", options_.path);
     return CameraResult::kEnded;
   }
   if (options_.paced) {
@@ -125,11 +125,11 @@ CameraResult RecordedCamera::Read(double timeout_s, CameraFrame& frame) {
       return CameraResult::kNoFrame;
     }
     sleep_(std::max(0.0, due_s - now_s));
-    // The newest that is due; whole repeats that nobody asked for are passed over at once.
+    // Take the newest frame that is due; skip whole missed repeats at once.
     if (options_.repeat && now_s - due_s > period_s_) {
       next_ += frames_.size() * static_cast<std::size_t>((now_s - due_s) / period_s_);
     }
-    while (IsThere(next_ + 1) && TimeOf(next_ + 1) <= now_s) ++next_;
+    while (HasFrame(next_ + 1) && TimeOf(next_ + 1) <= now_s) ++next_;
   }
   return Show(next_++, frame);
 }

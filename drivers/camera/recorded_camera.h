@@ -1,4 +1,4 @@
-// A recorded sequence is a camera too: the whole tracking on a laptop.
+// Camera that replays a recorded image sequence, to run the tracking without hardware.
 #pragma once
 
 #include <memory>
@@ -15,22 +15,24 @@
 namespace plumbline {
 
 struct RecordedCameraOptions {
-  std::string path = {};  ///< a folder of images, played by their names, or a sequence file (*.csv)
-  double rate_hz = 20;    ///< of a folder, whose images have no times
-  bool paced = true;      ///< at the recording's own rate; else each Read() has the next frame
-  bool repeat = false;    ///< from the beginning again, after the last one
-  std::string serial = {};  ///< of the camera that recorded it, for the lens store; else "recorded"
-  std::string mode = {};    ///< likewise; else made of the images' size and the rate
-  Result<GreyImage> (*read)(const std::string& path) = ReadPgm;  ///< ReadImage() takes every kind
+  std::string path =
+      {};  ///< folder of images, played in order of their names, or a sequence file (*.csv)
+  double rate_hz = 20;      ///< for a folder, whose images have no times
+  bool paced = true;        ///< at the recorded rate; otherwise each Read() returns the next frame
+  bool repeat = false;      ///< restart after the last frame
+  std::string serial = {};  ///< of the recording camera, for the lens store; default "recorded"
+  std::string mode = {};    ///< of the recording camera; default from image size and rate
+  Result<GreyImage> (*read)(const std::string& path) =
+      ReadPgm;  ///< ReadImage() supports more formats
 };
 
-/// Frames carry their recorded times, moved so that the first one is taken when Read() is called
-/// first; repeats follow after the last interval. Paced, the newest frame that is due is shown, and
-/// `sequence` tells those that nobody asked for. An image that cannot be read, or has another size
-/// than the first one, is kUnusable; where the sequence file names none, the camera is kLost.
+/// Frames carry their recorded times, shifted so that the first frame is taken at the first Read();
+/// repeats follow after the last interval. If paced, the newest frame that is due is returned, and
+/// a gap in `sequence` counts the skipped ones. An image that cannot be read, or differs in size
+/// from the first, is kUnusable; a row without a file is kLost.
 class RecordedCamera : public Camera {
  public:
-  /// Reads the list of frames, not the images. Refuses what holds none, and a rate outside
+  /// Reads the list of frames, not the images. Fails if there are none or if the rate is outside
   /// 0.01..1000 Hz.
   static Result<std::unique_ptr<Camera>> Create(const RecordedCameraOptions& options, Clock clock,
                                                 Sleep sleep = SleepSeconds);
@@ -43,19 +45,19 @@ class RecordedCamera : public Camera {
   RecordedCamera(RecordedCameraOptions options, std::vector<SequenceFrame> frames, Clock clock,
                  Sleep sleep);
 
-  /// When frame n is taken, n counted through all repeats.
+  /// Time of frame n, where n counts through all repeats.
   double TimeOf(std::size_t n) const;
-  bool IsThere(std::size_t n) const { return options_.repeat || n < frames_.size(); }
+  bool HasFrame(std::size_t n) const { return options_.repeat || n < frames_.size(); }
   CameraResult Show(std::size_t n, CameraFrame& frame);
 
   const RecordedCameraOptions options_;
-  const std::vector<SequenceFrame> frames_;  ///< with paths that can be opened; at least one
+  const std::vector<SequenceFrame> frames_;  ///< with resolved paths; at least one
   const Clock clock_;
   const Sleep sleep_;
-  double period_s_ = 0;  ///< from one repeat to the next
+  double period_s_ = 0;  ///< duration of one repeat
   double rate_hz_ = 0;
   std::optional<double> start_s_;
-  std::size_t next_ = 0;  ///< the first frame that was not shown
+  std::size_t next_ = 0;  ///< next frame to return
   GreyImage image_;
   std::optional<ImageSize> size_;
   CameraIdentity identity_;

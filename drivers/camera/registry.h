@@ -1,4 +1,4 @@
-// The kinds of camera there are. A new kind is one line in the table of registry.cc.
+// Registry of camera kinds. To add one, add a line to the table in registry.cc.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace plumbline {
 
-/// All that any kind may need; each takes its own.
+/// Settings of all kinds; each uses its own part.
 struct CameraConnection {
   V4l2CameraOptions v4l2 = {};
   RecordedCameraOptions recorded = {};
@@ -23,7 +23,7 @@ struct CameraConnection {
 /// "v4l2", "recorded".
 std::vector<std::string_view> CameraKinds();
 
-/// A camera that is not connected yet; its first Read() connects.
+/// Creates a camera. It is not connected yet; its first Read() connects.
 Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
                                            const CameraConnection& connection);
 

@@ -38,19 +38,19 @@ Result<std::vector<SequenceFrame>> SequenceFromCsv(std::string_view csv) {
     const std::size_t comma = text.find(',');
     SequenceFrame frame;
     if (comma == std::string_view::npos || !Parse(Trimmed(text.substr(0, comma)), frame.t_s)) {
-      return Error{fmt::format("line {}: does not begin with a time and a comma", line)};
+      return Error{fmt::format("line {}: does not start with a time and a comma", line)};
     }
     if (!frames.empty() && !(frame.t_s > frames.back().t_s)) {
       return Error{fmt::format("line {}: the time does not ascend", line)};
     }
     const std::string_view file = Trimmed(text.substr(comma + 1));
     if (file.find('\0') != std::string_view::npos) {
-      return Error{fmt::format("line {}: the file's name holds a zero byte", line)};
+      return Error{fmt::format("line {}: the file name contains a zero byte", line)};
     }
     frame.file = file;
     frames.push_back(std::move(frame));
   }
-  if (frames.empty()) return Error{"holds no frames"};
+  if (frames.empty()) return Error{"contains no frames"};
   return frames;
 }
 

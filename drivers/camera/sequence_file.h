@@ -1,4 +1,4 @@
-// A recorded sequence: which image was taken when.
+// Sequence file of a recording: the time of each image.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 namespace plumbline {
 
 struct SequenceFrame {
-  double t_s = 0;    ///< since the beginning of the recording
+  double t_s = 0;    ///< time since the start of the recording
   std::string file;  ///< image file, relative to the sequence file; empty: the camera was lost
 };
 
-/// Frames of a table "t_s,file" with ascending times, one line each; the file's name is the rest of
-/// the line, commas and all. At least one frame. A pure function.
-/// @return the frames, or the first fault with its line
+/// Parses a table "t_s,file" with ascending times, one frame per line; the file name is the rest of
+/// the line, including commas. Pure.
+/// @return at least one frame, or the first fault with its line
 Result<std::vector<SequenceFrame>> SequenceFromCsv(std::string_view csv);
 
 }  // namespace plumbline

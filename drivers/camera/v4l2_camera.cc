@@ -17,16 +17,17 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSilence_s = 5;       // a camera that streams sends something within this
-constexpr double kOldestStamp_s = 1;   // a stamp further back is of another clock
-constexpr double kLongestWait_s = 10;  // a caller's time-out beyond this is cut
+constexpr double kSilenceTimeout_s = 5;   // a streaming camera sends something within this time
+constexpr double kMaxTimestampAge_s = 1;  // an older time stamp is from another clock
+constexpr double kMaxWait_s = 10;         // upper limit of the time-out
 
 std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
-  if (o.device.empty()) return Error{"v4l2 camera: no device; see plumbline cameras"};
+  if (o.device.empty())
+    return Error{"v4l2 camera: no device configured. List the cameras with plumbline cameras."};
   const auto [width, height] = o.mode.size;
   const auto is_side = [](int side) { return side >= 1 && side <= kLargestImageSide_px; };
   if (o.mode.size != ImageSize{} && !(is_side(width) && is_side(height))) {
-    return Error{fmt::format("v4l2 camera: {} x {} px is no size", width, height)};
+    return Error{fmt::format("v4l2 camera: {} x {} px is not a valid size", width, height)};
   }
   if (!(o.mode.rate_hz >= 0.01 && o.mode.rate_hz <= 1000)) {
     return Error{fmt::format("v4l2 camera: {} Hz is outside 0.01..1000", o.mode.rate_hz)};
@@ -64,7 +65,7 @@ void V4l2Camera::Close() {
   fd_.Reset();
 }
 
-CameraResult V4l2Camera::Lost(const std::string& why) {
+CameraResult V4l2Camera::Disconnect(const std::string& why) {
   Close();
   back_off_.Failed(clock_());
   problem_ = fmt::format("{}: {}", path_, why);
@@ -81,7 +82,7 @@ const std::vector<std::uint8_t>* V4l2Camera::Bgr() {
 
 Result<void> V4l2Camera::Open() {
   path_ = options_.device;
-  remarks_.clear();  // of an attempt that nobody asked about
+  remarks_.clear();  // discard those of a failed attempt
   const std::vector<V4l2Device> all = ListV4l2Devices(options_.tree);
   const auto device = SelectV4l2Device(options_.device, all);
   if (!device) return device.failure();
@@ -97,19 +98,20 @@ Result<void> V4l2Camera::Open() {
   auto stream = V4l2Stream::Start(fd_.get());
   if (!stream) return stream.failure();
   stream_ = std::move(stream).value();
-  // Once a name has needed its port it keeps one, also while the other camera is away.
+  // A name that once needed its port keeps it, even while the other camera is disconnected.
   const std::string name = LastingName(*device, all), with_port = NameWithPort(*device);
   named_with_port_ = named_with_port_ || name == with_port || options_.device == with_port;
   identity_.serial = named_with_port_ ? with_port : name;
   identity_.mode = ModeText(raw_.format, raw_.size, rate_hz_);
-  heard_s_ = clock_();
+  last_activity_s_ = clock_();
   last_sequence_.reset();
   return {};
 }
 
 Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
   v4l2_capability capability{};
-  if (IoctlAgain(fd_.get(), VIDIOC_QUERYCAP, &capability) != 0) return Error{"is no camera"};
+  if (IoctlAgain(fd_.get(), VIDIOC_QUERYCAP, &capability) != 0)
+    return Error{"is not a V4L2 device"};
   const std::uint32_t caps = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                                  ? capability.device_caps
                                  : capability.capabilities;
@@ -119,7 +121,8 @@ Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
     return Error{kMultiPlanar};
   }
   if ((caps & kNeeded) != kNeeded) {
-    return Error{"does not stream images through shared memory; see plumbline cameras"};
+    return Error{
+        "does not support streaming capture. Choose another device with plumbline cameras."};
   }
   const auto choice = ChooseMode(ModesOf(fd_.get()), options_.mode);
   if (!choice) return choice.failure();
@@ -130,19 +133,21 @@ Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
   format.fmt.pix.pixelformat = FourccOf(choice->format);
   format.fmt.pix.field = V4L2_FIELD_NONE;
   if (IoctlAgain(fd_.get(), VIDIOC_S_FMT, &format) != 0) {
-    return Error{fmt::format("the mode is refused: {}{}", std::strerror(errno),
-                             errno == EBUSY ? "; does another program use the camera?" : "")};
+    return Error{
+        fmt::format("the mode was rejected: {}{}", std::strerror(errno),
+                    errno == EBUSY ? ". Check whether another program uses the camera." : "")};
   }
   const v4l2_pix_format& agreed = format.fmt.pix;
   if (agreed.pixelformat != FourccOf(choice->format) ||
       agreed.width != static_cast<std::uint32_t>(choice->size.width) ||
       agreed.height != static_cast<std::uint32_t>(choice->size.height)) {
-    return Error{fmt::format("{} was offered, but the camera took {} {}x{}",
+    return Error{fmt::format("the camera offers {} but set {} {}x{}",
                              ModeText(choice->format, choice->size, 0),
                              FourccText(agreed.pixelformat), agreed.width, agreed.height)};
   }
   if (agreed.field != V4L2_FIELD_NONE && agreed.field != V4L2_FIELD_ANY) {
-    return Error{"sends half images line by line (interlaced), which cannot be measured in"};
+    return Error{
+        "sends interlaced images, which cannot be measured. Set the camera to progressive."};
   }
   raw_ = {choice->format, choice->size, static_cast<std::ptrdiff_t>(agreed.bytesperline), {}};
   v4l2_streamparm rate{};
@@ -159,25 +164,25 @@ Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
     }
   }
   if (rate_hz_ > 0 && rate_hz_ < 0.98 * options_.mode.rate_hz) {
-    remarks_.push_back(fmt::format("{}: {} {:.4g} frames a second, {:g} were asked for",
-                                   device.path, ModeText(raw_.format, raw_.size, 0), rate_hz_,
-                                   options_.mode.rate_hz));
+    remarks_.push_back(fmt::format(
+        "{}: {} runs at {:.4g} frames per second instead of the requested {:g}", device.path,
+        ModeText(raw_.format, raw_.size, 0), rate_hz_, options_.mode.rate_hz));
   }
   return {};
 }
 
 bool V4l2Camera::WaitForFrame(double deadline_s) const {
-  const double left_s = std::clamp(deadline_s - clock_(), 0.0, kLongestWait_s);
+  const double left_s = std::clamp(deadline_s - clock_(), 0.0, kMaxWait_s);
   pollfd wait{.fd = fd_.get(), .events = POLLIN, .revents = 0};
-  // An error of poll itself, a signal among them, is no word on the device.
+  // An error of poll() itself, such as EINTR, says nothing about the device.
   if (poll(&wait, 1, static_cast<int>(std::ceil(1e3 * left_s))) <= 0) return true;
   return (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0;
 }
 
-void V4l2Camera::Complete(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame) {
+void V4l2Camera::FillFrame(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame) {
   const double now_s = clock_();
   double time_s = taken.time_s.value_or(now_s);
-  if (!(time_s <= now_s && time_s >= now_s - kOldestStamp_s)) time_s = now_s;
+  if (!(time_s <= now_s && time_s >= now_s - kMaxTimestampAge_s)) time_s = now_s;
   if (!(time_s > last_time_s_)) time_s = now_s;
   last_time_s_ = time_s;
   sequence_ = NextSequence(sequence_, last_sequence_, taken.sequence);
@@ -188,38 +193,40 @@ void V4l2Camera::Complete(const V4l2Frame& taken, const LumaView& luma, CameraFr
 CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
   if (!fd_) {
     if (!back_off_.Due(clock_())) return CameraResult::kWaiting;
-    if (const auto opened = Open(); !opened) return Lost(opened.error());
+    if (const auto opened = Open(); !opened) return Disconnect(opened.error());
   }
   raw_.bytes = {};
   problem_.clear();
-  const double deadline_s = clock_() + std::clamp(timeout_s, 0.0, kLongestWait_s);
+  const double deadline_s = clock_() + std::clamp(timeout_s, 0.0, kMaxWait_s);
   for (;;) {
     const bool alive = WaitForFrame(deadline_s);
     V4l2Frame taken;
-    const V4l2Answer answer = stream_->TakeNewest(taken);
-    if (answer == V4l2Answer::kGone) {
-      return Lost(fmt::format("went away: {}; is it plugged in?", std::strerror(errno)));
+    const V4l2StreamResult answer = stream_->TakeNewest(taken);
+    if (answer == V4l2StreamResult::kGone) {
+      return Disconnect(
+          fmt::format("lost: {}. Check that it is plugged in.", std::strerror(errno)));
     }
-    if (!alive && answer == V4l2Answer::kNothing) return Lost("went away; is it plugged in?");
-    if (answer != V4l2Answer::kNothing) heard_s_ = clock_();
-    if (answer == V4l2Answer::kDamaged) {
+    if (!alive && answer == V4l2StreamResult::kNotReady)
+      return Disconnect("lost. Check that it is plugged in.");
+    if (answer != V4l2StreamResult::kNotReady) last_activity_s_ = clock_();
+    if (answer == V4l2StreamResult::kDamaged) {
       problem_ =
-          fmt::format("{}: damaged frames; see its cable and the other devices of its USB", path_);
+          fmt::format("{}: damaged frames. Check the cable and the load of its USB bus.", path_);
     }
-    if (answer == V4l2Answer::kFrame) {
+    if (answer == V4l2StreamResult::kFrame) {
       raw_.bytes = taken.bytes;
       const auto luma = LumaOf(raw_, luma_);
       if (luma) {
         back_off_.Well();
         problem_.clear();
-        Complete(taken, *luma, frame);
+        FillFrame(taken, *luma, frame);
         return CameraResult::kFrame;
       }
       raw_.bytes = {};
       problem_ = fmt::format("{}: {}", path_, luma.error());
     }
-    if (clock_() - heard_s_ > kSilence_s) {
-      return Lost(fmt::format("sent nothing for {:g} s; opened anew", kSilence_s));
+    if (clock_() - last_activity_s_ > kSilenceTimeout_s) {
+      return Disconnect(fmt::format("no data for {:g} s; reopening", kSilenceTimeout_s));
     }
     if (clock_() >= deadline_s) break;
   }

@@ -1,4 +1,4 @@
-// A camera of the kernel's (V4L2): USB, PCI, virtual.
+// V4L2 camera: USB, PCI or virtual.
 #pragma once
 
 #include <cstdint>
@@ -21,23 +21,23 @@
 namespace plumbline {
 
 struct V4l2CameraOptions {
-  std::string device;  ///< path, serial number, or with its port: see SelectV4l2Device
+  std::string device;  ///< path or name of the camera, see SelectV4l2Device()
   ModeRequest mode = {};
   CameraSettings settings = {};
   DeviceTree tree = {};
 };
 
-/// Streams through shared memory and shows the newest frame. A frame that is damaged, short or no
-/// JPEG is passed over while the time-out leaves time for another one. A device that goes away, or
-/// sends nothing for 5 s, is opened anew, with its mode and its settings; where it was selected by
-/// serial number, at whatever port it comes back. `time_s` is the driver's stamp of the first or
-/// the last line, as the driver does it; ours where its stamps are of another clock or impossible.
-/// `sequence` goes on after a return. Opening takes as long as the device takes to answer, which
-/// the time-out does not bound: the kernel gives a USB camera up to some seconds for a request.
+/// Streams through memory-mapped buffers and returns the newest frame. A frame that is damaged,
+/// short or not a JPEG is skipped as long as the time-out allows waiting for another one. A device
+/// that is disconnected, or sends nothing for 5 s, is reopened with its mode and settings; if it
+/// was selected by serial number, at whatever port it reappears. `time_s` is the driver's time
+/// stamp of the first or last line, depending on the driver, or our own if the driver uses another
+/// clock or an impossible time. `sequence` continues after a reconnection. The time-out does not
+/// bound opening the device: the kernel allows a USB camera several seconds per request.
 class V4l2Camera : public Camera {
  public:
-  /// Refuses an empty device, a negative size, a rate outside 0.01..1000 Hz and settings that no
-  /// camera has.
+  /// Fails for an empty device, an impossible size, a rate outside 0.01..1000 Hz and settings
+  /// outside any camera's range.
   static Result<std::unique_ptr<Camera>> Create(const V4l2CameraOptions& options, Clock clock);
 
   CameraResult Read(double timeout_s, CameraFrame& frame) override;
@@ -51,20 +51,20 @@ class V4l2Camera : public Camera {
   Result<void> Open();
   Result<void> SetMode(const V4l2Device& device);
   void Close();
-  CameraResult Lost(const std::string& why);
-  /// Waits for a frame until the deadline. @return false: the device went away
+  CameraResult Disconnect(const std::string& why);
+  /// Waits for a frame until the deadline. @return false if the device is gone
   bool WaitForFrame(double deadline_s) const;
-  void Complete(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame);
+  void FillFrame(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame);
 
   const V4l2CameraOptions options_;
   const Clock clock_;
-  Descriptor fd_;  ///< outlives the stream
+  Descriptor fd_;  ///< must outlive stream_
   BackOff back_off_;
-  std::string path_;        ///< of the open device, or what was asked for
-  RawImage raw_;            ///< format, size, stride as agreed; bytes of the last frame
-  double rate_hz_ = 0;      ///< as the device told
-  double heard_s_ = 0;      ///< when it last sent anything
-  double last_time_s_ = 0;  ///< of the last frame
+  std::string path_;            ///< of the open device, or the configured selector
+  RawImage raw_;                ///< negotiated format, size and stride; bytes of the last frame
+  double rate_hz_ = 0;          ///< as reported by the device
+  double last_activity_s_ = 0;  ///< time of the last data from the device
+  double last_time_s_ = 0;      ///< of the last frame
   std::optional<std::uint32_t> last_sequence_;  ///< the driver's
   std::uint64_t sequence_ = 0;                  ///< ours
   std::vector<std::uint8_t> luma_, bgr_;
@@ -75,9 +75,11 @@ class V4l2Camera : public Camera {
   std::string problem_;
 };
 
-/// A driver's 32-bit count as one that goes on: the last one of ours, and the driver's last
-/// (nothing after a return) and new one. A driver that does not count gives one more each time.
-/// Pure.
+/// Extends the driver's 32-bit frame counter to a monotonic 64-bit sequence. Advances by 1 if the
+/// driver does not count. Pure.
+/// @param last         last sequence returned
+/// @param driver_last  driver's counter at that frame; nullopt after a reconnection
+/// @param driver_now   driver's counter now
 std::uint64_t NextSequence(std::uint64_t last, std::optional<std::uint32_t> driver_last,
                            std::uint32_t driver_now);
 

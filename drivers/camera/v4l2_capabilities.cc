@@ -1,4 +1,4 @@
-#include "drivers/camera/v4l2_offer.h"
+#include "drivers/camera/v4l2_capabilities.h"
 
 #include <fcntl.h>
 

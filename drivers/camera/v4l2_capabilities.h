@@ -1,4 +1,4 @@
-// What a camera can do, asked of the device itself.
+// Capabilities of a camera: its modes and controls.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,8 @@ struct V4l2Offer {
   std::vector<V4l2Control> controls;
 };
 
-/// Opens the device for a moment; a camera that streams for somebody else goes on.
+/// Queries the device. Opens it briefly; does not disturb another program that is streaming from
+/// it.
 Result<V4l2Offer> OfferOf(const V4l2Device& device);
 
 }  // namespace plumbline

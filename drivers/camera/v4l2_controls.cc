@@ -14,8 +14,8 @@
 namespace plumbline {
 namespace {
 
-/// A control as the kernel counts it. V4L2_CID_EXPOSURE_ABSOLUTE counts 0.1 ms, the colour
-/// temperature kelvin; the other units are the camera's own.
+/// A control and its unit. V4L2_CID_EXPOSURE_ABSOLUTE counts 0.1 ms and the colour temperature
+/// kelvin; the other units depend on the camera.
 struct Known {
   std::uint32_t id;
   std::string_view name;
@@ -34,7 +34,7 @@ constexpr Known kAutoGain{V4L2_CID_AUTOGAIN, "automatic gain", 1};
 constexpr Known kAutoWhiteBalance{V4L2_CID_AUTO_WHITE_BALANCE, "automatic white balance", 1};
 constexpr Known kAutoFocus{V4L2_CID_FOCUS_AUTO, "autofocus", 1};
 
-/// False where the device does not have it.
+/// Returns false if the device does not have the control.
 bool Query(int fd, std::uint32_t id, v4l2_queryctrl& query) {
   query = {};
   query.id = id;
@@ -54,7 +54,7 @@ class Setter {
  public:
   explicit Setter(int fd) : fd_(fd) {}
 
-  /// An automatic that need not exist.
+  /// Switches an automatic off if the camera has it.
   void SwitchOff(const Known& known, int off) {
     v4l2_queryctrl query{};
     if (Query(fd_, known.id, query)) Set(known, query, off);
@@ -62,14 +62,14 @@ class Setter {
   void SetValue(const Known& known, double value) {
     v4l2_queryctrl query{};
     if (!Query(fd_, known.id, query)) {
-      remarks_.push_back(fmt::format("{}: this camera does not have it", known.name));
+      remarks_.push_back(fmt::format("{}: not supported by this camera", known.name));
       return;
     }
     const double counts = std::round(value / known.per_count);
     if (!(counts >= query.minimum && counts <= query.maximum)) {
-      remarks_.push_back(fmt::format("{}: {:g} is outside {:g}..{:g} of this camera; left alone",
-                                     known.name, value, query.minimum * known.per_count,
-                                     query.maximum * known.per_count));
+      remarks_.push_back(fmt::format(
+          "{}: {:g} is outside the range {:g}..{:g} of this camera; left unchanged", known.name,
+          value, query.minimum * known.per_count, query.maximum * known.per_count));
       return;
     }
     Set(known, query, static_cast<int>(counts));
@@ -81,15 +81,15 @@ class Setter {
     v4l2_control control{};
     control.id = known.id;
     control.value = counts;
-    int now = 0;
+    int actual = 0;
     if ((query.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) {
-      remarks_.push_back(fmt::format("{}: this camera only tells it", known.name));
+      remarks_.push_back(fmt::format("{}: read-only on this camera", known.name));
     } else if (IoctlAgain(fd_, VIDIOC_S_CTRL, &control) != 0) {
-      remarks_.push_back(fmt::format("{}: the camera refuses {:g}: {}", known.name,
+      remarks_.push_back(fmt::format("{}: the camera rejects {:g}: {}", known.name,
                                      counts * known.per_count, std::strerror(errno)));
-    } else if (Get(fd_, known.id, now) && now != counts) {
-      remarks_.push_back(fmt::format("{}: asked for {:g}, the camera took {:g}", known.name,
-                                     counts * known.per_count, now * known.per_count));
+    } else if (Get(fd_, known.id, actual) && actual != counts) {
+      remarks_.push_back(fmt::format("{}: requested {:g}, the camera set {:g}", known.name,
+                                     counts * known.per_count, actual * known.per_count));
     }
   }
 

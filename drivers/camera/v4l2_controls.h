@@ -1,4 +1,4 @@
-// Exposure, gain, white balance and focus: set, read back, told where the camera does otherwise.
+// V4L2 controls: exposure, gain, white balance and focus, each verified after setting.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,9 @@
 
 namespace plumbline {
 
-/// What stays as it is told here; whatever is absent is left alone. What is set is taken from its
-/// automatic. Autofocus is switched off always: a lens that focuses by itself is another lens.
+/// Settings to apply; absent ones are left unchanged. The automatic of every setting that is
+/// applied is switched off. Autofocus is always switched off, because focusing changes the lens
+/// model.
 struct CameraSettings {
   std::optional<double> exposure_s = {};
   std::optional<int> gain_counts = {};
@@ -17,7 +18,7 @@ struct CameraSettings {
   std::optional<int> focus_counts = {};
 };
 
-/// A control of the camera's that matters here.
+/// A control of the camera with its range.
 struct V4l2Control {
   std::string
       name;  ///< "exposure_s", "gain_counts", "white_balance_K", "focus_counts", "zoom_counts"
@@ -25,10 +26,10 @@ struct V4l2Control {
 };
 
 /// Sets the controls of an open device and reads each back.
-/// @return what was refused, is missing, or came out otherwise: one sentence each
+/// @return one sentence for each control that was rejected, is missing, or has another value
 std::vector<std::string> ApplySettings(int fd, const CameraSettings& settings);
 
-/// Those that the device has, with their ranges.
+/// Controls of the device with their ranges.
 std::vector<V4l2Control> ControlsOf(int fd);
 
 }  // namespace plumbline

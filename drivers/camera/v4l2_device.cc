@@ -22,38 +22,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestText = 200;
+constexpr std::size_t kMaxTextBytes = 200;
 
-/// The first line of a file of the kernel's, printable characters only.
+/// First line of a sysfs file, printable characters only.
 std::string LineOf(const fs::path& path) {
   std::ifstream file(path);
   std::string line;
   std::getline(file, line);
   std::erase_if(line, [](char c) { return c < ' ' || c > '~'; });
-  line.resize(std::min(line.find_last_not_of(' ') + 1, kLongestText));
+  line.resize(std::min(line.find_last_not_of(' ') + 1, kMaxTextBytes));
   return line;
 }
 
-/// 10 of "video10"; nothing for "vbi0" and the like.
+/// 10 for "video10"; nullopt for other nodes such as "vbi0".
 std::optional<int> NodeNumber(std::string_view node) {
-  constexpr std::string_view kBegin = "video";
-  if (!node.starts_with(kBegin)) return std::nullopt;
-  node.remove_prefix(kBegin.size());
+  constexpr std::string_view kPrefix = "video";
+  if (!node.starts_with(kPrefix)) return std::nullopt;
+  node.remove_prefix(kPrefix.size());
   int number = 0;
   const auto [end, error] = std::from_chars(node.data(), node.data() + node.size(), number);
   if (error != std::errc() || end != node.data() + node.size()) return std::nullopt;
   return number;
 }
 
-/// A text that the driver filled, ended by a zero or by the end of its field.
+/// Text in a fixed-size field that may lack a terminating zero.
 template <std::size_t kSize>
 std::string TextOf(const unsigned char (&field)[kSize]) {
   const auto* end = std::find(field, field + kSize, '\0');
   return {field, end};
 }
 
-/// Asks the device itself. @return whether it captures images, or nothing where it cannot be asked
-std::optional<bool> AskDevice(V4l2Device& device) {
+/// Queries the device. @return whether it captures images; nullopt if it cannot be queried
+std::optional<bool> QueryDevice(V4l2Device& device) {
   const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   v4l2_capability capability{};
   if (!fd || IoctlAgain(fd.get(), VIDIOC_QUERYCAP, &capability) != 0) {
@@ -75,8 +75,8 @@ std::optional<bool> AskDevice(V4l2Device& device) {
   return (caps & V4L2_CAP_VIDEO_CAPTURE) != 0;
 }
 
-/// Serial number, model and port of the USB device that `node` of sysfs belongs to.
-void AskUsb(const fs::path& node, V4l2Device& device) {
+/// Reads serial number, model and port of the USB device that the sysfs `node` belongs to.
+void ReadUsbAttributes(const fs::path& node, V4l2Device& device) {
   std::error_code why;
   fs::path at = fs::canonical(node / "device", why);
   for (; !why && at.has_relative_path(); at = at.parent_path()) {
@@ -109,8 +109,8 @@ std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
     V4l2Device device;
     device.path = fs::path(tree.dev) / node;
     device.name = LineOf(at->path() / "name");
-    AskUsb(at->path(), device);
-    if (AskDevice(device).value_or(true)) found.emplace_back(*number, std::move(device));
+    ReadUsbAttributes(at->path(), device);
+    if (QueryDevice(device).value_or(true)) found.emplace_back(*number, std::move(device));
   }
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -137,7 +137,7 @@ Result<V4l2Device> SelectV4l2Device(std::string_view selector,
     }
     V4l2Device unlisted;
     unlisted.path = selector;
-    AskDevice(unlisted);
+    QueryDevice(unlisted);
     return unlisted;
   }
   std::vector<V4l2Device> meant;
@@ -154,13 +154,14 @@ Result<V4l2Device> SelectV4l2Device(std::string_view selector,
     }
   }
   if (meant.empty()) {
-    return Error{
-        fmt::format("no camera here is {}; is it plugged in? see plumbline cameras", selector)};
+    return Error{fmt::format(
+        "no camera {} found. Check that it is plugged in; plumbline cameras lists all cameras.",
+        selector)};
   }
   if (meant.size() > 1) {
-    return Error{fmt::format("{} cameras have the serial number {}; name the port too: {} or {}",
-                             meant.size(), selector, NameWithPort(meant[0]),
-                             NameWithPort(meant[1]))};
+    return Error{
+        fmt::format("{} cameras have the serial number {}. Add the port to select one: {} or {}",
+                    meant.size(), selector, NameWithPort(meant[0]), NameWithPort(meant[1]))};
   }
   return meant.front();
 }

@@ -11,8 +11,8 @@
 namespace plumbline {
 namespace {
 
-constexpr std::uint32_t kMostOfAKind = 200;  // a driver that never ends its list
-constexpr double kRateSlack = 0.98;          // 29.97 is 30
+constexpr std::uint32_t kMaxEntries = 200;  // bounds a driver whose list never ends
+constexpr double kRateSlack = 0.98;         // 29.97 counts as 30
 
 double RateOf(const v4l2_fract& interval) {
   return interval.numerator > 0 ? static_cast<double>(interval.denominator) / interval.numerator
@@ -26,7 +26,7 @@ ImageSize SizeOf(std::uint32_t width, std::uint32_t height) {
 
 std::vector<double> RatesOf(int fd, std::uint32_t fourcc, ImageSize size) {
   std::vector<double> rates_hz;
-  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_frmivalenum interval{};
     interval.index = i;
     interval.pixel_format = fourcc;
@@ -45,7 +45,7 @@ std::vector<double> RatesOf(int fd, std::uint32_t fourcc, ImageSize size) {
 }
 
 void AddSizes(int fd, std::uint32_t fourcc, std::vector<V4l2Mode>& modes) {
-  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_frmsizeenum size{};
     size.index = i;
     size.pixel_format = fourcc;
@@ -70,8 +70,8 @@ bool IsWithin(int value, int smallest, int largest, int step) {
   return value >= smallest && value <= largest && (value - smallest) % step == 0;
 }
 
-/// The slowest rate that is fast enough, else the fastest.
-double RateToAsk(const std::vector<double>& rates_hz, double wanted_hz) {
+/// Slowest rate that is fast enough, otherwise the fastest.
+double RateToRequest(const std::vector<double>& rates_hz, double wanted_hz) {
   if (rates_hz.empty()) return 0;
   double best_hz = rates_hz.front();
   for (const double rate_hz : rates_hz) {
@@ -82,9 +82,9 @@ double RateToAsk(const std::vector<double>& rates_hz, double wanted_hz) {
 
 std::string Offer(const std::vector<V4l2Mode>& modes) {
   std::string text;
-  int told = 0;
+  int listed = 0;
   for (const V4l2Mode& mode : modes) {
-    if (told++ == 12) return text + ", ...";
+    if (listed++ == 12) return text + ", ...";
     if (!text.empty()) text += ", ";
     text +=
         fmt::format("{} {}x{}", FourccText(mode.fourcc), mode.largest.width, mode.largest.height);
@@ -92,27 +92,26 @@ std::string Offer(const std::vector<V4l2Mode>& modes) {
   return text.empty() ? "nothing" : text;
 }
 
-/// What can be done about formats that are not read: by the first that is known.
+/// Remedy for a camera without a supported format, from the first format that is recognised.
 std::string Remedy(const std::vector<V4l2Mode>& modes) {
-  struct Unread {
+  struct Unsupported {
     std::string_view why;
     std::vector<std::uint32_t> fourccs;
   };
-  static const std::vector<Unread> kinds = {
-      {"DV is interlaced, and nothing that moves can be measured in it: use the camera's "
-       "progressive "
-       "output (HDMI, SDI) with a capture device",
+  static const std::vector<Unsupported> kinds = {
+      {"DV is interlaced and cannot be measured while anything moves. Use the camera's "
+       "progressive output (HDMI, SDI) with a capture device.",
        {V4L2_PIX_FMT_DV}},
-      {"compressed video is not read: set the camera to Motion JPEG or raw images",
+      {"compressed video is not supported. Set the camera to Motion JPEG or raw images.",
        {V4L2_PIX_FMT_H264, V4L2_PIX_FMT_H264_NO_SC, V4L2_PIX_FMT_HEVC, V4L2_PIX_FMT_MPEG,
         V4L2_PIX_FMT_MPEG4, V4L2_PIX_FMT_VP8, V4L2_PIX_FMT_VP9}},
-      {"raw Bayer images are not read: set the camera to monochrome (GREY) or YUYV",
+      {"raw Bayer images are not supported. Set the camera to monochrome (GREY) or YUYV.",
        {V4L2_PIX_FMT_SBGGR8, V4L2_PIX_FMT_SGBRG8, V4L2_PIX_FMT_SGRBG8, V4L2_PIX_FMT_SRGGB8,
         V4L2_PIX_FMT_SBGGR10, V4L2_PIX_FMT_SGBRG10, V4L2_PIX_FMT_SGRBG10, V4L2_PIX_FMT_SRGGB10}},
-      {"more than 8 bits a pixel are not read: set the camera to 8 bits (GREY)",
+      {"more than 8 bits per pixel are not supported. Set the camera to 8 bits (GREY).",
        {V4L2_PIX_FMT_Y10, V4L2_PIX_FMT_Y12, V4L2_PIX_FMT_Y16}},
   };
-  for (const Unread& kind : kinds) {
+  for (const Unsupported& kind : kinds) {
     for (const V4l2Mode& mode : modes) {
       if (std::find(kind.fourccs.begin(), kind.fourccs.end(), mode.fourcc) != kind.fourccs.end()) {
         return fmt::format("; {}", kind.why);
@@ -122,8 +121,8 @@ std::string Remedy(const std::vector<V4l2Mode>& modes) {
   return "";
 }
 
-/// A format that is read, whatever its size.
-bool IsRead(const V4l2Mode& mode) {
+/// True if the format is supported.
+bool IsSupported(const V4l2Mode& mode) {
   return PixelFormatOfFourcc(mode.fourcc).has_value();
 }
 
@@ -131,7 +130,7 @@ bool IsRead(const V4l2Mode& mode) {
 
 std::vector<V4l2Mode> ModesOf(int fd) {
   std::vector<V4l2Mode> modes;
-  for (std::uint32_t i = 0; i < kMostOfAKind; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_fmtdesc format{};
     format.index = i;
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -168,16 +167,16 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
     if (found && !(merit > best_merit)) continue;
     found = true;
     best_merit = merit;
-    best = {*format, size, RateToAsk(mode.rates_hz, request.rate_hz)};
+    best = {*format, size, RateToRequest(mode.rates_hz, request.rate_hz)};
   }
   if (found) return best;
-  const std::string remedy = std::any_of(modes.begin(), modes.end(), IsRead)
+  const std::string remedy = std::any_of(modes.begin(), modes.end(), IsSupported)
                                  ? ""
-                                 : " (read are GREY, NV12, YUYV, UYVY, MJPG)" + Remedy(modes);
+                                 : " (supported are GREY, NV12, YUYV, UYVY, MJPG)" + Remedy(modes);
   if (any_size) {
-    return Error{fmt::format("no format that can be read; it has {}{}", Offer(modes), remedy)};
+    return Error{fmt::format("no supported format; the camera offers {}{}", Offer(modes), remedy)};
   }
-  return Error{fmt::format("no {} x {} px in a format that can be read; it has {}{}",
+  return Error{fmt::format("no {} x {} px in a supported format; the camera offers {}{}",
                            request.size.width, request.size.height, Offer(modes), remedy)};
 }
 

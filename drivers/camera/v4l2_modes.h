@@ -1,4 +1,4 @@
-// What a camera can send, and what of it is asked for.
+// Capture modes of a V4L2 camera and the choice among them.
 #pragma once
 
 #include <cstdint>
@@ -12,33 +12,34 @@
 
 namespace plumbline {
 
-/// One format at one size, or at a range of sizes.
+/// One format at one size or a range of sizes.
 struct V4l2Mode {
   std::uint32_t fourcc = 0;
-  ImageSize smallest, largest;   ///< equal where the size is one
-  ImageSize step = {1, 1};       ///< of a range
-  std::vector<double> rates_hz;  ///< fastest first, at the largest size; empty: not told
+  ImageSize smallest, largest;   ///< equal for a single size
+  ImageSize step = {1, 1};       ///< increment within the range
+  std::vector<double> rates_hz;  ///< at the largest size, fastest first; empty: not reported
 };
 
 struct ModeRequest {
-  ImageSize size = {};                   ///< {0, 0}: the largest that is fast enough
-  double rate_hz = 20;                   ///< at least, where the camera can
-  std::vector<PixelFormat> formats = {}  ///< those wanted, best first; empty: all, by their order
+  ImageSize size = {};  ///< {0, 0}: the largest that reaches rate_hz
+  double rate_hz = 20;  ///< minimum, if the camera supports it
+  std::vector<PixelFormat> formats =
+      {}  ///< acceptable formats, best first; empty: all in order of preference
   ;
 };
 
 struct ModeChoice {
   PixelFormat format = PixelFormat::kGrey;
   ImageSize size;
-  double rate_hz = 0;  ///< to ask for; 0: the camera tells none
+  double rate_hz = 0;  ///< rate to request; 0: the camera reports none
 };
 
-/// All modes of an open device, readable by us or not.
+/// All modes of an open device, including formats that are not supported here.
 std::vector<V4l2Mode> ModesOf(int fd);
 
-/// The first wanted format that has the size at the rate; else what comes nearest to the rate.
-/// Where no size is asked for, the largest at the rate. Pure.
-/// @return or what the device has instead
+/// Chooses the most preferred format that has the size at the rate, otherwise the fastest. Without
+/// a requested size, the largest at the rate. Pure.
+/// @return the choice, or an error that lists what the device offers
 Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequest& request);
 
 /// "YUYV 1920x1080@30".

@@ -1,4 +1,4 @@
-// Frames from an open device through buffers that it shares with us.
+// V4L2 capture stream with memory-mapped buffers.
 #pragma once
 
 #include <cstdint>
@@ -12,34 +12,34 @@
 
 namespace plumbline {
 
-/// A frame in a shared buffer.
+/// A frame in a memory-mapped buffer.
 struct V4l2Frame {
   std::span<const std::uint8_t> bytes;
   std::uint32_t sequence = 0;
-  std::optional<double> time_s;  ///< CLOCK_MONOTONIC; nothing where the driver has another clock
+  std::optional<double> time_s;  ///< CLOCK_MONOTONIC; nullopt if the driver uses another clock
 };
 
-enum class V4l2Answer : std::uint8_t {
+enum class V4l2StreamResult : std::uint8_t {
   kFrame,
-  kNothing,  ///< none is ready
-  kDamaged,  ///< only such as the driver itself calls damaged
-  kGone,     ///< the device; errno tells why
+  kNotReady,  ///< no frame is ready
+  kDamaged,   ///< only frames that the driver flags as damaged
+  kGone,      ///< the device is gone; see errno
 };
 
-/// The capture of one device, from STREAMON to STREAMOFF.
+/// Capture of one device, from STREAMON to STREAMOFF.
 class V4l2Stream {
  public:
-  static constexpr std::uint32_t kBuffers = 4;  ///< one held by us, three for the device
+  static constexpr std::uint32_t kBuffers = 4;  ///< one for us, three for the device
 
-  /// @param fd  open, its format set; it must outlive the stream
+  /// @param fd  open device with its format set; must outlive the stream
   static Result<std::unique_ptr<V4l2Stream>> Start(int fd);
   ~V4l2Stream();
   V4l2Stream(const V4l2Stream&) = delete;
   V4l2Stream& operator=(const V4l2Stream&) = delete;
 
-  /// The newest frame that is ready; older ones go back to the device unseen. It stays as it is
-  /// until the next call.
-  V4l2Answer TakeNewest(V4l2Frame& frame);
+  /// Dequeues the newest frame that is ready and returns older ones to the device. The frame is
+  /// valid until the next call.
+  V4l2StreamResult TakeNewest(V4l2Frame& frame);
 
  private:
   struct Buffer {
@@ -49,11 +49,11 @@ class V4l2Stream {
 
   explicit V4l2Stream(int fd) : fd_(fd) {}
   Result<void> Map();
-  bool GiveBack(std::uint32_t index) const;
+  bool Requeue(std::uint32_t index) const;
 
   const int fd_;
   std::vector<Buffer> buffers_;
-  std::optional<std::uint32_t> held_;  ///< the buffer that the last frame lies in
+  std::optional<std::uint32_t> dequeued_;  ///< buffer of the last frame
 };
 
 }  // namespace plumbline

@@ -6,10 +6,10 @@
 namespace plumbline {
 namespace {
 
-constexpr float kEmpty = 0.13F;  ///< grey where there is no image
+constexpr float kEmpty = 0.13F;  ///< grey level without an image
 
 constexpr const char* kBackgroundVertex = R"(
-void main() {  // one triangle that covers everything
+void main() {  // one triangle that covers the picture
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   gl_Position = vec4(corner, 0.0, 1.0);
 }
@@ -20,7 +20,7 @@ uniform vec4 u_pinhole;    // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
 uniform vec4 u_image;      // fx/width, fy/height, (cx + 1/2)/width, (cy + 1/2)/height
 uniform vec3 u_radial;     // k1, k2, k3
 uniform vec2 u_tangential; // p1, p2
-uniform float u_r2_most;
+uniform float u_r2_max;
 uniform float u_empty;
 uniform sampler2D u_pixels;
 out vec4 colour;
@@ -30,12 +30,12 @@ void main() {
   float radial = 1.0 + r2 * (u_radial.x + r2 * (u_radial.y + r2 * u_radial.z));
   vec2 d = n * (radial + 2.0 * dot(u_tangential.yx, n)) + u_tangential.yx * r2;
   vec2 at = d * u_image.xy + u_image.zw;
-  vec2 inside = step(abs(at - 0.5), vec2(0.5)) * step(r2, u_r2_most);
+  vec2 inside = step(abs(at - 0.5), vec2(0.5)) * step(r2, u_r2_max);
   colour = vec4(mix(vec3(u_empty), texture(u_pixels, at).rgb, inside.x * inside.y), 1.0);
 }
 )";
 
-/// The lens that fits an undistorted image into the picture.
+/// Lens that scales an image without a lens to fit into the picture.
 Lens FittingLens(ImageSize image, const Lens& pinhole, ImageSize picture) {
   const double scale = std::min(static_cast<double>(picture.width) / image.width,
                                 static_cast<double>(picture.height) / image.height);
@@ -100,7 +100,7 @@ void BackgroundPass::Load(const Background& background, Image& image) {
 }
 
 Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinhole, ImageSize size,
-                                  std::size_t place) {
+                                  std::size_t view) {
   glClearColor(kEmpty, kEmpty, kEmpty, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   const LumaView& luma = background.luma;
@@ -109,24 +109,25 @@ Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinh
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   if (luma.width < 1 || luma.height < 1 || luma.width > most || luma.height > most ||
       luma.stride < luma.width) {
-    return Error{"the camera's image has a size that cannot be drawn"};
+    return Error{"the camera image has a size that cannot be drawn"};
   }
   const Lens lens = background.lens.value_or(FittingLens(luma.size(), pinhole, size));
-  if (images_.size() <= place) images_.resize(place + 1);
-  Load(background, images_[place]);
+  if (images_.size() <= view) images_.resize(view + 1);
+  Load(background, images_[view]);
   const auto f = [](double value) { return static_cast<GLfloat>(value); };
   program_.Use();
-  glUniform4f(program_.At("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
+  glUniform4f(program_.UniformLocation("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
               f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
-  glUniform4f(program_.At("u_image"), f(lens.fx / luma.width), f(lens.fy / luma.height),
-              f((lens.cx + 0.5) / luma.width), f((lens.cy + 0.5) / luma.height));
-  glUniform3f(program_.At("u_radial"), f(lens.k1), f(lens.k2), f(lens.k3));
-  glUniform2f(program_.At("u_tangential"), f(lens.p1), f(lens.p2));
-  glUniform1f(program_.At("u_r2_most"), f(LargestRadiusSquared(lens)));
-  glUniform1f(program_.At("u_empty"), kEmpty);
-  glUniform1i(program_.At("u_pixels"), 0);
-  glBindTexture(GL_TEXTURE_2D, *images_[place].texture);
-  glBindVertexArray(*nothing_);
+  glUniform4f(program_.UniformLocation("u_image"), f(lens.fx / luma.width),
+              f(lens.fy / luma.height), f((lens.cx + 0.5) / luma.width),
+              f((lens.cy + 0.5) / luma.height));
+  glUniform3f(program_.UniformLocation("u_radial"), f(lens.k1), f(lens.k2), f(lens.k3));
+  glUniform2f(program_.UniformLocation("u_tangential"), f(lens.p1), f(lens.p2));
+  glUniform1f(program_.UniformLocation("u_r2_max"), f(LargestRadiusSquared(lens)));
+  glUniform1f(program_.UniformLocation("u_empty"), kEmpty);
+  glUniform1i(program_.UniformLocation("u_pixels"), 0);
+  glBindTexture(GL_TEXTURE_2D, *images_[view].texture);
+  glBindVertexArray(*empty_array_);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -1,4 +1,4 @@
-// The camera's image behind everything, undistorted pixel by pixel on the GPU.
+// Render pass for the background: the camera image, undistorted per pixel on the GPU.
 #pragma once
 
 #include <optional>
@@ -10,19 +10,19 @@
 namespace plumbline {
 
 /// For the centre of each pixel (u, v) of the picture
-///   n = ((u - cx) / fx, (v - cy) / fy)             of the picture's pinhole
-///   s = PixelOfNormalised(lens, n)                 in the camera's image (lens/lens.h)
-/// and the colour is bilinear between the image's pixel centres around s. Where s lies outside the
-/// image, or the lens' polynomial has folded back, the picture is dark grey. An image without a
-/// lens is fitted into the picture with its own proportions.
+///   n = ((u - cx) / fx, (v - cy) / fy)             with the pinhole of the picture
+///   s = PixelOfNormalised(lens, n)                 in the camera image (lens/lens.h)
+/// and the colour is interpolated bilinearly between the pixel centres around s. If s lies outside
+/// the image, or the lens polynomial has folded back, the pixel is dark grey. An image without a
+/// lens is scaled to fit into the picture, keeping its aspect ratio.
 class BackgroundPass {
  public:
   static Result<BackgroundPass> Create();
 
-  /// @param place  of the image among those of one picture: each has a texture of its own
-  /// @return why the image is not there; the picture has been filled with grey
+  /// @param view  index of the camera view in the picture; each has its own texture
+  /// @return an error if there is no image; the background is then grey
   Result<void> Draw(const Background& background, const Lens& pinhole, ImageSize size,
-                    std::size_t place = 0);
+                    std::size_t view = 0);
 
  private:
   struct Image {
@@ -34,11 +34,11 @@ class BackgroundPass {
   static void Load(const Background& background, Image& image);
 
   GlProgram program_;
-  GlVertexArray nothing_;      ///< the corners are computed
-  std::vector<Image> images_;  ///< by place
+  GlVertexArray empty_array_;  ///< the vertex shader computes the corners
+  std::vector<Image> images_;  ///< by view
 };
 
-/// The square of the largest radius up to which the radial terms of a lens grow with it: beyond,
+/// Square of the largest normalised radius up to which the distorted radius increases; beyond it
 /// the polynomial folds back. At most 100.
 double LargestRadiusSquared(const Lens& lens);
 

@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// Linear sRGB of an Oklab colour.
+/// Converts Oklab to linear sRGB.
 Vec3 LinearOfOklab(double lightness, double a, double b) {
   const Mat3 cone_of_lab{{1, 0.3963377774, 0.2158037573},
                          {1, -0.1055613458, -0.0638541728},
@@ -26,8 +26,8 @@ float EncodedSrgb(double linear) {
 
 }  // namespace
 
-Colour StressColour(double share) {
-  const double t = share > 0 ? std::min(share, 1.0) : 0.0;
+Colour StressColour(double fraction) {
+  const double t = fraction > 0 ? std::min(fraction, 1.0) : 0.0;
   const double lightness = 0.30 + 0.63 * t;
   const double hue = (285 - 180 * t) * std::numbers::pi / 180;
   Vec3 linear = Vec3::Zero();

@@ -1,15 +1,16 @@
-// The colours that stand for stress, from none to full.
+// Colour scale for stress.
 #pragma once
 
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline {
 
-/// A scale that reads in one order: dark blue, green, bright yellow, the lightness rising evenly,
-/// so that equal steps of stress look equally far apart, in print and to the colour-blind, too.
-///   Oklab: L = 0.30 .. 0.93, hue 285 .. 105 degrees, chroma 0.13 or what sRGB can show
+/// Perceptually uniform scale from dark blue over green to bright yellow. Lightness increases
+/// linearly, so equal steps of stress look equally large, also in greyscale print and to the
+/// colour-blind.
+///   Oklab: L = 0.30 .. 0.93, hue 285 .. 105 degrees, chroma 0.13 or the largest within sRGB
 /// [Ottosson, "A perceptual color space for image processing", 2020]
-/// @param share  0..1; what lies outside, or is not a number, counts as the nearer end, or as 0
-Colour StressColour(double share);
+/// @param fraction  of full stress, clamped to 0..1; NaN counts as 0
+Colour StressColour(double fraction);
 
 }  // namespace plumbline

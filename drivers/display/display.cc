@@ -15,13 +15,13 @@ std::string_view DisplayResultText(DisplayResult result) {
     case DisplayResult::kShown:
       return "shown";
     case DisplayResult::kBusy:
-      return "the last picture is not on the screen yet";
+      return "the previous picture is not on the screen yet";
     case DisplayResult::kWaiting:
       return "no display yet";
     case DisplayResult::kLost:
-      return "the display is gone";
-    case DisplayResult::kOtherSize:
-      return "the display takes pictures of another size";
+      return "display lost";
+    case DisplayResult::kSizeMismatch:
+      return "the picture does not match the size of the display";
   }
   return "?";
 }
@@ -33,10 +33,10 @@ Result<std::unique_ptr<Display>> NoDisplay::Create(const NoDisplayOptions& optio
                                                    Sleep sleep) {
   const auto& [width, height] = options.size;
   if (width < 16 || height < 16 || width > 8192 || height > 8192) {
-    return Error{"the picture's size is outside 16..8192 pixels"};
+    return Error{"the picture size is outside 16..8192 pixels"};
   }
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 240)) {
-    return Error{"the picture's rate is outside 0.1..240 Hz"};
+    return Error{"the picture rate is outside 0.1..240 Hz"};
   }
   return std::unique_ptr<Display>(new NoDisplay(options, clock, sleep));
 }
@@ -48,7 +48,7 @@ DisplayResult NoDisplay::Wait(double timeout_s) {
 }
 
 DisplayResult NoDisplay::Show(DrawnPicture&) {
-  next_s_ = NextPicture_s(next_s_, clock_(), 1 / options_.rate_hz);
+  next_s_ = NextPictureDue_s(next_s_, clock_(), 1 / options_.rate_hz);
   return DisplayResult::kShown;
 }
 

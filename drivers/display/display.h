@@ -1,4 +1,4 @@
-// What the drawing process asks of a display, whatever it is reached through.
+// Interface of a display, independent of its kind.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,19 @@
 namespace plumbline {
 
 enum class DisplayResult : std::uint8_t {
-  kReady,      ///< of Wait(): a picture of size() may be shown
-  kShown,      ///< of Show(): it is on its way to the screen
-  kBusy,       ///< the last picture is not on the screen yet
-  kWaiting,    ///< no display; the next attempt is not due yet
-  kLost,       ///< cannot be opened, went away, or has no monitor
-  kOtherSize,  ///< the picture is not as large as size() is now; draw another one
+  kReady,         ///< from Wait(): a picture of size() can be shown
+  kShown,         ///< from Show(): the picture is queued for the screen
+  kBusy,          ///< the previous picture is not on the screen yet
+  kWaiting,       ///< no display; the next attempt is not due yet
+  kLost,          ///< cannot be opened, was disconnected, or has no monitor
+  kSizeMismatch,  ///< the picture does not have the current size(); draw it again
 };
 
-/// Words for a log line: "the monitor is gone".
+/// Text for the log, for example "no display yet".
 std::string_view DisplayResultText(DisplayResult result);
 
-/// A display. Used by one thread. It connects by itself and comes back by itself. There is no
-/// queue: a picture is drawn when the last one is on the screen, from what is newest then.
+/// A display. Not thread-safe. It connects and reconnects by itself. There is no queue: a picture
+/// is drawn from the newest data once the previous one is on the screen.
 class Display {
  public:
   Display() = default;
@@ -29,20 +29,19 @@ class Display {
   Display& operator=(const Display&) = delete;
   virtual ~Display() = default;
 
-  /// Waits until a picture may be shown, at most `timeout_s`. Where a monitor has to be asked what
-  /// it can do, as after plugging it in, the kernel's own time is added, a second at most by
-  /// experience.
+  /// Waits up to `timeout_s` until a picture can be shown. Probing the modes of a newly connected
+  /// monitor takes the kernel additional time, observed to be at most one second.
   /// @return kReady, kBusy, kWaiting or kLost
   virtual DisplayResult Wait(double timeout_s) = 0;
 
-  /// Of the pictures that the screen takes; valid after kReady.
+  /// Picture size that the screen accepts; valid after kReady.
   virtual ImageSize size() const = 0;
 
-  /// Does not wait for the screen. @return kShown, kBusy, kLost or kOtherSize
+  /// Shows a picture without waiting for the screen. @return kShown, kBusy, kLost or kSizeMismatch
   virtual DisplayResult Show(DrawnPicture& picture) = 0;
 
-  /// What the last call that was neither kReady, kShown nor kBusy met, with its place and what to
-  /// do; valid until the next call.
+  /// Error of the last call that returned kWaiting, kLost or kSizeMismatch, with the location and
+  /// the remedy; valid until the next call.
   virtual std::string_view problem() const = 0;
 };
 

@@ -14,7 +14,8 @@ namespace plumbline {
 Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, ImageSize size) {
   std::unique_ptr<DumbBuffer> buffer(new DumbBuffer(card));
   const auto failed = [](const char* what) {
-    return Error{fmt::format("no memory for a picture ({}): {}", what, std::strerror(errno))};
+    return Error{
+        fmt::format("cannot allocate a scan-out buffer ({}): {}", what, std::strerror(errno))};
   };
   drm_mode_create_dumb made{};
   made.width = static_cast<std::uint32_t>(size.width);
@@ -24,8 +25,8 @@ Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, ImageSize size) {
   buffer->handle_ = made.handle;
   buffer->bytes_ = made.size;
   buffer->layout_ = {.size = size, .stride = made.pitch};
-  if (const auto fault = UnusableLayout(buffer->layout_, made.size)) {
-    return Error{"the card gives memory with " + fault->message};
+  if (const auto fault = CheckLayout(buffer->layout_, made.size)) {
+    return Error{"the card provides a buffer with " + fault->message};
   }
   const std::uint32_t handles[4] = {made.handle}, strides[4] = {made.pitch}, offsets[4] = {};
   if (drmModeAddFB2(card, made.width, made.height, DRM_FORMAT_XRGB8888, handles, strides, offsets,

@@ -1,4 +1,4 @@
-// A picture's memory that a card can show: every card has it, with or without a GPU.
+// DRM dumb buffer: scan-out memory that every card provides, with or without a GPU.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace plumbline {
 
-/// XRGB, 32 bits a pixel, mapped for writing.
+/// XRGB, 32 bits per pixel, mapped for writing.
 class DumbBuffer {
  public:
-  /// @param card  open; it must outlive the buffer
+  /// @param card  open card; must outlive the buffer
   static Result<std::unique_ptr<DumbBuffer>> Make(int card, ImageSize size);
   ~DumbBuffer();
   DumbBuffer(const DumbBuffer&) = delete;

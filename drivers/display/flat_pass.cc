@@ -7,10 +7,10 @@
 namespace plumbline {
 namespace {
 
-constexpr int kFirstAtlas_px = 256, kLargestAtlas_px = 2048;
+constexpr int kInitialAtlas_px = 256, kMaxAtlas_px = 2048;
 
 constexpr const char* kFlatVertex = R"(
-layout(location = 0) in vec2 a_place;
+layout(location = 0) in vec2 a_position;
 layout(location = 1) in vec2 a_texel;
 layout(location = 2) in vec4 a_colour;
 uniform vec2 u_size;
@@ -18,7 +18,7 @@ uniform float u_atlas;
 out vec2 texel;
 out vec4 flat_colour;
 void main() {
-  gl_Position = vec4(2.0 * a_place / u_size - 1.0, 0.0, 1.0);
+  gl_Position = vec4(2.0 * a_position / u_size - 1.0, 0.0, 1.0);
   texel = a_texel / u_atlas;
   flat_colour = a_colour;
 }
@@ -27,16 +27,16 @@ void main() {
 constexpr const char* kFlatFragment = R"(
 in vec2 texel;
 in vec4 flat_colour;
-uniform sampler2D u_letters;
+uniform sampler2D u_glyphs;
 out vec4 colour;
 void main() {
-  colour = vec4(flat_colour.rgb, flat_colour.a * texture(u_letters, texel).r);
+  colour = vec4(flat_colour.rgb, flat_colour.a * texture(u_glyphs, texel).r);
 }
 )";
 
 int WholeSize(float height_px) {
-  if (!(height_px > 0)) return Font::kSmallest_px;
-  return static_cast<int>(std::lround(std::min(height_px, float{Font::kLargest_px})));
+  if (!(height_px > 0)) return Font::kMinSize_px;
+  return static_cast<int>(std::lround(std::min(height_px, float{Font::kMaxSize_px})));
 }
 
 }  // namespace
@@ -58,14 +58,14 @@ Result<FlatPass> FlatPass::Create(std::optional<Font> font) {
   attribute(1, 2, offsetof(Vertex, s));
   attribute(2, 4, offsetof(Vertex, r));
   glBindVertexArray(0);
-  pass.ClearAtlas(kFirstAtlas_px);
+  pass.ClearAtlas(kInitialAtlas_px);
   return pass;
 }
 
 void FlatPass::ClearAtlas(int width) {
   atlas_width_ = width;
   atlas_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(width), 0);
-  placed_.clear();
+  entries_.clear();
   for (const std::size_t row : {0U, 1U}) {
     for (const std::size_t column : {0U, 1U}) {
       atlas_[row * static_cast<std::size_t>(width) + column] = 255;
@@ -78,15 +78,16 @@ void FlatPass::ClearAtlas(int width) {
   full_ = false;
 }
 
-/// Room for a letter and one empty pixel beside it, at (shelf_s_, shelf_t_); false: none is left.
+/// Makes room for a glyph and a one-pixel margin at (shelf_s_, shelf_t_). Returns false if the
+/// atlas is full.
 bool FlatPass::MakeRoom(int width, int height) {
   if (shelf_s_ + width + 1 > atlas_width_) {
     shelf_t_ += shelf_height_;
     shelf_s_ = shelf_height_ = 0;
   }
   if (shelf_t_ + height + 1 > atlas_width_) {
-    if (2 * atlas_width_ > kLargestAtlas_px) return false;
-    // What is there keeps its place: rows become longer, and there is room below.
+    if (2 * atlas_width_ > kMaxAtlas_px) return false;
+    // Existing glyphs keep their coordinates: the new room is to the right and below.
     const int old_width = atlas_width_;
     std::vector<std::uint8_t> old = std::move(atlas_);
     atlas_width_ = 2 * old_width;
@@ -102,16 +103,16 @@ bool FlatPass::MakeRoom(int width, int height) {
   return width + 1 <= atlas_width_;
 }
 
-const FlatPass::Placed* FlatPass::Find(char32_t letter, int size_px) {
-  const auto key = std::pair(letter, size_px);
-  if (const auto known = placed_.find(key); known != placed_.end()) return &known->second;
-  auto glyph = font_ && !full_ ? font_->Rasterise(letter, size_px) : std::nullopt;
+const FlatPass::AtlasEntry* FlatPass::Find(char32_t code_point, int size_px) {
+  const auto key = std::pair(code_point, size_px);
+  if (const auto known = entries_.find(key); known != entries_.end()) return &known->second;
+  auto glyph = font_ && !full_ ? font_->Rasterise(code_point, size_px) : std::nullopt;
   if (!glyph) return nullptr;
   if (!MakeRoom(glyph->width, glyph->height)) {
     full_ = true;
     return nullptr;
   }
-  Placed placed{.glyph = {}, .s = shelf_s_, .t = shelf_t_};
+  AtlasEntry placed{.glyph = {}, .s = shelf_s_, .t = shelf_t_};
   for (int row = 0; row < glyph->height; ++row) {
     std::copy_n(glyph->coverage.begin() + std::ptrdiff_t{row} * glyph->width, glyph->width,
                 atlas_.begin() + std::ptrdiff_t{shelf_t_ + row} * atlas_width_ + shelf_s_);
@@ -121,7 +122,7 @@ const FlatPass::Placed* FlatPass::Find(char32_t letter, int size_px) {
   changed_ = changed_ || glyph->width > 0;
   glyph->coverage.clear();
   placed.glyph = *std::move(glyph);
-  return &placed_.emplace(key, std::move(placed)).first->second;
+  return &entries_.emplace(key, std::move(placed)).first->second;
 }
 
 void FlatPass::AddRectangle(float x, float y, float width, float height, float s, float t,
@@ -144,9 +145,9 @@ void FlatPass::AddText(const DrawnText& text) {
   const int size_px = WholeSize(text.height_px);
   float pen = std::round(text.x);
   const float base = std::round(text.y);
-  for (const char32_t letter : LettersOf(text.text)) {
-    if (letter < U' ') continue;
-    const Placed* placed = Find(letter, size_px);
+  for (const char32_t code_point : CodePointsFromUtf8(text.text)) {
+    if (code_point < U' ') continue;
+    const AtlasEntry* placed = Find(code_point, size_px);
     if (placed == nullptr) continue;
     const Glyph& glyph = placed->glyph;
     if (glyph.width > 0) {
@@ -160,9 +161,9 @@ void FlatPass::AddText(const DrawnText& text) {
 
 float FlatPass::TextWidth(const std::string& text, float height_px) {
   int width = 0;
-  for (const char32_t letter : LettersOf(text)) {
-    if (letter < U' ') continue;
-    const Placed* placed = Find(letter, WholeSize(height_px));
+  for (const char32_t code_point : CodePointsFromUtf8(text)) {
+    if (code_point < U' ') continue;
+    const AtlasEntry* placed = Find(code_point, WholeSize(height_px));
     if (placed != nullptr) width += placed->glyph.advance;
   }
   return static_cast<float>(width);
@@ -190,10 +191,10 @@ void FlatPass::Draw(const DisplayList& list) {
   if (vertices_.empty()) return;
   Upload();
   program_.Use();
-  glUniform2f(program_.At("u_size"), static_cast<float>(list.size.width),
+  glUniform2f(program_.UniformLocation("u_size"), static_cast<float>(list.size.width),
               static_cast<float>(list.size.height));
-  glUniform1f(program_.At("u_atlas"), static_cast<float>(atlas_width_));
-  glUniform1i(program_.At("u_letters"), 0);
+  glUniform1f(program_.UniformLocation("u_atlas"), static_cast<float>(atlas_width_));
+  glUniform1i(program_.UniformLocation("u_glyphs"), 0);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
   glBindVertexArray(*array_);

@@ -1,4 +1,4 @@
-// Boxes and text over the picture.
+// Render pass for 2D boxes and text on top of the picture.
 #pragma once
 
 #include <cstdint>
@@ -14,32 +14,32 @@
 
 namespace plumbline {
 
-/// Letters lie in an atlas that takes each one, in each size, when it is first drawn. It grows from
-/// 256 to 2048 pixels of width; a picture with more letters than fit lacks the rest, and the next
-/// picture starts with an empty one.
+/// Glyphs are cached in an atlas texture when they are first drawn in a size. The atlas grows from
+/// 256 to 2048 pixels of width; if it is full the remaining glyphs of that picture are missing, and
+/// the next picture starts with an empty atlas.
 class FlatPass {
  public:
-  /// @param font  nothing: boxes only
+  /// @param font  nullopt: boxes only
   static Result<FlatPass> Create(std::optional<Font> font);
 
   void Draw(const DisplayList& list);
 
-  /// How far the pen goes [px]; 0 without a font.
+  /// Advance width of a text [px]; 0 without a font.
   float TextWidth(const std::string& text, float height_px);
   int atlas_width_px() const { return atlas_width_; }
 
  private:
   struct Vertex {
-    float x, y;  ///< of pixel edges: 0 is the left or upper edge of the picture
-    float s, t;  ///< in the atlas [px]
+    float x, y;  ///< pixel edges: 0 is the left or top edge of the picture
+    float s, t;  ///< atlas coordinates [px]
     float r, g, b, a;
   };
-  struct Placed {
-    Glyph glyph;  ///< without its bitmap
+  struct AtlasEntry {
+    Glyph glyph;  ///< without bitmap
     int s = 0, t = 0;
   };
 
-  const Placed* Find(char32_t letter, int size_px);
+  const AtlasEntry* Find(char32_t code_point, int size_px);
   bool MakeRoom(int width, int height);
   void ClearAtlas(int width);
   void AddRectangle(float x, float y, float width, float height, float s, float t, bool glyph,
@@ -53,9 +53,9 @@ class FlatPass {
   GlBuffer buffer_;
   GlTexture texture_;
   std::vector<Vertex> vertices_;
-  std::vector<std::uint8_t> atlas_;  ///< coverages; its texel (0, 0) is full, for boxes
-  std::map<std::pair<char32_t, int>, Placed> placed_;
-  int atlas_width_ = 0;  ///< and height
+  std::vector<std::uint8_t> atlas_;  ///< coverage; texel (0, 0) is fully covered, for boxes
+  std::map<std::pair<char32_t, int>, AtlasEntry> entries_;
+  int atlas_width_ = 0;  ///< also the height
   int shelf_s_ = 0, shelf_t_ = 0, shelf_height_ = 0;
   bool changed_ = false, full_ = false;
 };

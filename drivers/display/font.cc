@@ -16,7 +16,7 @@ void Font::Close::operator()(FT_FaceRec_* face) const {
   FT_Done_Face(face);
 }
 
-std::vector<std::string> UsualFontPaths() {
+std::vector<std::string> DefaultFontPaths() {
   return {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
           "/usr/share/fonts/dejavu/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf"};
 }
@@ -24,7 +24,7 @@ std::vector<std::string> UsualFontPaths() {
 Result<Font> Font::Open(std::span<const std::string> paths) {
   Font font;
   FT_Library library = nullptr;
-  if (FT_Init_FreeType(&library) != 0) return Error{"FreeType cannot be started"};
+  if (FT_Init_FreeType(&library) != 0) return Error{"FreeType cannot be initialised"};
   font.library_.reset(library);
   std::string tried;
   for (const std::string& path : paths) {
@@ -37,17 +37,19 @@ Result<Font> Font::Open(std::span<const std::string> paths) {
     }
     tried += fmt::format("{}{}", tried.empty() ? "" : ", ", path);
   }
-  return Error{fmt::format("no font: none of {}; install fonts-dejavu-core", tried)};
+  return Error{
+      fmt::format("no font found among {}. Text is not drawn. Install fonts-dejavu-core.", tried)};
 }
 
-std::optional<Glyph> Font::Rasterise(char32_t letter, int size_px) {
-  size_px = std::clamp(size_px, kSmallest_px, kLargest_px);
+std::optional<Glyph> Font::Rasterise(char32_t code_point, int size_px) {
+  size_px = std::clamp(size_px, kMinSize_px, kMaxSize_px);
   FT_Face face = face_.get();
   if (size_px != size_px_) {
     if (FT_Set_Pixel_Sizes(face, 0, static_cast<FT_UInt>(size_px)) != 0) return std::nullopt;
     size_px_ = size_px;
   }
-  if (FT_Load_Char(face, letter, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0) return std::nullopt;
+  if (FT_Load_Char(face, code_point, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0)
+    return std::nullopt;
   const FT_GlyphSlot slot = face->glyph;
   const FT_Bitmap& bitmap = slot->bitmap;
   Glyph glyph;
@@ -66,9 +68,9 @@ std::optional<Glyph> Font::Rasterise(char32_t letter, int size_px) {
   return glyph;
 }
 
-std::u32string LettersOf(std::string_view utf8) {
-  constexpr char32_t kUnknown = 0xFFFD;
-  std::u32string letters;
+std::u32string CodePointsFromUtf8(std::string_view utf8) {
+  constexpr char32_t kReplacement = 0xFFFD;
+  std::u32string code_points;
   for (std::size_t i = 0; i < utf8.size();) {
     const auto byte = [&](std::size_t k) -> unsigned {
       return k < utf8.size() ? static_cast<unsigned char>(utf8[k]) : 0U;
@@ -80,19 +82,19 @@ std::u32string LettersOf(std::string_view utf8) {
                              : lead < 0xF0 ? 2
                              : lead < 0xF5 ? 3
                                            : 9;
-    char32_t letter = more == 0 ? lead : lead & (0x3FU >> more);
+    char32_t code_point = more == 0 ? lead : lead & (0x3FU >> more);
     bool whole = more < 9;
     for (std::size_t k = 1; whole && k <= more; ++k) {
       whole = (byte(i + k) & 0xC0U) == 0x80U;
-      letter = letter << 6U | (byte(i + k) & 0x3FU);
+      code_point = code_point << 6U | (byte(i + k) & 0x3FU);
     }
-    // Longer than need be, half of a surrogate pair, or beyond the last letter.
-    whole = whole && !(more == 2 && letter < 0x800) && !(more == 3 && letter < 0x10000) &&
-            !(letter >= 0xD800 && letter < 0xE000) && letter <= 0x10FFFF;
-    letters.push_back(whole ? letter : kUnknown);
+    // Overlong encoding, surrogate, or beyond the last code point.
+    whole = whole && !(more == 2 && code_point < 0x800) && !(more == 3 && code_point < 0x10000) &&
+            !(code_point >= 0xD800 && code_point < 0xE000) && code_point <= 0x10FFFF;
+    code_points.push_back(whole ? code_point : kReplacement);
     i += whole ? more + 1 : 1;
   }
-  return letters;
+  return code_points;
 }
 
 }  // namespace plumbline

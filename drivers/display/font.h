@@ -1,4 +1,4 @@
-// Letters of a TrueType font as grey bitmaps, by FreeType.
+// Font rasteriser on FreeType: glyphs as grey bitmaps.
 #pragma once
 
 #include <cstdint>
@@ -16,28 +16,28 @@ struct FT_FaceRec_;
 
 namespace plumbline {
 
-/// Where Debian's fonts-dejavu-core puts its font, and other systems theirs.
-std::vector<std::string> UsualFontPaths();
+/// Paths of DejaVu Sans on Debian (fonts-dejavu-core) and on other distributions.
+std::vector<std::string> DefaultFontPaths();
 
-/// One letter. Pixels are coverages, 0 outside, row by row from the top without padding.
+/// One glyph. The bitmap holds coverage, 0 outside, row by row from the top without padding.
 struct Glyph {
-  int width = 0, height = 0;  ///< of the bitmap [px]
-  int left = 0;               ///< from the pen to its first column
-  int top = 0;                ///< from the base line up to its first row
-  int advance = 0;            ///< to the next pen place [px]
+  int width = 0, height = 0;  ///< bitmap size [px]
+  int left = 0;               ///< from the pen to the first column [px]
+  int top = 0;                ///< from the baseline up to the first row [px]
+  int advance = 0;            ///< to the next pen position [px]
   std::vector<std::uint8_t> coverage;
 };
 
 class Font {
  public:
-  static constexpr int kSmallest_px = 6, kLargest_px = 200;
+  static constexpr int kMinSize_px = 6, kMaxSize_px = 200;
 
-  /// The first of `paths` that is a font.
+  /// Opens the first of `paths` that is a scalable font.
   static Result<Font> Open(std::span<const std::string> paths);
 
-  /// @param size_px  of the em square, brought into kSmallest_px..kLargest_px
-  /// @return  a box for what the font does not know; nothing where it is damaged
-  std::optional<Glyph> Rasterise(char32_t letter, int size_px);
+  /// @param size_px  size of the em square, clamped to kMinSize_px..kMaxSize_px
+  /// @return  the glyph, a box for an unknown code point; nullopt if the font is damaged
+  std::optional<Glyph> Rasterise(char32_t code_point, int size_px);
 
  private:
   struct Close {
@@ -45,11 +45,11 @@ class Font {
     void operator()(FT_FaceRec_* face) const;
   };
   std::unique_ptr<FT_LibraryRec_, Close> library_;
-  std::unique_ptr<FT_FaceRec_, Close> face_;  ///< goes before the library
+  std::unique_ptr<FT_FaceRec_, Close> face_;  ///< destroyed before library_
   int size_px_ = 0;
 };
 
-/// Letters of a UTF-8 text; U+FFFD for each byte that belongs to none. Pure.
-std::u32string LettersOf(std::string_view utf8);
+/// Decodes UTF-8; each invalid byte becomes U+FFFD. Pure.
+std::u32string CodePointsFromUtf8(std::string_view utf8);
 
 }  // namespace plumbline

@@ -25,24 +25,24 @@ FramebufferDisplay::~FramebufferDisplay() {
 
 Result<std::unique_ptr<Display>> FramebufferDisplay::Create(const FramebufferOptions& options,
                                                             Clock clock, Sleep sleep) {
-  if (options.device.empty()) return Error{"the framebuffer's device is empty"};
+  if (options.device.empty()) return Error{"the framebuffer device is empty"};
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 240)) {
-    return Error{"the picture's rate is outside 0.1..240 Hz"};
+    return Error{"the picture rate is outside 0.1..240 Hz"};
   }
   return std::unique_ptr<Display>(new FramebufferDisplay(options, clock, sleep));
 }
 
-/// @return why it cannot be used; empty: `mode` is complete
+/// Reads the current mode. @return why it cannot be used; empty: `mode` is complete
 std::string FramebufferDisplay::ReadMode(Mode& mode) const {
   fb_var_screeninfo var{};
   fb_fix_screeninfo fix{};
   if (IoctlAgain(fd_.get(), FBIOGET_VSCREENINFO, &var) != 0 ||
       IoctlAgain(fd_.get(), FBIOGET_FSCREENINFO, &fix) != 0) {
-    return fmt::format("is no framebuffer, or went away: {}", std::strerror(errno));
+    return fmt::format("is not a framebuffer, or was lost: {}", std::strerror(errno));
   }
   const auto bits = [](const fb_bitfield& field) { return ColourBits{field.offset, field.length}; };
   if (fix.type != FB_TYPE_PACKED_PIXELS || fix.visual != FB_VISUAL_TRUECOLOR || var.red.msb_right) {
-    return "has no true colours";
+    return "is not a packed true-colour framebuffer";
   }
   mode.layout = {.size = {static_cast<int>(var.xres), static_cast<int>(var.yres)},
                  .stride = fix.line_length,
@@ -54,7 +54,7 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
   mode.offset = std::size_t{var.yoffset} * fix.line_length +
                 std::size_t{var.xoffset} * var.bits_per_pixel / 8;
   const std::size_t left = mode.memory_bytes - std::min(mode.offset, mode.memory_bytes);
-  if (const auto fault = UnusableLayout(mode.layout, left)) return "has " + fault->message;
+  if (const auto fault = CheckLayout(mode.layout, left)) return "has " + fault->message;
   return "";
 }
 
@@ -78,7 +78,7 @@ void FramebufferDisplay::Close() {
   fd_.Reset();
 }
 
-DisplayResult FramebufferDisplay::Lost(const std::string& why) {
+DisplayResult FramebufferDisplay::Disconnect(const std::string& why) {
   Close();
   back_off_.Failed(clock_());
   problem_ = fmt::format("{} {}", options_.device, why);
@@ -91,7 +91,7 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
   if (left_s > timeout_s) return DisplayResult::kBusy;
   if (fd_) {
     Mode now;
-    if (const std::string why = ReadMode(now); !why.empty()) return Lost(why);
+    if (const std::string why = ReadMode(now); !why.empty()) return Disconnect(why);
     if (now != mode_) Close();
   }
   if (!fd_) {
@@ -99,7 +99,7 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
       sleep_(std::max(timeout_s, 0.0));
       return DisplayResult::kWaiting;
     }
-    if (const std::string why = Open(); !why.empty()) return Lost(why);
+    if (const std::string why = Open(); !why.empty()) return Disconnect(why);
     back_off_.Well();
   }
   return DisplayResult::kReady;
@@ -107,9 +107,9 @@ DisplayResult FramebufferDisplay::Wait(double timeout_s) {
 
 DisplayResult FramebufferDisplay::Show(DrawnPicture& picture) {
   if (!fd_) return DisplayResult::kLost;
-  if (picture.size() != layout_.size) return DisplayResult::kOtherSize;
+  if (picture.size() != layout_.size) return DisplayResult::kSizeMismatch;
   PackDrawn(picture, layout_, {memory_ + mode_.offset, mode_.memory_bytes - mode_.offset});
-  next_s_ = NextPicture_s(next_s_, clock_(), 1 / options_.rate_hz);
+  next_s_ = NextPictureDue_s(next_s_, clock_(), 1 / options_.rate_hz);
   return DisplayResult::kShown;
 }
 

@@ -1,4 +1,4 @@
-// The kernel's plain framebuffer, /dev/fb0, for computers whose graphics have no KMS.
+// Display on the kernel framebuffer, /dev/fb0, for computers without KMS.
 #pragma once
 
 #include <cstddef>
@@ -17,16 +17,15 @@ namespace plumbline {
 
 struct FramebufferOptions {
   std::string device = "/dev/fb0";
-  double rate_hz = 30;  ///< of the pictures; the framebuffer itself has no say in it
+  double rate_hz = 30;  ///< picture rate; the framebuffer has no refresh event
 };
 
-/// Copies pictures into the framebuffer's memory, where they are seen at once: one that is shown
-/// while the screen is being read is torn. A changed mode is noticed, a device that goes away
-/// opened anew. The kernel's text console writes into the same memory; switch its cursor off
-/// (vt.global_cursor_default=0).
+/// Copies pictures into the memory of the framebuffer, where they are visible at once, so tearing
+/// is possible. A changed mode is detected, a lost device reopened. The kernel's text console
+/// writes into the same memory; switch its cursor off (vt.global_cursor_default=0).
 class FramebufferDisplay : public Display {
  public:
-  /// Refuses an empty device and a rate outside 0.1..240 Hz.
+  /// Fails for an empty device and for a rate outside 0.1..240 Hz.
   static Result<std::unique_ptr<Display>> Create(const FramebufferOptions& options, Clock clock,
                                                  Sleep sleep = SleepSeconds);
   ~FramebufferDisplay() override;
@@ -39,8 +38,8 @@ class FramebufferDisplay : public Display {
  private:
   struct Mode {
     PixelLayout layout;
-    std::size_t offset = 0;        ///< of the visible part in the memory
-    std::size_t memory_bytes = 0;  ///< of all
+    std::size_t offset = 0;        ///< offset of the visible part [bytes]
+    std::size_t memory_bytes = 0;  ///< size of the mapping
     bool operator==(const Mode&) const = default;
   };
 
@@ -48,7 +47,7 @@ class FramebufferDisplay : public Display {
   std::string Open();
   std::string ReadMode(Mode& mode) const;
   void Close();
-  DisplayResult Lost(const std::string& why);
+  DisplayResult Disconnect(const std::string& why);
 
   const FramebufferOptions options_;
   const Clock clock_;

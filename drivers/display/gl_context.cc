@@ -12,16 +12,16 @@
 namespace plumbline {
 namespace {
 
-/// Lists of extensions are words with spaces between.
+/// Searches a space-separated list of extensions.
 bool ListsWord(const std::string& list, const std::string& word) {
   return (' ' + list + ' ').find(' ' + word + ' ') != std::string::npos;
 }
 
-std::string TextOrNothing(const void* text) {
+std::string TextOrEmpty(const void* text) {
   return text == nullptr ? "" : static_cast<const char*>(text);
 }
 
-/// EGL's functions come as `void (*)()`.
+/// Casts the untyped pointer of eglGetProcAddress().
 template <typename Function>
 Function EglFunction(const char* name) {
   return reinterpret_cast<Function>(eglGetProcAddress(name));
@@ -38,11 +38,12 @@ bool GlContext::Has(const std::string& egl_extension) const {
 }
 
 Result<std::unique_ptr<GlContext>> GlContext::Create() {
-  const std::string client = TextOrNothing(eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS));
+  const std::string client = TextOrEmpty(eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS));
   const auto platform_display =
       EglFunction<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
   if (platform_display == nullptr || !ListsWord(client, "EGL_EXT_platform_base")) {
-    return Error{"EGL has no platforms on this computer; install libegl-mesa0 and libgl1-mesa-dri"};
+    return Error{
+        "EGL has no platforms on this computer. Install libegl-mesa0 and libgl1-mesa-dri."};
   }
   std::unique_ptr<GlContext> context(new GlContext);
   std::string problems;
@@ -64,17 +65,17 @@ Result<std::unique_ptr<GlContext>> GlContext::Create() {
       problems += fmt::format("device {}: {}; ", i, problem);
     }
   }
-  return Error{
-      fmt::format("no OpenGL ES 3 without a window ({}is libgl1-mesa-dri installed?)", problems)};
+  return Error{fmt::format(
+      "no off-screen OpenGL ES 3 context: {}check that libgl1-mesa-dri is installed", problems)};
 }
 
-/// @return why there is no context on this display; empty: there is
+/// Creates the context on an EGL display. @return why that failed; empty: success
 std::string GlContext::TryDisplay(void* display) {
   if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) == EGL_FALSE) {
     return EglProblem("no display");
   }
   display_ = display;
-  egl_extensions_ = TextOrNothing(eglQueryString(display, EGL_EXTENSIONS));
+  egl_extensions_ = TextOrEmpty(eglQueryString(display, EGL_EXTENSIONS));
   if (!Has("EGL_KHR_surfaceless_context")) return "EGL_KHR_surfaceless_context is missing";
   if (!Has("EGL_KHR_no_config_context")) return "EGL_KHR_no_config_context is missing";
   eglBindAPI(EGL_OPENGL_ES_API);
@@ -107,19 +108,19 @@ std::string GlContext::TryDisplay(void* display) {
       if (reset_status_ == nullptr) reset_status_ = EglFunction<unsigned (*)()>(name);
     }
   }
-  description_ = fmt::format("{}, {}", TextOrNothing(glGetString(GL_RENDERER)),
-                             TextOrNothing(glGetString(GL_VERSION)));
+  description_ = fmt::format("{}, {}", TextOrEmpty(glGetString(GL_RENDERER)),
+                             TextOrEmpty(glGetString(GL_VERSION)));
   return "";
 }
 
 GlContext::~GlContext() {
   if (context_ == nullptr) return;
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-  eglDestroyContext(display_, context_);  // the display stays, for the next context
+  eglDestroyContext(display_, context_);  // the EGL display stays initialised for the next context
 }
 
 bool GlContext::Lost() {
-  // The status is told once: the next question may be answered with "no error".
+  // The driver reports a reset only once: the next query may return "no error".
   if (!lost_ && reset_status_ != nullptr) lost_ = reset_status_() != GL_NO_ERROR;
   return lost_;
 }

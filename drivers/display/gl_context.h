@@ -1,4 +1,4 @@
-// An OpenGL ES 3 context without a window: on a GPU where there is one, else on the processor.
+// Off-screen OpenGL ES 3 context, on a GPU if there is one, otherwise in software.
 #pragma once
 
 #include <memory>
@@ -8,26 +8,28 @@
 
 namespace plumbline {
 
-/// Made current to the thread that creates it, which is the only one to use it. Drawing goes to
-/// framebuffer objects; what displays show is taken from there. At most one at a time: the EGL
-/// display behind it is the process's.
+/// Current on the thread that creates it, which is the only one that may use it. Everything is
+/// drawn into framebuffer objects. At most one context at a time, because the EGL display is shared
+/// by the process.
 class GlContext {
  public:
   /// Tries Mesa's surfaceless platform, then the devices of EGL_EXT_platform_device.
-  /// @return or what EGL lacks on this computer, and which package brings it
+  /// @return the context, or what EGL lacks on this computer and which package provides it
   static Result<std::unique_ptr<GlContext>> Create();
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  /// True where the GPU was reset and everything in it is gone: destroy what was drawn with, then
-  /// this, and make both anew. Always false where the driver cannot tell (no robustness extension).
+  /// True if the GPU was reset and all its objects are lost: destroy the renderer, then this
+  /// context, and create both again. Always false if the driver cannot report resets (no robustness
+  /// extension).
   bool Lost();
 
   /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL ES 3.2 Mesa 22.3.6".
   const std::string& description() const { return description_; }
+  /// True if the driver reports GPU resets.
   bool tells_resets() const { return reset_status_ != nullptr; }
-  /// Whether the EGL display has an extension, by its whole name.
+  /// True if the EGL display supports the extension.
   bool Has(const std::string& egl_extension) const;
   void* egl_display() const { return display_; }
 

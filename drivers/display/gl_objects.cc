@@ -9,7 +9,7 @@ constexpr const char* kShaderHead =
     "#version 300 es\n"
     "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
 
-/// @return the shader, or 0 with the compiler's words in `problem`
+/// @return the shader, or 0 with the compiler log in `problem`
 GLuint CompiledShader(GLenum kind, const std::string& source, std::string& problem) {
   const GLuint shader = glCreateShader(kind);
   const std::string whole = kShaderHead + source;
@@ -19,9 +19,9 @@ GLuint CompiledShader(GLenum kind, const std::string& source, std::string& probl
   GLint good = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
   if (good == GL_TRUE) return shader;
-  char words[1000] = "";
-  glGetShaderInfoLog(shader, sizeof words, nullptr, words);
-  problem = fmt::format("{} shader: {}", kind == GL_VERTEX_SHADER ? "vertex" : "fragment", words);
+  char log[1000] = "";
+  glGetShaderInfoLog(shader, sizeof log, nullptr, log);
+  problem = fmt::format("{} shader: {}", kind == GL_VERTEX_SHADER ? "vertex" : "fragment", log);
   glDeleteShader(shader);
   return 0;
 }
@@ -47,9 +47,9 @@ Result<GlProgram> GlProgram::Build(const std::string& vertex, const std::string&
     glLinkProgram(program.name_);
     glGetProgramiv(program.name_, GL_LINK_STATUS, &good);
     if (good != GL_TRUE) {
-      char words[1000] = "";
-      glGetProgramInfoLog(program.name_, sizeof words, nullptr, words);
-      problem = fmt::format("shaders do not fit: {}", words);
+      char log[1000] = "";
+      glGetProgramInfoLog(program.name_, sizeof log, nullptr, log);
+      problem = fmt::format("shaders cannot be linked: {}", log);
     }
   }
   if (vertex_shader != 0) glDeleteShader(vertex_shader);
@@ -61,7 +61,7 @@ Result<GlProgram> GlProgram::Build(const std::string& vertex, const std::string&
 std::string GlProblem() {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return "";
-  // A lost context may answer with errors for ever: bounded.
+  // Bounded: a lost context may return errors for ever.
   for (int i = 0; i < 8 && glGetError() != GL_NO_ERROR; ++i) continue;
   if (error == GL_OUT_OF_MEMORY) return "OpenGL is out of memory";
   return fmt::format("OpenGL error 0x{:04x}", error);

@@ -1,4 +1,4 @@
-// Names of OpenGL objects that delete themselves, and programs. Of the current context.
+// RAII wrappers for OpenGL object names and programs of the current context.
 #pragma once
 
 #include <GLES3/gl3.h>
@@ -11,7 +11,7 @@
 
 namespace plumbline {
 
-/// One name of a kind of object; made when it is asked for first.
+/// Owns one object name; generated on first use.
 template <auto kGenerate, auto kDelete>
 class GlName {
  public:
@@ -40,7 +40,7 @@ using GlVertexArray = GlName<glGenVertexArrays, glDeleteVertexArrays>;
 using GlFramebuffer = GlName<glGenFramebuffers, glDeleteFramebuffers>;
 using GlRenderbuffer = GlName<glGenRenderbuffers, glDeleteRenderbuffers>;
 
-/// A vertex and a fragment shader.
+/// Program of a vertex and a fragment shader.
 class GlProgram {
  public:
   GlProgram() = default;
@@ -53,22 +53,22 @@ class GlProgram {
     if (name_ != 0) glDeleteProgram(name_);
   }
 
-  /// @param sources   without their first lines: "#version 300 es", then highp for all
-  /// @param captured  outputs of the vertex shader that transform feedback writes, one after the
-  ///                  other
-  /// @return  or the compiler's words
+  /// Compiles and links the shaders. The sources are prefixed with "#version 300 es" and highp
+  /// precision.
+  /// @param captured  vertex shader outputs for transform feedback, interleaved
+  /// @return          the program, or the log of the compiler or linker
   static Result<GlProgram> Build(const std::string& vertex, const std::string& fragment,
                                  const std::vector<const char*>& captured = {});
 
   void Use() const { glUseProgram(name_); }
-  /// Of a uniform; -1, which the setters pass over, where the shaders do not use it.
-  GLint At(const char* uniform) const { return glGetUniformLocation(name_, uniform); }
+  /// Location of a uniform; -1, which the setters ignore, if the shaders do not use it.
+  GLint UniformLocation(const char* uniform) const { return glGetUniformLocation(name_, uniform); }
 
  private:
   GLuint name_ = 0;
 };
 
-/// The first error that OpenGL has noted since the last call, in words; empty: none.
+/// Text of the first OpenGL error since the last call; empty: none.
 std::string GlProblem();
 
 }  // namespace plumbline

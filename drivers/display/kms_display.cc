@@ -15,7 +15,7 @@
 namespace plumbline {
 namespace {
 
-/// Of libdrm, for each event of a flip.
+/// Callback of libdrm for a page-flip event.
 void OnFlipped(int, unsigned, unsigned, unsigned, unsigned, void* user) {
   *static_cast<bool*>(user) = false;
 }
@@ -27,14 +27,14 @@ KmsDisplay::KmsDisplay(KmsOptions options, Clock clock, Sleep sleep)
 
 Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, Clock clock,
                                                     Sleep sleep) {
-  if (options.card.empty()) return Error{"the card of the display is empty"};
+  if (options.card.empty()) return Error{"the display card is empty"};
   if (options.size.width < 0 || options.size.height < 0) {
-    return Error{"the size of the display is negative"};
+    return Error{"the display size is negative"};
   }
   return std::unique_ptr<Display>(new KmsDisplay(options, clock, sleep));
 }
 
-/// @return why there is no display; empty: there is
+/// @return why there is no display; empty: success
 std::string KmsDisplay::Open() {
   card_.Reset(open(options_.card.c_str(), O_RDWR | O_CLOEXEC));
   if (!card_) {
@@ -42,7 +42,7 @@ std::string KmsDisplay::Open() {
   }
   if (drmSetClientCap(card_.get(), DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
       drmSetClientCap(card_.get(), DRM_CLIENT_CAP_ATOMIC, 1) != 0) {
-    return "has no atomic mode setting; use the display kind \"framebuffer\"";
+    return "has no atomic mode setting. Use the display kind \"framebuffer\".";
   }
   auto output = ChooseKmsOutput(card_.get(), options_.connector, options_.size);
   if (!output) return output.error();
@@ -52,7 +52,7 @@ std::string KmsDisplay::Open() {
     buffer = std::move(made).value();
   }
   output_ = std::move(output).value();
-  looked_s_ = clock_();
+  last_hotplug_poll_s_ = clock_();
   return "";
 }
 
@@ -63,7 +63,7 @@ void KmsDisplay::Close() {
   card_.Reset();
 }
 
-DisplayResult KmsDisplay::Lost(const std::string& why) {
+DisplayResult KmsDisplay::Disconnect(const std::string& why) {
   problem_ = fmt::format("{}{} {}", options_.card, output_ ? ", " + output_->name + ":" : ":", why);
   Close();
   back_off_.Failed(clock_());
@@ -71,19 +71,19 @@ DisplayResult KmsDisplay::Lost(const std::string& why) {
 }
 
 DisplayResult KmsDisplay::WaitForFlip(double timeout_s) {
-  const double left_s = std::clamp(timeout_s, 0.0, kFlipPatience_s);
+  const double left_s = std::clamp(timeout_s, 0.0, kFlipTimeout_s);
   pollfd waited{.fd = card_.get(), .events = POLLIN, .revents = 0};
   if (poll(&waited, 1, static_cast<int>(1e3 * left_s)) > 0) {
     drmEventContext events{};
     events.version = 3;
     events.page_flip_handler2 = OnFlipped;
     if ((waited.revents & POLLIN) == 0 || drmHandleEvent(card_.get(), &events) != 0) {
-      return Lost("the card went away");
+      return Disconnect("card lost");
     }
   }
   if (!flipping_) return DisplayResult::kReady;
-  if (clock_() - flipped_s_ < kFlipPatience_s) return DisplayResult::kBusy;
-  return Lost("the card does not show what it was given");
+  if (clock_() - flip_requested_s_ < kFlipTimeout_s) return DisplayResult::kBusy;
+  return Disconnect("the card does not complete page flips; reopening");
 }
 
 DisplayResult KmsDisplay::Wait(double timeout_s) {
@@ -93,12 +93,13 @@ DisplayResult KmsDisplay::Wait(double timeout_s) {
       sleep_(std::max(timeout_s, 0.0));
       return DisplayResult::kWaiting;
     }
-    if (const std::string why = Open(); !why.empty()) return Lost(why);
+    if (const std::string why = Open(); !why.empty()) return Disconnect(why);
     back_off_.Well();
   }
-  if (now_s - looked_s_ > kLookPeriod_s) {
-    looked_s_ = now_s;
-    if (!IsStillConnected(card_.get(), output_->connector)) return Lost("the monitor is gone");
+  if (now_s - last_hotplug_poll_s_ > kHotplugPollPeriod_s) {
+    last_hotplug_poll_s_ = now_s;
+    if (!IsStillConnected(card_.get(), output_->connector))
+      return Disconnect("monitor disconnected");
   }
   return flipping_ ? WaitForFlip(timeout_s) : DisplayResult::kReady;
 }
@@ -106,17 +107,17 @@ DisplayResult KmsDisplay::Wait(double timeout_s) {
 DisplayResult KmsDisplay::Show(DrawnPicture& picture) {
   if (!output_) return DisplayResult::kLost;
   if (flipping_) return DisplayResult::kBusy;
-  if (picture.size() != size()) return DisplayResult::kOtherSize;
+  if (picture.size() != size()) return DisplayResult::kSizeMismatch;
   DumbBuffer& buffer = *buffers_[next_];
   buffer.Fill(picture);
   const int error = FlipTo(card_.get(), *output_, buffer.framebuffer(), !mode_is_set_, &flipping_);
   if (error == EBUSY) return DisplayResult::kBusy;
   if (error == EACCES || error == EPERM) {
-    return Lost("another program holds the display; stop the desktop");
+    return Disconnect("another program controls the display. Stop the desktop.");
   }
-  if (error != 0) return Lost(fmt::format("a picture was refused: {}", std::strerror(error)));
+  if (error != 0) return Disconnect(fmt::format("page flip rejected: {}", std::strerror(error)));
   mode_is_set_ = flipping_ = true;
-  flipped_s_ = clock_();
+  flip_requested_s_ = clock_();
   next_ = 1 - next_;
   return DisplayResult::kShown;
 }

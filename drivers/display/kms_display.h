@@ -1,4 +1,4 @@
-// A monitor, without a desktop: the kernel's mode setting by atomic requests and page flips.
+// Display on a monitor without a desktop, through KMS with atomic mode setting and page flips.
 #pragma once
 
 #include <array>
@@ -19,18 +19,18 @@ namespace plumbline {
 struct KmsOptions {
   std::string card = "/dev/dri/card0";
   std::string connector = {};  ///< "HDMI-A-1"; empty: the first one with a monitor
-  ImageSize size{0, 0};        ///< of the mode; {0, 0}: what the monitor prefers
+  ImageSize size{0, 0};        ///< of the mode; {0, 0}: the preferred one
 };
 
-/// Two buffers: one on the screen, one to copy the next picture into, never torn. A monitor that is
-/// unplugged is noticed within half a second, and found again when it comes back, with the mode
-/// that it has then. Needs to be the card's only master: no desktop beside it.
+/// Double-buffered and free of tearing. An unplugged monitor is detected within half a second and
+/// used again when it reappears, with its mode at that time. Must be the DRM master of the card, so
+/// no desktop may be running.
 class KmsDisplay : public Display {
  public:
-  static constexpr double kFlipPatience_s = 2;  ///< then the card is opened anew
-  static constexpr double kLookPeriod_s = 0.5;  ///< at the connector
+  static constexpr double kFlipTimeout_s = 2;          ///< then the card is reopened
+  static constexpr double kHotplugPollPeriod_s = 0.5;  ///< polling period of the connector
 
-  /// Refuses an empty card and negative sizes.
+  /// Fails for an empty card and for negative sizes.
   static Result<std::unique_ptr<Display>> Create(const KmsOptions& options, Clock clock,
                                                  Sleep sleep = SleepSeconds);
 
@@ -43,19 +43,19 @@ class KmsDisplay : public Display {
   KmsDisplay(KmsOptions options, Clock clock, Sleep sleep);
   std::string Open();
   void Close();
-  DisplayResult Lost(const std::string& why);
+  DisplayResult Disconnect(const std::string& why);
   DisplayResult WaitForFlip(double timeout_s);
 
   const KmsOptions options_;
   const Clock clock_;
   const Sleep sleep_;
-  Descriptor card_;  ///< outlives what was made of it, below
+  Descriptor card_;  ///< must outlive output_ and buffers_
   std::optional<KmsOutput> output_;
   std::array<std::unique_ptr<DumbBuffer>, 2> buffers_;
-  std::size_t next_ = 0;  ///< the buffer that is not on the screen
+  std::size_t next_ = 0;  ///< back buffer
   bool mode_is_set_ = false;
-  bool flipping_ = false;  ///< the event of the last flip has not come
-  double flipped_s_ = 0, looked_s_ = 0;
+  bool flipping_ = false;  ///< the event of the last page flip is pending
+  double flip_requested_s_ = 0, last_hotplug_poll_s_ = 0;
   BackOff back_off_;
   std::string problem_;
 };

@@ -32,7 +32,7 @@ std::string NameOf(const drmModeConnector& connector) {
   return fmt::format("{}-{}", type == nullptr ? "Unknown" : type, connector.connector_type_id);
 }
 
-/// Number and value of an object's property; nothing where it has none of that name.
+/// Id and value of an object property; nullopt if there is none of that name.
 struct PropertyValue {
   std::uint32_t id = 0;
   std::uint64_t value = 0;
@@ -48,7 +48,7 @@ std::optional<PropertyValue> PropertyOf(int card, std::uint32_t object, std::uin
   return std::nullopt;
 }
 
-/// The place in the card's list, which is how masks count controllers.
+/// Index of a usable CRTC in the list of the card, as used by the kernel's masks.
 std::optional<int> CrtcFor(int card, const drmModeRes& resources,
                            const drmModeConnector& connector) {
   for (int i = 0; i < connector.count_encoders; ++i) {
@@ -61,19 +61,19 @@ std::optional<int> CrtcFor(int card, const drmModeRes& resources,
   return std::nullopt;
 }
 
-/// The plane of a controller that carries the picture.
-std::optional<std::uint32_t> PrimaryPlaneOf(int card, int crtc_place) {
+/// Primary plane of a CRTC.
+std::optional<std::uint32_t> PrimaryPlaneOf(int card, int crtc_index) {
   const DrmPlanes planes(drmModeGetPlaneResources(card));
   for (std::uint32_t i = 0; planes && i < planes->count_planes; ++i) {
     const DrmPlane plane(drmModeGetPlane(card, planes->planes[i]));
-    if (!plane || (plane->possible_crtcs >> static_cast<unsigned>(crtc_place) & 1U) == 0) continue;
+    if (!plane || (plane->possible_crtcs >> static_cast<unsigned>(crtc_index) & 1U) == 0) continue;
     const auto type = PropertyOf(card, plane->plane_id, DRM_MODE_OBJECT_PLANE, "type");
     if (type && type->value == DRM_PLANE_TYPE_PRIMARY) return plane->plane_id;
   }
   return std::nullopt;
 }
 
-/// What the monitor prefers, or its first mode of the wanted size.
+/// First mode of the requested size, otherwise the preferred mode.
 drmModeModeInfo ChooseMode(const drmModeConnector& connector, ImageSize wanted) {
   drmModeModeInfo chosen = connector.modes[0];
   for (int i = connector.count_modes - 1; i >= 0; --i) {
@@ -86,7 +86,7 @@ drmModeModeInfo ChooseMode(const drmModeConnector& connector, ImageSize wanted) 
   return chosen;
 }
 
-/// @return the name of the property that is missing; empty: all are there
+/// @return the name of the first missing property; empty: all found
 std::string FindProperties(int card, KmsOutput& output) {
   auto& p = output.property;
   const struct {
@@ -120,7 +120,7 @@ std::string FindProperties(int card, KmsOutput& output) {
 
 Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector_name, ImageSize size) {
   const DrmResources resources(drmModeGetResources(card));
-  if (!resources) return Error{"it has no mode setting"};
+  if (!resources) return Error{"has no mode setting"};
   std::string seen;
   for (int i = 0; i < resources->count_connectors; ++i) {
     const DrmConnector connector(drmModeGetConnector(card, resources->connectors[i]));
@@ -130,21 +130,21 @@ Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector_name, I
     seen += (seen.empty() ? "" : ", ") + output.name;
     if (!connector_name.empty() && connector_name != output.name) continue;
     if (connector->connection != DRM_MODE_CONNECTED || connector->count_modes < 1) continue;
-    const auto crtc_place = CrtcFor(card, *resources, *connector);
-    if (!crtc_place) continue;
-    const auto plane = PrimaryPlaneOf(card, *crtc_place);
+    const auto crtc_index = CrtcFor(card, *resources, *connector);
+    if (!crtc_index) continue;
+    const auto plane = PrimaryPlaneOf(card, *crtc_index);
     if (!plane) continue;
     output.connector = connector->connector_id;
-    output.crtc = resources->crtcs[*crtc_place];
+    output.crtc = resources->crtcs[*crtc_index];
     output.plane = *plane;
     output.mode = ChooseMode(*connector, size);
     if (const std::string missing = FindProperties(card, output); !missing.empty()) {
-      return Error{fmt::format("{} has no property {}", output.name, missing)};
+      return Error{fmt::format("{} lacks the property {}", output.name, missing)};
     }
     return output;
   }
-  if (connector_name.empty()) return Error{fmt::format("no monitor at any of {}", seen)};
-  return Error{fmt::format("no monitor at {}; the card has {}", connector_name, seen)};
+  if (connector_name.empty()) return Error{fmt::format("no monitor connected to any of {}", seen)};
+  return Error{fmt::format("no monitor connected to {}; the card has {}", connector_name, seen)};
 }
 
 bool IsStillConnected(int card, std::uint32_t connector) {

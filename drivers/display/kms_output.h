@@ -1,4 +1,4 @@
-// A monitor and the way to it through the kernel's mode setting (KMS), by atomic requests.
+// KMS output: a monitor with the CRTC and plane that drive it, and page flips on it.
 #pragma once
 
 #include <xf86drmMode.h>
@@ -11,13 +11,13 @@
 
 namespace plumbline {
 
-/// A connected monitor with the controller and the plane that feed it.
+/// A connected monitor with its CRTC and primary plane.
 struct KmsOutput {
-  std::string name;  ///< of the connector, "HDMI-A-1"
+  std::string name;  ///< connector name, "HDMI-A-1"
   std::uint32_t connector = 0, crtc = 0, plane = 0;
   drmModeModeInfo mode{};
 
-  /// Numbers of properties, by the kernel's names for them.
+  /// Ids of the KMS properties.
   struct {
     std::uint32_t connector_crtc, crtc_active, crtc_mode;
     std::uint32_t plane_framebuffer, plane_crtc;
@@ -28,18 +28,19 @@ struct KmsOutput {
   ImageSize size() const { return {mode.hdisplay, mode.vdisplay}; }
 };
 
-/// Asks the monitors at an open card what they can do, which takes their time.
-/// @param connector  by name; empty: the first one that has a monitor
-/// @param size       the mode to take; {0, 0}, or a size that the monitor has not: what it prefers
+/// Probes the connectors of an open card, which can take up to a second, and chooses an output.
+/// @param connector  name; empty: the first one with a monitor
+/// @param size       of the mode; {0, 0} or a size that the monitor lacks: its preferred mode
+/// @return           the output, or why there is none
 Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector, ImageSize size);
 
-/// What the kernel knows without asking the monitor.
+/// Connection state known to the kernel, without probing the monitor.
 bool IsStillConnected(int card, std::uint32_t connector);
 
-/// Puts a framebuffer on the screen with the next refresh; does not wait for it. When it is there,
-/// a page-flip event with `user` comes from the card.
-/// @param with_mode  sets the mode, too, as the first picture needs it
-/// @return 0, or the kernel's error as a positive number
+/// Requests a page flip to a framebuffer at the next refresh, without waiting. When it is complete
+/// the card sends a page-flip event with `user`.
+/// @param with_mode  also sets the mode, as required for the first picture
+/// @return           0, or the positive errno of the kernel
 int FlipTo(int card, const KmsOutput& output, std::uint32_t framebuffer, bool with_mode,
            void* user);
 

@@ -12,31 +12,31 @@ namespace plumbline {
 namespace {
 
 constexpr const char* kLineVertex = R"(
-layout(location = 0) in vec3 a_place;
-layout(location = 1) in vec3 a_piece;   // along, across, length
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in vec3 a_segment;   // along, across, length
 layout(location = 2) in vec3 a_line;    // start, half width, dash
 layout(location = 3) in vec4 a_colour;
 uniform vec2 u_size;
-out vec3 piece;
+out vec3 segment;
 flat out vec3 line;
 flat out vec4 line_colour;
 void main() {
-  gl_Position = vec4(2.0 * (a_place.xy + 0.5) / u_size - 1.0, a_place.z, 1.0);
-  piece = a_piece;
+  gl_Position = vec4(2.0 * (a_position.xy + 0.5) / u_size - 1.0, a_position.z, 1.0);
+  segment = a_segment;
   line = a_line;
   line_colour = a_colour;
 }
 )";
 
 constexpr const char* kLineFragment = R"(
-in vec3 piece;
+in vec3 segment;
 flat in vec3 line;
 flat in vec4 line_colour;
 out vec4 colour;
 void main() {
-  float beyond = max(max(-piece.x, piece.x - piece.z), 0.0);
-  float cover = clamp(line.y + 0.5 - length(vec2(beyond, piece.y)), 0.0, 1.0);
-  if (line.z > 0.0 && mod(line.x + piece.x, 2.0 * line.z) > line.z) cover = 0.0;
+  float beyond = max(max(-segment.x, segment.x - segment.z), 0.0);
+  float cover = clamp(line.y + 0.5 - length(vec2(beyond, segment.y)), 0.0, 1.0);
+  if (line.z > 0.0 && mod(line.x + segment.x, 2.0 * line.z) > line.z) cover = 0.0;
   if (cover <= 0.0) discard;
   colour = vec4(line_colour.rgb, line_colour.a * cover);
 }
@@ -56,7 +56,7 @@ uniform vec3 u_first;    // directions of the grid
 uniform vec3 u_second;
 uniform float u_nearest;
 out vec4 colour;
-float Lines(vec2 at, vec2 a_pixel) {  // at: in widths of the grid
+float Lines(vec2 at, vec2 a_pixel) {  // at: in grid cells
   vec2 from_line = abs(fract(at + 0.5) - 0.5) / a_pixel;
   vec2 cover = clamp(1.2 - from_line, 0.0, 1.0) * clamp(0.5 / a_pixel - 1.0, 0.0, 1.0);
   return max(cover.x, cover.y);
@@ -75,14 +75,14 @@ void main() {
 }
 )";
 
-constexpr double kFrontShare = 0.999;  ///< so much nearer counts a line
+constexpr double kLineDepthScale = 0.999;  ///< draws lines slightly closer than surfaces
 
 float DepthOf(double Z) {
-  return static_cast<float>(1 - 2 * static_cast<double>(kNearest_m) / Z);
+  return static_cast<float>(1 - 2 * static_cast<double>(kNearPlane_m) / Z);
 }
 
 /// Keeps the part of a-b where value >= 0, given at both ends; false: none is left.
-bool CutPiece(Vec3& a, Vec3& b, double at_a, double at_b) {
+bool ClipAgainstPlane(Vec3& a, Vec3& b, double at_a, double at_b) {
   if (!(at_a >= 0) && !(at_b >= 0)) return false;
   if (at_a >= 0 && at_b >= 0) return true;
   const Vec3 middle = a + at_a / (at_a - at_b) * (b - a);
@@ -90,14 +90,14 @@ bool CutPiece(Vec3& a, Vec3& b, double at_a, double at_b) {
   return true;
 }
 
-/// The visible part of a piece; false: nothing of it.
-bool VisiblePiece(const std::optional<ClipPlane>& clip, Vec3& a, Vec3& b) {
+/// Clips a segment to its visible part. Returns false if nothing is visible.
+bool ClipSegment(const std::optional<ClipPlane>& clip, Vec3& a, Vec3& b) {
   if (!a.allFinite() || !b.allFinite()) return false;
-  const double nearest = 1.01 * static_cast<double>(kNearest_m);
-  if (!CutPiece(a, b, a.z() - nearest, b.z() - nearest)) return false;
+  const double nearest = 1.01 * static_cast<double>(kNearPlane_m);
+  if (!ClipAgainstPlane(a, b, a.z() - nearest, b.z() - nearest)) return false;
   if (!clip) return true;
-  return CutPiece(a, b, clip->distance_m - clip->normal_C.dot(a),
-                  clip->distance_m - clip->normal_C.dot(b));
+  return ClipAgainstPlane(a, b, clip->distance_m - clip->normal_C.dot(a),
+                          clip->distance_m - clip->normal_C.dot(b));
 }
 
 }  // namespace
@@ -132,15 +132,15 @@ void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
   double start = 0;
   for (std::size_t i = 1; i < line.points_C.size(); ++i) {
     Vec3 a = line.points_C[i - 1], b = line.points_C[i];
-    if (!VisiblePiece(list.clip, a, b)) continue;
+    if (!ClipSegment(list.clip, a, b)) continue;
     const Vec2 from = Project(list.pinhole, a), to = Project(list.pinhole, b);
-    // Far beyond the picture single precision would lose the direction of a piece.
+    // Far outside the picture single precision would lose the direction of the segment.
     if (from.cwiseAbs().maxCoeff() > 1e6 || to.cwiseAbs().maxCoeff() > 1e6) continue;
     const double length = (to - from).norm();
     const Vec2 along = length > 0 ? Vec2((to - from) / length) : Vec2(1, 0);
     const Vec2 across(-along.y(), along.x());
-    const float depth_from = line.always_in_front ? 0 : DepthOf(kFrontShare * a.z());
-    const float depth_to = line.always_in_front ? 0 : DepthOf(kFrontShare * b.z());
+    const float depth_from = line.always_in_front ? 0 : DepthOf(kLineDepthScale * a.z());
+    const float depth_to = line.always_in_front ? 0 : DepthOf(kLineDepthScale * b.z());
     const auto corner = [&](bool end, double side) {
       const double s = end ? length + static_cast<double>(margin) : -static_cast<double>(margin);
       const double t = side * static_cast<double>(margin);
@@ -166,7 +166,7 @@ void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
 void LinePass::DrawVertices(const DisplayList& list) {
   if (vertices_.empty()) return;
   line_program_.Use();
-  glUniform2f(line_program_.At("u_size"), static_cast<float>(list.size.width),
+  glUniform2f(line_program_.UniformLocation("u_size"), static_cast<float>(list.size.width),
               static_cast<float>(list.size.height));
   glBindVertexArray(*array_);
   glBindBuffer(GL_ARRAY_BUFFER, *buffer_);
@@ -187,14 +187,14 @@ void LinePass::DrawGrid(const DisplayList& list) {
   const auto f = [](double value) { return static_cast<GLfloat>(value); };
   const Lens& pinhole = list.pinhole;
   grid_program_.Use();
-  glUniform4f(grid_program_.At("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
+  glUniform4f(grid_program_.UniformLocation("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
               f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
-  glUniform4f(grid_program_.At("u_plane"), f(normal.x()), f(normal.y()), f(normal.z()),
+  glUniform4f(grid_program_.UniformLocation("u_plane"), f(normal.x()), f(normal.y()), f(normal.z()),
               f(clip.distance_m / length));
-  glUniform3f(grid_program_.At("u_first"), first.x(), first.y(), first.z());
-  glUniform3f(grid_program_.At("u_second"), second.x(), second.y(), second.z());
-  glUniform1f(grid_program_.At("u_nearest"), kNearest_m);
-  glBindVertexArray(*nothing_);
+  glUniform3f(grid_program_.UniformLocation("u_first"), first.x(), first.y(), first.z());
+  glUniform3f(grid_program_.UniformLocation("u_second"), second.x(), second.y(), second.z());
+  glUniform1f(grid_program_.UniformLocation("u_nearest"), kNearPlane_m);
+  glBindVertexArray(*empty_array_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 

@@ -1,4 +1,4 @@
-// Lines of a width in pixels, and the grid in a clip plane.
+// Render pass for lines of constant pixel width and for the grid in the clip plane.
 #pragma once
 
 #include <vector>
@@ -8,25 +8,25 @@
 
 namespace plumbline {
 
-/// Each piece is a rectangle with round ends around it, smooth at its edges; dashes run on from
-/// piece to piece. A line on a surface is seen: it counts as 1/1000 nearer than it is. Pieces
-/// behind the camera or beyond the clip plane are cut off.
+/// Each segment is an antialiased rectangle with round caps; dashes continue across segments. Lines
+/// are drawn 1/1000 closer than they are so that a line on a surface is visible. Segments behind
+/// the camera or beyond the clip plane are cut.
 ///
-/// The grid of the clip plane has a line every 0.1 m and a stronger one every 1 m, counted from the
-/// foot of the plane's normal through C's origin; one direction of it is C's x as seen in the
-/// plane.
+/// The grid of the clip plane has a line every 0.1 m and a stronger one every 1 m. Its origin is
+/// the foot of the perpendicular from the origin of C, and one axis is the x axis of C projected
+/// into the plane.
 class LinePass {
  public:
   static Result<LinePass> Create();
 
-  /// Over what the meshes left in the depth buffer.
+  /// Draws against the depth buffer left by the meshes.
   void Draw(const DisplayList& list);
 
  private:
   struct Vertex {
-    float x, y, z;                  ///< pixel centre (0, 0); z as in the depth buffer, -1..1
-    float along, across, length;    ///< in the piece [px]
-    float start, half_width, dash;  ///< of the piece along the line; [px]; 0: no dashes
+    float x, y, z;                  ///< pixel centres at integers; z is depth, -1..1
+    float along, across, length;    ///< position within the segment [px]
+    float start, half_width, dash;  ///< start along the line [px]; dash 0: solid
     float r, g, b, a;
   };
 
@@ -35,9 +35,9 @@ class LinePass {
   void DrawGrid(const DisplayList& list);
 
   GlProgram line_program_, grid_program_;
-  GlVertexArray array_, nothing_;
+  GlVertexArray array_, empty_array_;
   GlBuffer buffer_;
-  std::vector<Vertex> vertices_;  ///< kept for its memory
+  std::vector<Vertex> vertices_;  ///< member to reuse its memory
 };
 
 }  // namespace plumbline

@@ -9,10 +9,10 @@ namespace plumbline {
 namespace {
 
 constexpr float kCosCrease = 0.766F;  // 40 degrees
-constexpr std::size_t kMostAround = 64;
+constexpr std::size_t kMaxTrianglesAround = 64;
 
-/// For each vertex the number of its place; vertices at one place share it.
-std::vector<std::uint32_t> PlacesOf(const std::vector<Vec3f>& vertices) {
+/// Position index of each vertex; vertices with identical coordinates share one.
+std::vector<std::uint32_t> PositionIndices(const std::vector<Vec3f>& vertices) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0U);
   const auto key = [&](std::uint32_t i) {
@@ -21,31 +21,32 @@ std::vector<std::uint32_t> PlacesOf(const std::vector<Vec3f>& vertices) {
   };
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::vector<std::uint32_t> place(vertices.size());
+  std::vector<std::uint32_t> position(vertices.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const bool same = k > 0 && key(order[k]) == key(order[k - 1]);
-    place[order[k]] = same ? place[order[k - 1]] : static_cast<std::uint32_t>(k);
+    position[order[k]] = same ? position[order[k - 1]] : static_cast<std::uint32_t>(k);
   }
-  return place;
+  return position;
 }
 
-/// The triangles around each place, in one array; those of place p are [first[p], first[p + 1]).
+/// Triangles around each position; those of position p are triangles[first[p] .. first[p + 1] - 1].
 struct TrianglesAround {
   std::vector<std::uint32_t> first, triangles;
 };
 
-TrianglesAround AroundPlaces(const TriangleMesh& mesh, const std::vector<std::uint32_t>& place) {
+TrianglesAround TrianglesAroundPositions(const TriangleMesh& mesh,
+                                         const std::vector<std::uint32_t>& position) {
   TrianglesAround around;
-  around.first.assign(place.size() + 1, 0);
+  around.first.assign(position.size() + 1, 0);
   for (const Triangle& triangle : mesh.triangles) {
-    for (const std::uint32_t vertex : triangle) ++around.first[place[vertex] + 1];
+    for (const std::uint32_t vertex : triangle) ++around.first[position[vertex] + 1];
   }
   std::partial_sum(around.first.begin(), around.first.end(), around.first.begin());
   std::vector<std::uint32_t> next(around.first.begin(), around.first.end() - 1);
   around.triangles.resize(around.first.back());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t vertex : mesh.triangles[t]) {
-      around.triangles[next[place[vertex]]++] = static_cast<std::uint32_t>(t);
+      around.triangles[next[position[vertex]]++] = static_cast<std::uint32_t>(t);
     }
   }
   return around;
@@ -60,9 +61,9 @@ std::array<std::int16_t, 4> PackedNormal(const Vec3f& normal) {
 
 }  // namespace
 
-LitMesh WithNormals(const TriangleMesh& mesh) {
-  const std::vector<std::uint32_t> place = PlacesOf(mesh.vertices_O);
-  const TrianglesAround around = AroundPlaces(mesh, place);
+LitMesh ComputeNormals(const TriangleMesh& mesh) {
+  const std::vector<std::uint32_t> position = PositionIndices(mesh.vertices_O);
+  const TrianglesAround around = TrianglesAroundPositions(mesh, position);
   std::vector<Vec3f> area(mesh.triangles.size()), unit(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
@@ -74,14 +75,15 @@ LitMesh WithNormals(const TriangleMesh& mesh) {
   LitMesh lit;
   lit.triangles.resize(mesh.triangles.size());
   constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> latest(mesh.vertices_O.size(), kNone);  // lit vertex of a vertex
-  std::vector<std::uint32_t> former;  // the lit vertex before it, of the same vertex
+  std::vector<std::uint32_t> latest(mesh.vertices_O.size(),
+                                    kNone);  // last lit vertex of each vertex
+  std::vector<std::uint32_t> previous;       // previous lit vertex of the same vertex
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t vertex = mesh.triangles[t][corner];
-      const std::uint32_t begin = around.first[place[vertex]];
-      const std::uint32_t end = around.first[place[vertex] + 1];
-      const bool smooth = end - begin <= kMostAround;
+      const std::uint32_t begin = around.first[position[vertex]];
+      const std::uint32_t end = around.first[position[vertex] + 1];
+      const bool smooth = end - begin <= kMaxTrianglesAround;
       Vec3f sum = area[t];
       if (smooth) {
         sum.setZero();
@@ -92,12 +94,12 @@ LitMesh WithNormals(const TriangleMesh& mesh) {
       }
       const auto normal = PackedNormal(sum);
       std::uint32_t found = smooth ? latest[vertex] : kNone;
-      while (found != kNone && lit.vertices[found].n_O != normal) found = former[found];
+      while (found != kNone && lit.vertices[found].n_O != normal) found = previous[found];
       if (found == kNone) {
         found = static_cast<std::uint32_t>(lit.vertices.size());
         lit.vertices.push_back({mesh.vertices_O[vertex], normal});
         lit.source.push_back(vertex);
-        former.push_back(latest[vertex]);
+        previous.push_back(latest[vertex]);
         latest[vertex] = found;
       }
       lit.triangles[t][corner] = found;

@@ -1,4 +1,4 @@
-// The normals of a mesh, for lighting.
+// Vertex normals of a mesh, for lighting.
 #pragma once
 
 #include <array>
@@ -9,23 +9,23 @@
 
 namespace plumbline {
 
-/// A vertex as the GPU gets it.
+/// Vertex in the layout used by the GPU.
 struct LitVertex {
   Vec3f p_O = Vec3f::Zero();
-  std::array<std::int16_t, 4> n_O = {};  ///< unit normal times 32767, then 0
+  std::array<std::int16_t, 4> n_O = {};  ///< unit normal times 32767; fourth component 0
 };
 
-/// Vertices with one normal each: a vertex of an edge occurs once for each side of it.
+/// Mesh with one normal per vertex: a vertex on a crease occurs once for each side.
 struct LitMesh {
   std::vector<LitVertex> vertices;
-  std::vector<std::uint32_t> source;  ///< the mesh's vertex that each one is
+  std::vector<std::uint32_t> source;  ///< index of the original vertex, per vertex
   std::vector<Triangle> triangles;
 };
 
-/// Normals that run smoothly where neighbouring triangles meet at less than 40 degrees, and break
-/// at sharper edges; weighted by area. Vertices at the very same place count as one, as STL files
-/// need it. Where more than 64 triangles meet each keeps its own normal. A triangle without area
-/// has the normal z, and is not seen.
-LitMesh WithNormals(const TriangleMesh& mesh);
+/// Computes area-weighted normals that are smooth where neighbouring triangles meet at less than 40
+/// degrees and split at sharper edges. Vertices with identical coordinates count as one, as STL
+/// files require. If more than 64 triangles share a vertex each keeps its own normal. A degenerate
+/// triangle gets the normal z; it is not visible.
+LitMesh ComputeNormals(const TriangleMesh& mesh);
 
 }  // namespace plumbline

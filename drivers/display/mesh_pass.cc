@@ -12,12 +12,12 @@ namespace {
 
 constexpr int kStressColours = 256;
 
-static_assert(kBendStations == 33, "the shader counts on it");
+static_assert(kBendStations == 33, "the shader assumes it");
 
 constexpr const char* kMeshVertex = R"(
 layout(location = 0) in vec3 a_p_O;
 layout(location = 1) in vec3 a_n_O;
-uniform mat4 u_X_FO;  // with the scale
+uniform mat4 u_X_FO;  // includes the scale
 uniform mat4 u_X_CF;
 uniform mat4 u_clip;
 uniform float u_length;        // [m]; 0: straight
@@ -31,7 +31,7 @@ out float stress;
 void main() {
   vec3 p = (u_X_FO * vec4(a_p_O, 1.0)).xyz;
   vec3 n = mat3(u_X_FO) * a_n_O;
-  stress = u_length > 0.0 ? u_station[1].w * u_per_stress : 0.0;  // inboard: as at the root
+  stress = u_length > 0.0 ? u_station[1].w * u_per_stress : 0.0;  // inboard: as at root
   if (u_length > 0.0 && p.z > 0.0) {
     float z = min(p.z, u_length);
     int i = min(int(z / u_length * 32.0), 31);
@@ -120,15 +120,16 @@ Result<MeshPass> MeshPass::Create() {
 
 Result<int> MeshPass::Load(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
-  if (mesh.triangles.size() > kMostTriangles) {
-    return Error{"the mesh has more than 5 million triangles; reduce it"};
+  if (mesh.triangles.size() > kMaxTriangles) {
+    return Error{"the mesh has more than 5 million triangles. Simplify it."};
   }
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) {
-      if (vertex >= mesh.vertices_O.size()) return Error{"the mesh names a vertex it has not"};
+      if (vertex >= mesh.vertices_O.size())
+        return Error{"a triangle of the mesh refers to a vertex that does not exist"};
     }
   }
-  LitMesh lit = WithNormals(mesh);
+  LitMesh lit = ComputeNormals(mesh);
   Loaded loaded;
   glBindVertexArray(*loaded.array);
   glBindBuffer(GL_ARRAY_BUFFER, *loaded.vertices);
@@ -163,21 +164,21 @@ void MeshPass::SetUniforms(const GlProgram& program, const DisplayList& list,
   program.Use();
   const Eigen::Matrix4f clip = ClipOfCamera(list.pinhole, list.size);
   const Eigen::Matrix4f X_CF = MatrixOf(drawn.X_CF, 1), X_FO = MatrixOf(drawn.X_FO, drawn.scale);
-  glUniformMatrix4fv(program.At("u_clip"), 1, GL_FALSE, clip.data());
-  glUniformMatrix4fv(program.At("u_X_CF"), 1, GL_FALSE, X_CF.data());
-  glUniformMatrix4fv(program.At("u_X_FO"), 1, GL_FALSE, X_FO.data());
+  glUniformMatrix4fv(program.UniformLocation("u_clip"), 1, GL_FALSE, clip.data());
+  glUniformMatrix4fv(program.UniformLocation("u_X_CF"), 1, GL_FALSE, X_CF.data());
+  glUniformMatrix4fv(program.UniformLocation("u_X_FO"), 1, GL_FALSE, X_FO.data());
   const Colour& c = drawn.colour;
-  glUniform4f(program.At("u_colour"), c.r, c.g, c.b, c.a);
+  glUniform4f(program.UniformLocation("u_colour"), c.r, c.g, c.b, c.a);
   if (list.clip) {
     const Vec3f normal = list.clip->normal_C.cast<float>();
-    glUniform4f(program.At("u_plane"), normal.x(), normal.y(), normal.z(),
+    glUniform4f(program.UniformLocation("u_plane"), normal.x(), normal.y(), normal.z(),
                 static_cast<float>(list.clip->distance_m));
   }
-  glUniform1i(program.At("u_stress_colours"), 0);
-  glUniform1f(program.At("u_length"), drawn.bends ? list.bend.length_m : 0);
+  glUniform1i(program.UniformLocation("u_stress_colours"), 0);
+  glUniform1f(program.UniformLocation("u_length"), drawn.bends ? list.bend.length_m : 0);
   if (!drawn.bends) return;
-  glUniform1f(program.At("u_exaggeration"), static_cast<float>(list.exaggeration));
-  glUniform1f(program.At("u_per_stress"),
+  glUniform1f(program.UniformLocation("u_exaggeration"), static_cast<float>(list.exaggeration));
+  glUniform1f(program.UniformLocation("u_per_stress"),
               list.stress_full_Pa > 0 ? static_cast<float>(1 / list.stress_full_Pa) : 0);
   std::array<Eigen::Vector4f, std::size_t{2} * kBendStations> stations;
   for (int i = 0; i < kBendStations; ++i) {
@@ -186,7 +187,7 @@ void MeshPass::SetUniforms(const GlProgram& program, const DisplayList& list,
     stations[2 * k] << station.d_F, static_cast<float>(list.bend.StationZ(i));
     stations[2 * k + 1] << station.r_F, station.stress_Pa;
   }
-  glUniform4fv(program.At("u_station"), 2 * kBendStations, stations[0].data());
+  glUniform4fv(program.UniformLocation("u_station"), 2 * kBendStations, stations[0].data());
 }
 
 void MeshPass::DrawOne(const DisplayList& list, const DrawnMesh& drawn) {
@@ -202,7 +203,7 @@ void MeshPass::DrawOne(const DisplayList& list, const DrawnMesh& drawn) {
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
   if (drawn.occludes) return;
-  if (transparent) {  // its own depth is there: only its nearest surface is mixed in
+  if (transparent) {  // the depth prepass leaves only its nearest surface to blend
     glEnable(GL_BLEND);
   }
   glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
@@ -227,7 +228,7 @@ void MeshPass::Draw(const DisplayList& list) {
   glBindVertexArray(0);
 }
 
-std::vector<Vec3f> MeshPass::PlacedVertices(const DisplayList& list, const DrawnMesh& drawn) {
+std::vector<Vec3f> MeshPass::TransformedVertices(const DisplayList& list, const DrawnMesh& drawn) {
   const auto found = meshes_.find(drawn.mesh);
   if (found == meshes_.end()) return {};
   Loaded& mesh = found->second;

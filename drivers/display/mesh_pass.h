@@ -1,4 +1,5 @@
-// Meshes: bent in the vertex shader, lit, coloured by stress, cut by a plane, hiding and hidden.
+// Render pass for meshes: bending in the vertex shader, lighting, stress colours, clip plane,
+// occlusion.
 #pragma once
 
 #include <array>
@@ -14,33 +15,34 @@ namespace plumbline {
 
 /// For each vertex, in single precision
 ///   p_C = X_CF B(X_FO (scale p_O)),  B(p) = p + e (BentPoint(bend, p) - p)
-/// with the formula of BentPoint() (scene/bend_field.h) and the exaggeration e. Normals turn with
-/// their sections. Light comes from the camera and from above it; back sides are lit as well.
+/// with the formula of BentPoint() (scene/bend_field.h) and the exaggeration e. Normals rotate with
+/// their sections. Light comes from the camera and from above it; back faces are lit as well.
 class MeshPass {
  public:
-  static constexpr std::size_t kMostTriangles = 5'000'000;
+  static constexpr std::size_t kMaxTriangles = 5'000'000;
 
   static Result<MeshPass> Create();
 
-  /// Refuses more than kMostTriangles, none, and indices of no vertex.
+  /// Uploads a mesh. Fails without triangles, with more than kMaxTriangles, or with an index that
+  /// is out of range. @return its number for DrawnMesh
   Result<int> Load(const TriangleMesh& mesh);
   void Drop(int mesh) { meshes_.erase(mesh); }
   bool Knows(int mesh) const { return meshes_.contains(mesh); }
 
-  /// Occluders, then opaque meshes, then transparent ones in their order. Meshes that are not
-  /// loaded, or whose pose is not finite, are passed over.
+  /// Draws occluders, then opaque meshes, then transparent ones in list order. Meshes that are not
+  /// loaded, or whose pose is not finite, are skipped.
   void Draw(const DisplayList& list);
 
-  /// Where the vertex shader puts the vertices of one mesh in C [m], in the order of its
-  /// TriangleMesh, read back from the GPU; a vertex of no triangle is (0, 0, 0).
-  std::vector<Vec3f> PlacedVertices(const DisplayList& list, const DrawnMesh& drawn);
+  /// Vertices of one mesh in C [m] as transformed by the vertex shader, in the order of its
+  /// TriangleMesh, read back from the GPU; a vertex without a triangle is (0, 0, 0).
+  std::vector<Vec3f> TransformedVertices(const DisplayList& list, const DrawnMesh& drawn);
 
  private:
   struct Loaded {
     GlVertexArray array;
     GlBuffer vertices, indices;
     GLsizei index_count = 0;
-    std::size_t vertex_count = 0;  ///< of the TriangleMesh
+    std::size_t vertex_count = 0;  ///< of the original TriangleMesh
     std::vector<std::uint32_t> source;
   };
 
@@ -48,7 +50,7 @@ class MeshPass {
   void SetUniforms(const GlProgram& program, const DisplayList& list, const DrawnMesh& drawn);
   void DrawOne(const DisplayList& list, const DrawnMesh& drawn);
 
-  std::array<GlProgram, 4> programs_;  ///< bit 0: by stress, bit 1: cut
+  std::array<GlProgram, 4> programs_;  ///< bit 0: coloured by stress, bit 1: clipped
   GlTexture stress_colours_;
   std::map<int, Loaded> meshes_;
   int next_ = 1;

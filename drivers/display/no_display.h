@@ -1,4 +1,4 @@
-// No screen: pictures are drawn for snapshots and for lookers from afar alone.
+// Display without a screen, for snapshots and remote viewers only.
 #pragma once
 
 #include <memory>
@@ -14,10 +14,10 @@ struct NoDisplayOptions {
   double rate_hz = 30;
 };
 
-/// Ready `rate_hz` times a second.
+/// Becomes ready `rate_hz` times a second and discards the pictures.
 class NoDisplay : public Display {
  public:
-  /// Refuses sizes outside 16..8192 pixels and rates outside 0.1..240 Hz.
+  /// Fails for sizes outside 16..8192 pixels and rates outside 0.1..240 Hz.
   static Result<std::unique_ptr<Display>> Create(const NoDisplayOptions& options, Clock clock,
                                                  Sleep sleep = SleepSeconds);
 

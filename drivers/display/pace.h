@@ -1,11 +1,11 @@
-// When the next picture is due, for displays without a refresh of their own.
+// Pacing for displays without a refresh event.
 #pragma once
 
 namespace plumbline {
 
-/// A period after the last one was due, so that small delays do not add up; a period from now where
-/// that is over already.
-inline double NextPicture_s(double due_s, double now_s, double period_s) {
+/// Due time of the next picture [s]: one period after the previous due time, so that small delays
+/// do not accumulate, or one period from now if that has already passed.
+inline double NextPictureDue_s(double due_s, double now_s, double period_s) {
   return due_s + period_s > now_s ? due_s + period_s : now_s + period_s;
 }
 

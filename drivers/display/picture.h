@@ -1,4 +1,4 @@
-// A picture that was drawn, as pixels in memory.
+// Rendered pictures as pixels in memory.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace plumbline {
 
-/// Red, green, blue and a fourth byte without meaning; row by row from the top, no padding.
+/// Red, green, blue and an unused fourth byte; row by row from the top, no padding.
 struct PictureView {
   const std::uint8_t* rgbx = nullptr;
   ImageSize size;
@@ -19,7 +19,7 @@ struct PictureView {
   }
 };
 
-/// A picture that was drawn, for a display to take.
+/// A rendered picture that a display reads from its source.
 class DrawnPicture {
  public:
   DrawnPicture() = default;
@@ -27,25 +27,26 @@ class DrawnPicture {
   DrawnPicture& operator=(const DrawnPicture&) = delete;
   virtual ~DrawnPicture() = default;
 
-  virtual ImageSize size() const = 0;  ///< {0, 0}: none was drawn
+  virtual ImageSize size() const = 0;  ///< {0, 0}: nothing was drawn yet
 
-  /// Some of its rows, as a picture that has no others; valid until the next call. Waits until it
-  /// is finished.
+  /// Reads `count` rows starting at `first`; valid until the next call. Waits until rendering is
+  /// complete.
   virtual PictureView ReadRows(int first, int count) = 0;
 };
 
-/// Reads it in parts, each small enough to stay in the processor's cache until it is taken, and
-/// needs memory for one part only. @param take  (int first_row, const PictureView& rows)
+/// Reads a picture in strips that are small enough to stay in the CPU cache until they are
+/// consumed.
+/// @param take  callable (int first_row, const PictureView& rows)
 template <typename Take>
-void ReadInParts(DrawnPicture& picture, Take take) {
-  constexpr int kParts = 8;
-  const int height = picture.size().height, most = (height + kParts - 1) / kParts;
-  for (int first = 0; first < height; first += most) {
-    take(first, picture.ReadRows(first, first + most < height ? most : height - first));
+void ReadInStrips(DrawnPicture& picture, Take take) {
+  constexpr int kStrips = 8;
+  const int height = picture.size().height, rows = (height + kStrips - 1) / kStrips;
+  for (int first = 0; first < height; first += rows) {
+    take(first, picture.ReadRows(first, first + rows < height ? rows : height - first));
   }
 }
 
-/// For files: red, green, blue; row by row from the top, no padding.
+/// Image for files: red, green, blue; row by row from the top, no padding.
 struct RgbImage {
   std::vector<std::uint8_t> rgb;
   ImageSize size;

@@ -10,7 +10,7 @@ namespace {
 
 using ColourTable = std::array<std::uint32_t, 256>;
 
-/// The word's part for each value of a colour.
+/// Shifted bit field for each value of a colour.
 ColourTable TableOf(const ColourBits& colour) {
   ColourTable table{};
   const std::uint32_t most = (1U << colour.length) - 1;
@@ -34,7 +34,7 @@ void PackRows(const PictureView& picture, const PixelLayout& layout, std::uint8_
   }
 }
 
-/// The common one, without tables: the compiler makes vector code of it.
+/// The common 8-8-8 layout without tables, so that the compiler can vectorise it.
 void PackRows8888(const PictureView& picture, const PixelLayout& layout, std::uint8_t* memory) {
   const unsigned red = layout.red.offset, green = layout.green.offset, blue = layout.blue.offset;
   for (int v = 0; v < layout.size.height; ++v) {
@@ -52,24 +52,25 @@ void PackRows8888(const PictureView& picture, const PixelLayout& layout, std::ui
 
 }  // namespace
 
-std::optional<Error> UnusableLayout(const PixelLayout& layout, std::size_t memory_bytes) {
+std::optional<Error> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes) {
   const auto& [width, height] = layout.size;
   if (layout.bits != 16 && layout.bits != 32) {
-    return Error{fmt::format("{} bits a pixel are not known, 16 and 32 are", layout.bits)};
+    return Error{
+        fmt::format("{} bits per pixel, which is not supported; 16 and 32 are", layout.bits)};
   }
   if (width < 1 || height < 1 || width > 16384 || height > 16384) {
     return Error{fmt::format("a size of {} x {} pixels", width, height)};
   }
   for (const ColourBits& colour : {layout.red, layout.green, layout.blue}) {
     if (colour.length < 1 || colour.length > 10 || colour.offset > layout.bits - colour.length) {
-      return Error{"colours that do not lie in a pixel's bits"};
+      return Error{"colours outside the bits of a pixel"};
     }
   }
   const std::size_t row_bytes = static_cast<std::size_t>(width) * layout.bits / 8;
   const auto rows = static_cast<std::size_t>(height);
   if (layout.stride < row_bytes || memory_bytes < row_bytes ||
       (memory_bytes - row_bytes) / layout.stride < rows - 1) {
-    return Error{"rows that do not fit into its memory"};
+    return Error{"rows that exceed its memory"};
   }
   return std::nullopt;
 }
@@ -87,7 +88,7 @@ void PackPicture(const PictureView& picture, const PixelLayout& layout,
 }
 
 void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::uint8_t> memory) {
-  ReadInParts(picture, [&](int first, const PictureView& rows) {
+  ReadInStrips(picture, [&](int first, const PictureView& rows) {
     PixelLayout part = layout;
     part.size = rows.size;
     PackPicture(rows, part, memory.subspan(static_cast<std::size_t>(first) * layout.stride));

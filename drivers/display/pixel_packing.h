@@ -1,4 +1,4 @@
-// Pixels as framebuffers have them. Pure.
+// Conversion of pictures to the pixel layouts of framebuffers. Pure.
 #pragma once
 
 #include <cstddef>
@@ -11,30 +11,30 @@
 
 namespace plumbline {
 
-/// Where one colour lies in a pixel's word, counted from the lowest bit.
+/// Bit field of one colour in a pixel word; the offset counts from the lowest bit.
 struct ColourBits {
   unsigned offset = 0, length = 8;
   bool operator==(const ColourBits&) const = default;
 };
 
-/// How a framebuffer holds its pixels: words of 16 or 32 bits in the computer's byte order.
+/// Pixel layout of a framebuffer: words of 16 or 32 bits in native byte order.
 struct PixelLayout {
   ImageSize size;
   std::size_t stride = 0;  ///< bytes from one row to the next
-  unsigned bits = 32;      ///< of one pixel
+  unsigned bits = 32;      ///< bits per pixel
   ColourBits red{16, 8}, green{8, 8}, blue{0, 8};
   bool operator==(const PixelLayout&) const = default;
 };
 
-/// What of a layout is not known here, or does not fit into `memory_bytes`.
-std::optional<Error> UnusableLayout(const PixelLayout& layout, std::size_t memory_bytes);
+/// Why a layout is not supported or does not fit into `memory_bytes`; nullopt: it is usable.
+std::optional<Error> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes);
 
-/// Writes a picture of the layout's size into memory of that layout; each colour is rounded to the
-/// bits it has. What lies between the rows is left alone.
-/// @param memory  as large as UnusableLayout() was told
+/// Writes a picture of the layout's size into `memory`; each colour is rounded to its bits. Padding
+/// between the rows is left unchanged.
+/// @param memory  at least as large as passed to CheckLayout()
 void PackPicture(const PictureView& picture, const PixelLayout& layout,
                  std::span<std::uint8_t> memory);
-/// The same, from where it was drawn.
+/// Same, reading the picture from the renderer.
 void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::uint8_t> memory);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// From the camera frame C to OpenGL's clip space, for pictures whose first row is the top one.
+// Projection from the camera frame C to OpenGL clip space, for pictures stored top row first.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,11 +7,11 @@
 
 namespace plumbline {
 
-/// What is nearer to the camera than this is not drawn [m]. There is no farthest distance.
-inline constexpr float kNearest_m = 0.02F;
+/// Distance of the near plane [m]. There is no far plane.
+inline constexpr float kNearPlane_m = 0.02F;
 
-/// Clip coordinates of a point in C. With pixel (0, 0) the centre of the top-left pixel and row 0
-/// of the framebuffer the top row:
+/// Projection matrix from C to clip coordinates. Pixel (0, 0) is the centre of the top-left pixel,
+/// and row 0 of the framebuffer is the top row:
 ///   x_clip / w = 2 (u + 1/2) / width - 1,  y_clip / w = 2 (v + 1/2) / height - 1,
 ///   z_clip / w = 1 - 2 nearest / Z,  w = Z
 inline Eigen::Matrix4f ClipOfCamera(const Lens& pinhole, ImageSize size) {
@@ -21,7 +21,7 @@ inline Eigen::Matrix4f ClipOfCamera(const Lens& pinhole, ImageSize size) {
   P(1, 1) = 2 * pinhole.fy / size.height;
   P(1, 2) = 2 * (pinhole.cy + 0.5) / size.height - 1;
   P(2, 2) = 1;
-  P(2, 3) = -2 * static_cast<double>(kNearest_m);
+  P(2, 3) = -2 * static_cast<double>(kNearPlane_m);
   P(3, 2) = 1;
   return P.cast<float>();
 }

@@ -1,4 +1,4 @@
-// The kinds of display there are. A new kind is one line in the table of registry.cc.
+// Registry of display kinds. To add one, add a line to the table in registry.cc.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace plumbline {
 
-/// All that any kind may need; each takes its own.
+/// Settings of all kinds; each uses its own part.
 struct DisplayConnection {
   KmsOptions kms = {};
   FramebufferOptions framebuffer = {};
@@ -25,7 +25,7 @@ struct DisplayConnection {
 /// "kms", "framebuffer", "none".
 std::vector<std::string_view> DisplayKinds();
 
-/// A display that is not connected yet; its first Wait() connects.
+/// Creates a display. It is not connected yet; its first Wait() connects.
 Result<std::unique_ptr<Display>> MakeDisplay(std::string_view kind,
                                              const DisplayConnection& connection);
 

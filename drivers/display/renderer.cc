@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLargestPicture_px = 8192;
+constexpr int kMaxPicture_px = 8192;
 
 }  // namespace
 
@@ -43,15 +43,15 @@ Result<std::unique_ptr<Renderer>> Renderer::Create(GlContext& context,
   return renderer;
 }
 
-std::string Renderer::UnusableIn(const DisplayList& list) const {
+std::string Renderer::CheckList(const DisplayList& list) const {
   const auto& [width, height] = list.size;
-  if (width < 1 || height < 1 || width > kLargestPicture_px || height > kLargestPicture_px) {
+  if (width < 1 || height < 1 || width > kMaxPicture_px || height > kMaxPicture_px) {
     return fmt::format("a picture of {} x {} pixels cannot be drawn", width, height);
   }
   const Lens& pinhole = list.pinhole;
   if (!(pinhole.fx > 0) || !(pinhole.fy > 0) || !std::isfinite(pinhole.fx + pinhole.fy) ||
       !std::isfinite(pinhole.cx + pinhole.cy)) {
-    return "the picture's focal length is not positive";
+    return "the focal length of the picture is not positive";
   }
   return "";
 }
@@ -70,8 +70,8 @@ bool Renderer::Resize(ImageSize size) {
   return complete;
 }
 
-/// What one camera sees, into its area. @param place  among those of the picture
-void Renderer::DrawView(const DisplayList& view, std::size_t place) {
+/// Draws one camera view into its area. @param index  of the view in the picture
+void Renderer::DrawView(const DisplayList& view, std::size_t index) {
   if (view.area) {
     const auto pixel = [](float edge) { return static_cast<GLint>(std::lround(edge)); };
     glEnable(GL_SCISSOR_TEST);
@@ -80,7 +80,7 @@ void Renderer::DrawView(const DisplayList& view, std::size_t place) {
   }
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT);
-  const auto drawn = background_.Draw(view.background, view.pinhole, view.size, place);
+  const auto drawn = background_.Draw(view.background, view.pinhole, view.size, index);
   if (!drawn) Remark(drawn.error());
   for (const DrawnMesh& mesh : view.meshes) {
     if (!meshes_.Knows(mesh.mesh)) Remark(fmt::format("mesh {} is not loaded", mesh.mesh));
@@ -91,12 +91,14 @@ void Renderer::DrawView(const DisplayList& view, std::size_t place) {
 }
 
 DrawResult Renderer::Draw(const DisplayList& list) {
-  problem_ = UnusableIn(list);
+  problem_ = CheckList(list);
   for (const DisplayList& view : list.beside) {
-    if (problem_.empty()) problem_ = view.size == list.size ? UnusableIn(view) : "two sizes";
+    if (problem_.empty())
+      problem_ =
+          view.size == list.size ? CheckList(view) : "the views of the picture differ in size";
   }
   if (!problem_.empty()) return DrawResult::kRefused;
-  if (!Resize(list.size)) problem_ = "OpenGL has no room for the picture";
+  if (!Resize(list.size)) problem_ = "OpenGL cannot allocate the picture";
   if (problem_.empty()) {
     glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
     glViewport(0, 0, size_.width, size_.height);
@@ -109,7 +111,7 @@ DrawResult Renderer::Draw(const DisplayList& list) {
     problem_ = GlProblem();
   }
   if (context_.Lost()) {
-    problem_ = "the graphics processor was reset, and all that it held is gone";
+    problem_ = "the GPU was reset and lost its contents";
     return DrawResult::kContextLost;
   }
   return problem_.empty() ? DrawResult::kDrawn : DrawResult::kRefused;
@@ -130,7 +132,7 @@ RgbImage Renderer::ReadBack() {
   };
   RgbImage image{.rgb = std::vector<std::uint8_t>(3 * pixels(size_)), .size = size_};
   std::uint8_t* to = image.rgb.data();
-  ReadInParts(*this, [&](int, const PictureView& rows) {
+  ReadInStrips(*this, [&](int, const PictureView& rows) {
     for (std::size_t i = 0; i < pixels(rows.size); ++i, to += 3) {
       std::copy_n(rows.rgbx + 4 * i, 3, to);
     }
@@ -138,18 +140,19 @@ RgbImage Renderer::ReadBack() {
   return image;
 }
 
-std::vector<Vec3f> Renderer::PlacedVertices(const DisplayList& list, const DrawnMesh& drawn) {
-  if (!UnusableIn(list).empty() || !Resize(list.size)) return {};
-  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);  // without one OpenGL draws nothing at all
-  return meshes_.PlacedVertices(list, drawn);
+std::vector<Vec3f> Renderer::TransformedVertices(const DisplayList& list, const DrawnMesh& drawn) {
+  if (!CheckList(list).empty() || !Resize(list.size)) return {};
+  glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);  // without a framebuffer OpenGL draws nothing
+  return meshes_.TransformedVertices(list, drawn);
 }
 
 void Renderer::Remark(const std::string& remark) {
-  constexpr std::size_t kMostTold = 100;
-  if (told_.size() >= kMostTold || std::find(told_.begin(), told_.end(), remark) != told_.end()) {
+  constexpr std::size_t kMaxRemarks = 100;
+  if (reported_.size() >= kMaxRemarks ||
+      std::find(reported_.begin(), reported_.end(), remark) != reported_.end()) {
     return;
   }
-  told_.push_back(remark);
+  reported_.push_back(remark);
   remarks_.push_back(remark);
 }
 

@@ -1,4 +1,4 @@
-// Draws display lists. The only door to the passes.
+// Renderer for display lists.
 #pragma once
 
 #include <cstdint>
@@ -19,28 +19,29 @@ namespace plumbline {
 
 enum class DrawResult : std::uint8_t {
   kDrawn,
-  kRefused,      ///< this list cannot be drawn: its size, its pinhole, memory; another one may
-  kContextLost,  ///< make context and renderer anew and load the meshes again
+  kRefused,      ///< this list cannot be drawn (size, pinhole or memory); others may
+  kContextLost,  ///< recreate context and renderer and load the meshes again
 };
 
 struct RendererOptions {
-  std::vector<std::string> font_paths = UsualFontPaths();
+  std::vector<std::string> font_paths = DefaultFontPaths();
 };
 
-/// Of one thread, that of its context, which must outlive it. Order: background, meshes, the clip
-/// plane's grid, lines, boxes, text.
+/// Must be used on the thread of its context, which must outlive it. Drawing order: background,
+/// meshes, clip plane grid, lines, boxes, text.
 class Renderer : public DrawnPicture {
  public:
-  /// A missing font does not keep the rest from being drawn: see TakeRemarks().
+  /// Creates the renderer. Without a font everything except text is drawn, see TakeRemarks().
   static Result<std::unique_ptr<Renderer>> Create(GlContext& context,
                                                   const RendererOptions& options = {});
-  /// @return  the mesh's number for DrawnMesh, or why it cannot be loaded
+  /// @return  the number of the mesh for DrawnMesh, or why it cannot be loaded
   Result<int> LoadMesh(const TriangleMesh& mesh) { return meshes_.Load(mesh); }
   void DropMesh(int mesh) { meshes_.Drop(mesh); }
 
-  /// Draws into a framebuffer of its own. What `list` points to must live until it returns.
+  /// Draws into an internal framebuffer. Everything `list` points to must live until Draw()
+  /// returns.
   DrawResult Draw(const DisplayList& list);
-  /// What the last Draw() that was not kDrawn met.
+  /// Error of the last Draw() that did not return kDrawn.
   const std::string& problem() const { return problem_; }
 
   ImageSize size() const override { return size_; }
@@ -50,19 +51,19 @@ class Renderer : public DrawnPicture {
   float TextWidth(const std::string& text, float height_px) {
     return flat_.TextWidth(text, height_px);
   }
-  /// See MeshPass. Nothing where the list cannot be drawn.
-  std::vector<Vec3f> PlacedVertices(const DisplayList& list, const DrawnMesh& drawn);
+  /// See MeshPass. Empty if the list cannot be drawn.
+  std::vector<Vec3f> TransformedVertices(const DisplayList& list, const DrawnMesh& drawn);
 
-  /// What is missing in the pictures since the last call, told once each: the font, a mesh that is
-  /// not loaded, the camera's image.
+  /// Warnings since the last call about parts that are missing in the pictures: the font, a mesh
+  /// that is not loaded, the camera image. Each is reported once.
   std::vector<std::string> TakeRemarks();
 
  private:
   Renderer(GlContext& context, BackgroundPass background, MeshPass meshes, LinePass lines,
            FlatPass flat);
-  std::string UnusableIn(const DisplayList& list) const;
+  std::string CheckList(const DisplayList& list) const;
   bool Resize(ImageSize size);
-  void DrawView(const DisplayList& view, std::size_t place);
+  void DrawView(const DisplayList& view, std::size_t index);
   void Remark(const std::string& remark);
 
   GlContext& context_;
@@ -75,7 +76,7 @@ class Renderer : public DrawnPicture {
   ImageSize size_;
   std::vector<std::uint8_t> pixels_;
   std::string problem_;
-  std::vector<std::string> remarks_, told_;
+  std::vector<std::string> remarks_, reported_;
 };
 
 }  // namespace plumbline

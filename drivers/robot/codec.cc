@@ -24,7 +24,7 @@ bool IsInteger(RegisterType type) {
   return type != RegisterType::kFloat32;
 }
 
-/// Every register value of a profile with the name that an error calls it by.
+/// All register values of a profile with their names for error messages.
 std::vector<std::pair<std::string, RegisterValue>> NamedValues(const RobotProfile& profile) {
   std::vector<std::pair<std::string, RegisterValue>> values;
   for (std::size_t i = 0; i < profile.joints.size(); ++i) {
@@ -62,27 +62,27 @@ std::vector<std::pair<std::string, RegisterValue>> NamedValues(const RobotProfil
 
 std::optional<std::string> FaultOf(const RobotProfile& profile) {
   if (profile.joints.empty() || profile.joints.size() > kMaxJoints) {
-    return fmt::format("{} joints; 1..{} are possible", profile.joints.size(), kMaxJoints);
+    return fmt::format("{} joints; must be 1..{}", profile.joints.size(), kMaxJoints);
   }
   for (const RegisterBlock& block : profile.blocks) {
     if (block.count < 1 || block.count > kMaxRegistersOfRead || block.first < 0 ||
         block.first + block.count > 65536) {
-      return fmt::format("block of {} registers from {}: 1..{} registers within 0..65535",
+      return fmt::format("block of {} registers from {}: must have 1..{} registers within 0..65535",
                          block.count, block.first, kMaxRegistersOfRead);
     }
   }
   for (const auto& [name, value] : NamedValues(profile)) {
     if (!IsRead(profile.blocks, value)) {
-      return fmt::format("{} at {} is in no block that is read", name, value.address);
+      return fmt::format("{} at {} is not inside any of the blocks", name, value.address);
     }
     if (!std::isfinite(value.scale) || value.scale == 0 || !std::isfinite(value.offset)) {
-      return fmt::format("{} at {}: scale {}, offset {}", name, value.address, value.scale,
-                         value.offset);
+      return fmt::format("{} at {}: scale {} and offset {} must be finite and the scale not 0",
+                         name, value.address, value.scale, value.offset);
     }
   }
   for (const auto& counted : {profile.tool_number, profile.sequence, profile.mode.value}) {
     if (counted && !IsInteger(counted->type)) {
-      return fmt::format("the number at {} must be of an integer type", counted->address);
+      return fmt::format("the value at {} must have an integer type", counted->address);
     }
   }
   for (const ModeSignal::Bit& bit : profile.mode.bits) {
@@ -185,8 +185,8 @@ RobotCodec::PoseField RobotCodec::Compile(const PoseSignal& signal) const {
 }
 
 double RobotCodec::Raw(const Field& field, Words words) {
-  const auto place = static_cast<std::size_t>(field.index);
-  const std::uint16_t first = words[place];
+  const auto index = static_cast<std::size_t>(field.index);
+  const std::uint16_t first = words[index];
   switch (field.type) {
     case RegisterType::kInt16:
       return static_cast<std::int16_t>(first);
@@ -194,13 +194,13 @@ double RobotCodec::Raw(const Field& field, Words words) {
       return first;
     case RegisterType::kInt32:
       return static_cast<std::int32_t>(
-          modbus::U32FromRegisters(first, words[place + 1], field.order));
+          modbus::U32FromRegisters(first, words[index + 1], field.order));
     case RegisterType::kUint32:
-      return modbus::U32FromRegisters(first, words[place + 1], field.order);
+      return modbus::U32FromRegisters(first, words[index + 1], field.order);
     case RegisterType::kFloat32:
       break;
   }
-  return static_cast<double>(modbus::FloatFromRegisters(first, words[place + 1], field.order));
+  return static_cast<double>(modbus::FloatFromRegisters(first, words[index + 1], field.order));
 }
 
 double RobotCodec::Value(const Field& field, Words words) {
@@ -232,7 +232,7 @@ double RobotCodec::Temperature(Words words) const {
     sum += value;
     largest = std::max(largest, value);
   }
-  if (!std::isfinite(sum)) return sum;  // one sensor that makes no sense shows
+  if (!std::isfinite(sum)) return sum;  // do not hide an invalid sensor in the mean
   return hottest_joint_ ? largest : sum / static_cast<double>(temperatures_.size());
 }
 

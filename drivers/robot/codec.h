@@ -1,4 +1,4 @@
-// Raw words of a controller -> RobotState in SI. The only place where that happens; pure.
+// Robot codec: decodes the raw registers of a controller into a RobotState in SI units. Pure.
 #pragma once
 
 #include <cstdint>
@@ -11,34 +11,34 @@
 
 namespace plumbline {
 
-/// True where one block holds all words of a value.
+/// True if one of the blocks contains all words of the value.
 bool IsRead(const std::vector<RegisterBlock>& blocks, const RegisterValue& value);
 
-/// A profile compiled into places of one word buffer, which holds the blocks one after the
-/// other. Decoding allocates nothing, never fails and judges nothing: a register that holds a
-/// NaN or a joint angle of 10^9 rad is decoded as such.
+/// A robot profile compiled into indices of one word buffer that holds the blocks back to back.
+/// Decoding allocates nothing, cannot fail and does not check plausibility: a NaN or a joint angle
+/// of 10^9 rad is decoded as such.
 class RobotCodec {
  public:
-  /// Refuses a profile without joints, a block that no request can carry, a value outside all
-  /// blocks, a scale that is zero or not finite; the error names it.
+  /// Compiles a profile. Fails, naming the entry, if it has no joints, a block exceeds one request,
+  /// a value lies outside all blocks, or a scale is zero or not finite.
   static Result<RobotCodec> Create(const RobotProfile& profile);
 
   const std::vector<RegisterBlock>& blocks() const { return blocks_; }
   int word_count() const { return word_count_; }
   int joint_count() const { return static_cast<int>(joints_.size()); }
 
-  /// Fills everything of `state` but its timestamp and sequence.
-  ///   value = scale raw + offset;  kPi: value - 2 pi where value > pi;
+  /// Decodes everything in `state` except its timestamp and sequence.
+  ///   value = scale raw + offset;  kPi: value - 2 pi if value > pi;
   ///   kRevolutions: value + 2 pi turns
-  /// @param words  word_count() words, the blocks in their order
+  /// @param words  word_count() words, the blocks in order
   void RobotStateFromRegisters(std::span<const std::uint16_t> words, RobotState& state) const;
 
-  /// The controller's own refresh counter; absent where the profile has none.
+  /// The controller's own refresh counter; nullopt if the profile has none.
   std::optional<std::uint32_t> RefreshCounter(std::span<const std::uint16_t> words) const;
 
  private:
   struct Field {
-    int index = 0;  ///< of the first word in the buffer
+    int index = 0;  ///< index of the first word in the buffer
     RegisterType type = RegisterType::kInt16;
     modbus::WordOrder order = modbus::WordOrder::kAbcd;
     double scale = 1;

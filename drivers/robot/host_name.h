@@ -1,15 +1,15 @@
-// Whether a host has an address, told apart from a host that does not answer.
+// Host name resolution, to distinguish an unknown name from a host that does not answer.
 #pragma once
 
 #include <string>
 
 namespace plumbline {
 
-/// Why `host` (a name or an address) leads to no address, in words that last; null where it does.
-/// May wait for a name server.
+/// Reason why `host` (a name or an address) cannot be resolved, a static string; nullptr if it can.
+/// May block on a name server.
 const char* WhyUnresolved(const std::string& host);
 
-/// Whether `host` is an address already, so that no name server is asked.
+/// True if `host` is a numeric address, so that no name server is needed.
 bool IsAddress(const std::string& host);
 
 }  // namespace plumbline

@@ -14,7 +14,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLongestFrame_bits = 256 * 11;
+constexpr double kMaxFrame_bits = 256 * 11;
 
 bool IsException(int error) {
   return error >= EMBXILFUN && error <= EMBXGTAR;
@@ -50,10 +50,10 @@ Result<ModbusClient> ModbusClient::Create(_modbus* context, std::string peer, bo
     return Error{fmt::format("{}: unit id {} is not 0..247 or 255", client.peer_, unit_id)};
   }
   if (!(timeout_s > 0 && timeout_s < 3600) || !SetTimeout(context, timeout_s)) {
-    return Error{fmt::format("{}: time-out of {} s", client.peer_, timeout_s)};
+    return Error{fmt::format("{}: time-out {} s is outside 0..3600", client.peer_, timeout_s)};
   }
   client.timeout_s_ = timeout_s;
-  // No time-out between bytes: the one of the response then holds for the whole of it.
+  // Without a byte time-out the response time-out covers the whole response.
   modbus_set_byte_timeout(context, 0, 0);
   return client;
 }
@@ -72,8 +72,9 @@ Result<ModbusClient> ModbusClient::Tcp(const TcpAddress& address, int unit_id, d
 
 Result<ModbusClient> ModbusClient::Rtu(const SerialLine& line, int unit_id, double timeout_s,
                                        Clock clock) {
-  if (line.baud <= 0) return Error{fmt::format("{}: {} baud", line.device, line.baud)};
-  const double frame_s = kLongestFrame_bits / line.baud;
+  if (line.baud <= 0)
+    return Error{fmt::format("{}: {} baud is not positive", line.device, line.baud)};
+  const double frame_s = kMaxFrame_bits / line.baud;
   return Create(modbus_new_rtu(line.device.c_str(), line.baud, line.parity, 8, line.stop_bits),
                 line.device, true, unit_id, timeout_s + frame_s, clock);
 }
@@ -83,7 +84,7 @@ LinkResult ModbusClient::Connect() {
   if (clock_() < next_attempt_s_) return LinkResult::kWaiting;
   errno = 0;
   if (modbus_connect(context_.get()) != 0) {
-    // libmodbus says ECONNREFUSED, or nothing, of a name that has no address.
+    // For a name that cannot be resolved libmodbus reports ECONNREFUSED or no error.
     const int error = errno;
     if (!serial_ && (error == 0 || error == ECONNREFUSED)) {
       if (const char* why = WhyUnresolved(host_)) return FailUnresolved(why);
@@ -111,7 +112,7 @@ bool ModbusClient::ReadyForRequest() {
 LinkResult ModbusClient::Read(const RegisterBlock& block, std::span<std::uint16_t> words) {
   int count = -1;
   if (!ReadyForRequest()) {
-    // errno tells
+    // errno is set
   } else if (block.table == RegisterTable::kHolding) {
     count = modbus_read_registers(context_.get(), block.first, block.count, words.data());
   } else if (block.table == RegisterTable::kInput) {
@@ -143,8 +144,8 @@ LinkResult ModbusClient::WriteOne(int address, std::uint16_t word) {
   return Fail(6, address, 1);
 }
 
-void ModbusClient::LimitTimeout(double most_s) {
-  SetTimeout(context_.get(), std::clamp(most_s, 1e-3, timeout_s_));
+void ModbusClient::LimitTimeout(double max_s) {
+  SetTimeout(context_.get(), std::clamp(max_s, 1e-3, timeout_s_));
 }
 
 LinkResult ModbusClient::Fail(int function, int first, int count) {
@@ -174,7 +175,7 @@ void ModbusClient::Close() {
   modbus_close(context_.get());
   connected_ = false;
   next_attempt_s_ = clock_() + wait_s_;
-  wait_s_ = std::min(2 * wait_s_, kLongestWait_s);
+  wait_s_ = std::min(2 * wait_s_, kMaxWait_s);
 }
 
 }  // namespace plumbline

@@ -37,11 +37,12 @@ Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& pro
   Result<RobotCodec> codec = RobotCodec::Create(profile);
   if (!codec) return codec.failure();
   if (limits.enabled && !profile.push) {
-    return Error{
-        fmt::format("push is enabled, and robot profile \"{}\" has no place for it", profile.name)};
+    return Error{fmt::format("push is enabled, but robot profile \"{}\" has no [push] registers",
+                             profile.name)};
   }
   if (profile.push && !IsSound(*profile.push)) {
-    return Error{fmt::format("robot profile \"{}\": the push slots do not fit", profile.name)};
+    return Error{fmt::format("robot profile \"{}\": the push slots overlap or exceed the registers",
+                             profile.name)};
   }
   return std::unique_ptr<RobotDevice>(
       new ModbusRobot(std::move(codec).value(), profile, std::move(client), limits, clock));
@@ -83,7 +84,7 @@ LinkResult ModbusRobot::Read(RobotState& state) {
     }
     rest = rest.subspan(count);
   }
-  client_.KeepAlive();
+  client_.ResetBackOff();
   codec_.RobotStateFromRegisters(words_, state);
   NoteReading(state);
   return LinkResult::kOk;
@@ -105,16 +106,17 @@ LinkResult ModbusRobot::Push(std::span<const PushPoint> points) {
   client_problem_ = true;
   if (!client_.connected()) return LinkResult::kWaiting;
   NoteConnection();
-  const PushOrder order = gate_.Next(points, clock_());
-  if (order.action == PushOrder::Action::kWrite) return WritePoint(order.point);
-  if (order.action == PushOrder::Action::kNothing) return LinkResult::kOk;
-  const LinkResult result = Withdraw(order.point.slot);
-  if (result != LinkResult::kOk || order.action == PushOrder::Action::kWithdraw) return result;
-  return Refuse(
-      LinkResult::kPushRefused,
-      fmt::format("point {} in slot {} moved by {:.3f} mm, more than {:.3f} mm: "
-                  "withdrawn until it stays",
-                  order.point.id, order.point.slot, 1e3 * order.step_m, 1e3 * limits_.max_step_m));
+  const PushDecision decision = gate_.Next(points, clock_());
+  if (decision.action == PushDecision::Action::kWrite) return WritePoint(decision.point);
+  if (decision.action == PushDecision::Action::kNothing) return LinkResult::kOk;
+  const LinkResult result = Withdraw(decision.point.slot);
+  if (result != LinkResult::kOk || decision.action == PushDecision::Action::kWithdraw)
+    return result;
+  return Refuse(LinkResult::kPushRefused,
+                fmt::format("point {} in slot {} moved by {:.3f} mm, more than {:.3f} mm: "
+                            "withdrawn until it is steady",
+                            decision.point.id, decision.point.slot, 1e3 * decision.step_m,
+                            1e3 * limits_.max_step_m));
 }
 
 LinkResult ModbusRobot::WithdrawAll(double within_s) {
@@ -124,7 +126,7 @@ LinkResult ModbusRobot::WithdrawAll(double within_s) {
   NoteConnection();
   LinkResult worst = LinkResult::kOk;
   for (int slot = 0; slot < push_.slots; ++slot) {
-    if (!gate_.MayHold(slot)) continue;
+    if (!gate_.MayHoldPoint(slot)) continue;
     if (!client_.connected()) return worst == LinkResult::kOk ? LinkResult::kWaiting : worst;
     const double left_s = end_s - clock_();
     if (left_s <= 0) return Refuse(LinkResult::kTimeout, "no time left to withdraw every slot");
@@ -135,11 +137,11 @@ LinkResult ModbusRobot::WithdrawAll(double within_s) {
   return worst;
 }
 
-/// Over a new connection nothing is known of the slots.
+/// After a reconnection the contents of the slots are unknown.
 void ModbusRobot::NoteConnection() {
   if (connection_ == client_.connections()) return;
   connection_ = client_.connections();
-  gate_.Forget();
+  gate_.Reset();
 }
 
 LinkResult ModbusRobot::Withdraw(int slot) {
@@ -159,8 +161,9 @@ LinkResult ModbusRobot::WritePoint(const PushPoint& point) {
   }
   if (const LinkResult withdrawn = Withdraw(point.slot); withdrawn != LinkResult::kOk)
     return withdrawn;
-  const std::string_view reason =
-      fit == PushFit::kFits ? "the registers do not hold what was written" : FitText(fit);
+  const std::string_view reason = fit == PushFit::kFits
+                                      ? "the registers read back differently from what was written"
+                                      : FitText(fit);
   return Refuse(result, fmt::format("point {} in slot {} from register {}: {}", point.id,
                                     point.slot, FirstOf(point.slot), reason));
 }

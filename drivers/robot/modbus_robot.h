@@ -1,4 +1,4 @@
-// A controller that is a Modbus server: reads its state, writes corrected points back.
+// Robot controller with a Modbus server: reads its state and writes corrected points into it.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace plumbline {
 
-/// Read() sends one request for each block of the profile. Push() writes one slot:
-/// sequence 0, id and pose, reads all back and compares, and only then the next sequence; a
-/// program that sees the same sequence, not 0, before and after it read the pose has one pose.
+/// Read() sends one request per block of the profile. Push() writes one slot: sequence 0, id and
+/// pose, then reads them back, compares, and only then writes the next sequence. A robot program
+/// that reads the same sequence (not 0) before and after the pose has a consistent pose.
 class ModbusRobot : public RobotDevice {
  public:
   static Result<std::unique_ptr<RobotDevice>> Create(const RobotProfile& profile,
@@ -43,20 +43,20 @@ class ModbusRobot : public RobotDevice {
   ModbusClient client_;
   Clock clock_;
   std::vector<std::uint16_t> words_;
-  double timestamp_s_ = 0;                ///< of the last reading that was new
-  std::uint64_t sequence_ = 0;            ///< counts them
-  std::optional<std::uint32_t> refresh_;  ///< the controller's counter in it
+  double timestamp_s_ = 0;                ///< of the last fresh reading
+  std::uint64_t sequence_ = 0;            ///< counts fresh readings
+  std::optional<std::uint32_t> refresh_;  ///< controller's refresh counter in that reading
 
   bool can_push_ = false;
   PushProfile push_;
   PushLimits limits_;
   PushGate gate_;
-  std::vector<std::uint16_t> slot_sequence_;  ///< last written; 0: not known yet
-  std::uint64_t connection_ = 0;              ///< the one that the gate knows
+  std::vector<std::uint16_t> slot_sequence_;  ///< last written, per slot; 0: unknown
+  std::uint64_t connection_ = 0;              ///< number of the connection that gate_ refers to
 
   std::array<char, 200> problem_{};
   std::size_t problem_size_ = 0;
-  bool client_problem_ = true;  ///< the last problem is the client's
+  bool client_problem_ = true;  ///< problem() is the client's
 };
 
 }  // namespace plumbline

@@ -1,7 +1,7 @@
-// Where a controller keeps what, as plain values: the register map of one make of robot.
+// Robot profile: the register map of one controller family, as plain values.
 //
-// A profile is read from config/profiles/*.toml (app/config/robot_profile_reader.h), which
-// documents each key. Scales here are already those of SI.
+// Profiles are read from config/profiles/*.toml by app/config/robot_profile_reader.h, which
+// documents each key. Scales are already converted to SI.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@
 
 namespace plumbline {
 
-/// The four tables of Modbus; the value is the function code that reads the table.
+/// The four Modbus tables; the value is the function code that reads the table.
 enum class RegisterTable : std::uint8_t { kCoil = 1, kDiscrete = 2, kHolding = 3, kInput = 4 };
 
-inline constexpr int kMaxRegistersOfRead = 125;  ///< of one request [Modbus Application Protocol]
+inline constexpr int kMaxRegistersOfRead = 125;  ///< per request [Modbus Application Protocol]
 inline constexpr int kMaxRegistersOfWrite = 123;
 
-/// Registers read by one request, so that they belong to one moment of the controller.
-/// Coils and discrete inputs arrive as one word each, 0 or 1.
+/// Registers read in one request, hence sampled by the controller at one instant. Coils and
+/// discrete inputs take one word each, 0 or 1.
 struct RegisterBlock {
   RegisterTable table = RegisterTable::kHolding;
   int first = 0;
@@ -55,22 +55,22 @@ struct RegisterValue {
   bool operator==(const RegisterValue&) const = default;
 };
 
-/// How the number in a joint's register becomes the controller's count of that joint.
+/// How a joint register value unwraps to the joint position.
 enum class JointWrap : std::uint8_t {
-  kNone,         ///< as it stands
-  kPi,           ///< 0..2 pi; a value above pi means the value minus 2 pi
-  kRevolutions,  ///< modulo 2 pi, and whole turns in a register beside it
+  kNone,         ///< not wrapped
+  kPi,           ///< 0..2 pi; values above pi mean value - 2 pi
+  kRevolutions,  ///< modulo 2 pi, whole turns in a second register
 };
 
 struct JointSignal {
   RegisterValue value;
   JointWrap wrap = JointWrap::kNone;
-  RegisterValue revolutions;  ///< turns, of kRevolutions; scale -1 where they count backwards
+  RegisterValue revolutions;  ///< turns, for kRevolutions; scale -1 if counted backwards
 
   bool operator==(const JointSignal&) const = default;
 };
 
-/// How the controller's three angles stand for an orientation.
+/// Convention of the three angles that the controller reports.
 enum class ReportedOrientation : std::uint8_t {
   kRotationVector,
   kRollPitchYaw,  ///< R = Rz(3rd) Ry(2nd) Rx(1st)
@@ -86,7 +86,7 @@ struct PoseSignal {
   bool operator==(const PoseSignal&) const = default;
 };
 
-/// The state of the controller: the first bit that holds decides, else the value.
+/// Operating mode of the controller: the first matching bit decides, otherwise the value.
 struct ModeSignal {
   struct Meaning {
     int value = 0;
@@ -97,31 +97,31 @@ struct ModeSignal {
   struct Bit {
     RegisterTable table = RegisterTable::kHolding;
     int address = 0;
-    int bit = 0;       ///< 0 the least significant
-    bool when = true;  ///< the state of the bit that means the mode
+    int bit = 0;       ///< 0: least significant
+    bool when = true;  ///< bit state that indicates the mode
     RobotMode mode = RobotMode::kUnknown;
 
     bool operator==(const Bit&) const = default;
   };
   std::vector<Bit> bits;
   std::optional<RegisterValue> value;
-  std::vector<Meaning> meanings;  ///< a value that is not among them is kUnknown
+  std::vector<Meaning> meanings;  ///< any other value is kUnknown
 
   bool operator==(const ModeSignal&) const = default;
 };
 
-/// Where corrected points are written: slot k begins at first + k * stride (holding registers).
-/// The sequence is written last; it counts 1..65535 and 0 says that the slot holds nothing valid.
+/// Holding registers that receive corrected points: slot k starts at first + k * stride. The
+/// sequence is written last; it counts 1..65535, and 0 marks the slot as invalid.
 struct PushProfile {
   int first = 0;
   int slots = 0;
   int stride = 0;
-  std::optional<int> id_place;  ///< of the point's id within the slot
-  int pose_place = 0;           ///< of x, y, z and the three angles, one after the other
+  std::optional<int> id_place;  ///< offset of the point id within the slot
+  int pose_place = 0;           ///< offset of x, y, z and the three angles
   int sequence_place = 0;
   RegisterType type = RegisterType::kInt16;
   modbus::WordOrder order = modbus::WordOrder::kAbcd;
-  double position_step_m = 1e-4;  ///< written number times step = position
+  double position_step_m = 1e-4;  ///< position = register value * step
   double angle_step_rad = 1e-3;
   OrientationConvention orientation = OrientationConvention::kRotationVector;
 
@@ -130,7 +130,7 @@ struct PushProfile {
 
 struct RobotProfile {
   std::string name;
-  std::string source;  ///< the public document that the numbers are from
+  std::string source;  ///< public document that the addresses are taken from
   int port = 502;
   int unit_id = 1;
 
@@ -142,9 +142,9 @@ struct RobotProfile {
   std::optional<RegisterValue> payload_mass;                ///< [kg]
   std::optional<std::array<RegisterValue, 3>> payload_cog;  ///< in F [m]
   std::vector<RegisterValue> temperatures;                  ///< [degree C]
-  bool hottest_joint = false;  ///< temp_C is the largest of them instead of their mean
+  bool hottest_joint = false;  ///< temp_C is their maximum instead of their mean
   std::optional<RegisterValue> tool_number;
-  std::optional<RegisterValue> sequence;  ///< counted up by the controller at each refresh
+  std::optional<RegisterValue> sequence;  ///< incremented by the controller at each refresh
   ModeSignal mode;
   std::optional<PushProfile> push;
 

@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-/// Puts one number at `place`; false where it does not fit.
+/// Writes one number at `place`; false if it does not fit the type.
 bool Put(double number, const PushProfile& profile, std::size_t place,
          std::span<std::uint16_t> words) {
   const RegisterType type = profile.type;

@@ -1,4 +1,4 @@
-// The kinds of robot link there are. A new kind is one line in the table of registry.cc.
+// Registry of robot transports. To add one, add a line to the table in registry.cc.
 #pragma once
 
 #include <memory>
@@ -15,12 +15,12 @@
 
 namespace plumbline {
 
-/// All that any kind may need; each takes its own.
+/// Settings of all transports; each uses its own part.
 struct RobotConnection {
   TcpAddress tcp;
   SerialLine serial;
   int unit_id = 1;
-  double timeout_s = 0.1;  ///< of one request, and of the connection
+  double timeout_s = 0.1;  ///< of a request and of the connection attempt
   RobotProfile profile;
   PushLimits push;
   ReplayRows replay;
@@ -32,7 +32,7 @@ struct RobotConnection {
 /// "tcp", "rtu", "replay".
 std::vector<std::string_view> RobotTransports();
 
-/// A device that is not connected yet; its first Read() connects.
+/// Creates a device. It is not connected yet; its first Read() connects.
 Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                                                const RobotConnection& connection);
 

@@ -11,7 +11,7 @@ namespace plumbline {
 Result<std::unique_ptr<RobotDevice>> ReplayRobot::Create(ReplayRows replay, Clock clock) {
   if (replay.rows.empty()) return Error{"replay: no rows"};
   if (!std::isfinite(replay.rows_per_s) || replay.rows_per_s <= 0) {
-    return Error{fmt::format("replay: {} rows a second is not positive", replay.rows_per_s)};
+    return Error{fmt::format("replay: {} rows per second is not positive", replay.rows_per_s)};
   }
   const auto joints = replay.rows.front().q.size();
   for (std::size_t i = 0; i < replay.rows.size(); ++i) {
@@ -31,8 +31,9 @@ LinkResult ReplayRobot::Read(RobotState& state) {
   const double now_s = clock_();
   if (!start_s_) start_s_ = now_s;
   const auto count = static_cast<double>(replay_.rows.size());
-  const double shown = std::floor(std::max(0.0, now_s - *start_s_) * replay_.rows_per_s);
-  const double place = replay_.loop ? std::fmod(shown, count) : std::min(shown, count - 1);
+  const double elapsed_rows = std::floor(std::max(0.0, now_s - *start_s_) * replay_.rows_per_s);
+  const double place =
+      replay_.loop ? std::fmod(elapsed_rows, count) : std::min(elapsed_rows, count - 1);
   const ReplayRow& row = replay_.rows[static_cast<std::size_t>(place)];
 
   state = RobotState{};
@@ -47,7 +48,7 @@ LinkResult ReplayRobot::Read(RobotState& state) {
 }
 
 LinkResult ReplayRobot::Push(std::span<const PushPoint> /*points*/) {
-  problem_ = "a replay has no registers to write into";
+  problem_ = "a replay has no registers to write to";
   return LinkResult::kPushRefused;
 }
 

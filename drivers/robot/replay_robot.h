@@ -1,4 +1,4 @@
-// Plays recorded joints as if a controller said them: the whole daemon on a laptop.
+// Robot device that replays recorded joint values, to run the daemon without a controller.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// One recorded row; all rows have as many joints.
+/// One recorded row; all rows have the same number of joints.
 struct ReplayRow {
   JointVector q;  ///< [rad] or [m]
   std::optional<double> payload_kg;
@@ -25,18 +25,18 @@ struct ReplayRow {
 
 struct ReplayRows {
   std::vector<ReplayRow> rows;
-  double rows_per_s = 1;  ///< recorded poses are stations, not a trajectory
-  bool loop = true;       ///< false holds the last row
+  double rows_per_s = 1;  ///< recorded poses are separate stations, not a trajectory
+  bool loop = true;       ///< false: hold the last row
 
   bool operator==(const ReplayRows&) const = default;
 };
 
-/// The first Read() shows the first row; each row is shown for 1 / rows_per_s. Holding the last
-/// row counts as new readings, like a robot that stands still. Push() is refused.
+/// The first Read() returns the first row; each row lasts 1 / rows_per_s. A held last row still
+/// counts as fresh readings, like a robot at standstill. Push() is refused.
 class ReplayRobot : public RobotDevice {
  public:
-  /// Refuses no rows, more than kMaxJoints joints, rows of different length, a rate that is not
-  /// positive.
+  /// Fails without rows, with more than kMaxJoints joints, with rows of different length, or with a
+  /// rate that is not positive.
   static Result<std::unique_ptr<RobotDevice>> Create(ReplayRows replay, Clock clock);
 
   LinkResult Read(RobotState& state) override;

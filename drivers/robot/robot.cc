@@ -9,13 +9,13 @@ std::string_view LinkResultText(LinkResult result) {
     case LinkResult::kWaiting:
       return "not connected";
     case LinkResult::kTimeout:
-      return "no answer in time";
+      return "no response in time";
     case LinkResult::kLost:
       return "connection lost";
     case LinkResult::kProtocol:
-      return "answer does not fit the request";
+      return "response does not match the request";
     case LinkResult::kException:
-      return "refused by the controller";
+      return "rejected by the controller";
     case LinkResult::kPushRefused:
       return "point not written";
     case LinkResult::kPushMismatch:

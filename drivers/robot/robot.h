@@ -1,4 +1,4 @@
-// What the daemon asks of a robot controller, whatever it is reached through.
+// Interface of a robot controller, independent of its transport.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ namespace plumbline {
 enum class LinkResult : std::uint8_t {
   kOk,
   kWaiting,       ///< not connected; the next attempt is not due yet
-  kTimeout,       ///< no answer, or no connection, in time
-  kLost,          ///< refused, reset or closed by the other side
-  kProtocol,      ///< an answer that is none to the question; the link was closed
-  kException,     ///< the controller refuses the request; the link stands
-  kPushRefused,   ///< not enabled, does not fit, or too large a step
+  kTimeout,       ///< no response, or no connection, in time
+  kLost,          ///< connection refused, reset or closed by the peer
+  kProtocol,      ///< response does not match the request; the connection was closed
+  kException,     ///< the controller rejected the request; still connected
+  kPushRefused,   ///< push not enabled, value does not fit, or step too large
   kPushMismatch,  ///< read back differently from what was written
 };
 
-/// Words for a log line: "no answer in time".
+/// Text for the log, for example "no response in time".
 std::string_view LinkResultText(LinkResult result);
 
-/// A robot controller. Used by one thread. Every call is bounded in time, connects by itself
-/// where it must, and allocates nothing as long as all is well.
+/// A robot controller. Not thread-safe. Every call is bounded in time, connects if necessary, and
+/// does not allocate unless it fails.
 class RobotDevice {
  public:
   RobotDevice() = default;
@@ -34,19 +34,19 @@ class RobotDevice {
   RobotDevice& operator=(const RobotDevice&) = delete;
   virtual ~RobotDevice() = default;
 
-  /// Reads one state. `state` is complete where kOk is answered and unchanged otherwise. Its
-  /// timestamp and sequence stand still as long as the controller's own refresh counter does.
+  /// Reads one state. `state` is complete if kOk is returned and unchanged otherwise. Its timestamp
+  /// and sequence do not advance while the controller's own refresh counter does not.
   virtual LinkResult Read(RobotState& state) = 0;
 
-  /// Writes the next of the points that is due (at most one slot a call, in turn).
+  /// Writes the next point that is due: at most one slot per call, round-robin.
   virtual LinkResult Push(std::span<const PushPoint> points) = 0;
 
-  /// Withdraws every slot that may still hold a pushed point: nobody keeps it up to date any more.
-  /// Over the connection that stands; gives up at the first fault of it, and after within_s.
-  /// @return kOk where no slot holds one
+  /// Withdraws every slot that may still hold a pushed point, because it will no longer be updated.
+  /// Uses the existing connection only; gives up at its first fault and after within_s.
+  /// @return kOk if no slot holds a point any more
   virtual LinkResult WithdrawAll(double within_s) = 0;
 
-  /// What the last call that was not kOk met, with its place; valid until the next call.
+  /// Error of the last call that did not return kOk, with its location; valid until the next call.
   virtual std::string_view problem() const = 0;
 };
 

@@ -21,14 +21,14 @@ RobotLink::~RobotLink() {
 void RobotLink::Start() {
   if (thread_.joinable()) return;
   {
-    const std::lock_guard lock(mutex_);  // a cycle may ask and wait already
+    const std::lock_guard lock(mutex_);  // the cycle may already be requesting and waiting
     stop_ = false;
     status_.since_s = MonotonicSeconds();
-    TellStatus();
+    PublishStatus();
   }
   ended_ = false;
   thread_ = std::thread([this] {
-    MakeRealTime(kRobotPriority, "robot");  // the cycle waits for it
+    MakeRealTime(kRobotPriority, "robot");  // the control cycle waits for it
     Run();
     ended_ = true;
   });
@@ -71,8 +71,8 @@ RobotState RobotLink::Latest() const {
 }
 
 RobotLinkStatus RobotLink::Status() const {
-  const std::lock_guard lock(asking_);
-  return *told_.Read();
+  const std::lock_guard lock(status_readers_);
+  return *published_status_.Read();
 }
 
 void RobotLink::QueuePush(std::span<const PushPoint> points) {
@@ -124,7 +124,7 @@ void RobotLink::NoteReading(LinkResult result, const RobotState& state, std::uin
     status_.result = result;
     if (!good) status_.problem.Assign(device_->problem());
     ++(good ? status_.readings : status_.failures);
-    TellStatus();
+    PublishStatus();
     served_ = request;
   }
   served_changed_.notify_all();
@@ -135,12 +135,12 @@ void RobotLink::NotePush(LinkResult result) {
   if (status_.push_result != result) ++status_.push_changes;
   status_.push_result = result;
   if (result != LinkResult::kOk) status_.push_problem.Assign(device_->problem());
-  TellStatus();
+  PublishStatus();
 }
 
-void RobotLink::TellStatus() {
-  told_.Begin() = status_;
-  told_.Publish();
+void RobotLink::PublishStatus() {
+  published_status_.Begin() = status_;
+  published_status_.Publish();
 }
 
 }  // namespace plumbline

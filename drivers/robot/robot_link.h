@@ -1,7 +1,7 @@
-// The thread beside the cycle that talks to the controller.
+// Thread that communicates with the robot controller on behalf of the control cycle.
 //
-// The cyclic thread calls RequestRead() at each tick and waits a bounded time for the state; how
-// long the controller takes is this thread's affair only.
+// The control cycle calls RequestRead() at each tick and waits a bounded time for the state, so a
+// slow controller delays only this thread.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@
 namespace plumbline {
 
 inline constexpr std::size_t kMaxPushPoints = 64;
-inline constexpr double kWithdrawal_s = 1;  ///< longest, at the end
+inline constexpr double kWithdrawal_s = 1;  ///< time limit for withdrawing the slots in Stop()
 
-/// A text that is copied without allocation.
+/// Fixed-capacity text that is copied without allocation; longer texts are truncated.
 struct ShortText {
   std::array<char, 200> characters{};
   std::size_t size = 0;
@@ -33,23 +33,22 @@ struct ShortText {
   std::string_view view() const { return {characters.data(), size}; }
 };
 
-/// How the link stands. `changes` counts its transitions, so that a logger that remembers it
-/// says each transition once.
+/// Status of the link. A logger that remembers `changes` logs each transition exactly once.
 struct RobotLinkStatus {
   bool connected = false;  ///< the last reading succeeded
   LinkResult result = LinkResult::kWaiting;
-  ShortText problem;          ///< of the last reading that failed
-  std::uint64_t changes = 0;  ///< from or to connected
-  double since_s = 0;         ///< MonotonicSeconds() of the last change, or of Start()
+  ShortText problem;          ///< error of the last failed reading
+  std::uint64_t changes = 0;  ///< transitions from or to connected
+  double since_s = 0;         ///< MonotonicSeconds() of the last transition, or of Start()
   std::uint64_t readings = 0;
   std::uint64_t failures = 0;
-  std::uint64_t reconnects = 0;  ///< changes to connected after the first
+  std::uint64_t reconnects = 0;  ///< transitions to connected after the first
   LinkResult push_result = LinkResult::kOk;
   ShortText push_problem;
-  std::uint64_t push_changes = 0;  ///< of push_result
+  std::uint64_t push_changes = 0;  ///< transitions of push_result
 };
 
-/// Safe to use from several threads, except that Start() and Stop() belong to one.
+/// Thread-safe, except that Start() and Stop() must be called from the same thread.
 class RobotLink {
  public:
   explicit RobotLink(std::unique_ptr<RobotDevice> device);
@@ -58,47 +57,47 @@ class RobotLink {
   RobotLink& operator=(const RobotLink&) = delete;
 
   void Start();
-  /// Has the thread end, and does not wait; ended() tells when it has.
+  /// Asks the thread to stop without waiting; ended() becomes true when it has.
   void AskToStop();
-  /// True where no thread runs or is about to.
+  /// True if the thread is not running.
   bool ended() const { return ended_; }
-  /// Ends the thread; waits for a reading under way (its time-outs, and a name being resolved).
-  /// What was pushed is withdrawn then, which takes at most kWithdrawal_s; Status().push_result
-  /// tells whether it was.
+  /// Stops the thread; waits for a reading in progress (bounded by its time-outs and by name
+  /// resolution). Then withdraws the pushed points within kWithdrawal_s; Status().push_result
+  /// reports whether that succeeded.
   void Stop();
 
-  /// Asks for a reading that begins after this call. Does not wait; a request that finds the
-  /// thread busy is served once by the next reading.
+  /// Requests a reading that starts after this call. Does not wait; requests made while the thread
+  /// is busy are served together by the next reading.
   void RequestRead();
 
-  /// Waits until the last request was served. True where its reading succeeded.
+  /// Waits until the last request was served. Returns true if its reading succeeded.
   bool WaitForState(std::chrono::steady_clock::time_point deadline);
 
-  RobotState Latest() const;  ///< the last that was read; sequence 0 before the first
+  RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
-  /// Raised before each reading and each push: how long one may take is its time-outs' affair.
+  /// Heartbeat, incremented before each reading and each push, which their time-outs bound.
   const Pulse& pulse() const { return pulse_; }
 
-  /// Points for the controller, handed to the device once, after the next reading that succeeds;
-  /// a later call before that replaces them. Points beyond kMaxPushPoints are not taken.
+  /// Queues points for the controller. They are pushed once, after the next successful reading; a
+  /// later call before that replaces them. Points beyond kMaxPushPoints are dropped.
   void QueuePush(std::span<const PushPoint> points);
 
  private:
   void Run();
   void NoteReading(LinkResult result, const RobotState& state, std::uint64_t request);
   void NotePush(LinkResult result);
-  void TellStatus();
+  void PublishStatus();
 
   std::unique_ptr<RobotDevice> device_;
   std::thread thread_;
   std::atomic<bool> ended_{true};
   Pulse pulse_;
-  /// Whoever asks for the status is not real-time: askers wait for one another, never this thread
+  /// Serialises the readers of the status, which are not real-time; the link's thread never waits
   /// for them.
-  mutable std::mutex asking_;
-  plumbline::Latest<RobotLinkStatus> told_{1, RobotLinkStatus()};
+  mutable std::mutex status_readers_;
+  plumbline::Latest<RobotLinkStatus> published_status_{1, RobotLinkStatus()};
 
-  mutable std::mutex mutex_;  ///< guards all below; held for copies only
+  mutable std::mutex mutex_;  ///< guards all members below; held only while copying
   std::condition_variable wake_;
   std::condition_variable served_changed_;
   bool stop_ = false;

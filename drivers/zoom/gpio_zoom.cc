@@ -13,7 +13,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostEdgesOfOneReading = 1000;  // a line that chatters without end ends the reading
+constexpr int kMaxEdgesPerReading = 1000;  // bounds a reading if the line chatters endlessly
 
 }  // namespace
 
@@ -32,7 +32,7 @@ GpioZoom::~GpioZoom() {
   if (chip_ != nullptr) gpiod_chip_close(chip_);
 }
 
-ZoomResult GpioZoom::Lost(const std::string& why) {
+ZoomResult GpioZoom::Disconnect(const std::string& why) {
   if (chip_ != nullptr) gpiod_chip_close(chip_);
   chip_ = nullptr;
   line_ = nullptr;
@@ -44,24 +44,26 @@ ZoomResult GpioZoom::Lost(const std::string& why) {
 bool GpioZoom::Open() {
   chip_ = gpiod_chip_open_lookup(options_.chip.c_str());
   if (chip_ == nullptr) {
-    Lost("the chip " + CannotBeOpened(errno, kGpioChip));
+    Disconnect("the chip " + CannotBeOpened(errno, kGpioChip));
     return false;
   }
   line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(options_.line));
   const int flags = options_.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
   if (line_ == nullptr ||
       gpiod_line_request_both_edges_events_flags(line_, "plumbline", flags) != 0) {
-    Lost(fmt::format("cannot be watched: {}; see gpioinfo", std::strerror(errno)));
+    Disconnect(fmt::format("cannot be monitored: {}. Check the line with gpioinfo.",
+                           std::strerror(errno)));
     return false;
   }
   debounce_ = LineDebounce(options_.debounce_s);
   const int level = gpiod_line_get_value(line_);
   if (level < 0) {
-    Lost(fmt::format("cannot be read: {}; check line by gpioinfo", std::strerror(errno)));
+    Disconnect(
+        fmt::format("cannot be read: {}. Check the line with gpioinfo.", std::strerror(errno)));
     return false;
   }
   debounce_.Edge(level > 0, clock_());
-  unwatched_ = true;
+  just_opened_ = true;
   return true;
 }
 
@@ -70,13 +72,14 @@ ZoomResult GpioZoom::Read(ZoomReading& reading) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
   }
-  for (int edges = 0; edges < kMostEdgesOfOneReading; ++edges) {
+  for (int edges = 0; edges < kMaxEdgesPerReading; ++edges) {
     const timespec at_once{};
     const int waits = gpiod_line_event_wait(line_, &at_once);
     if (waits == 0) break;
     gpiod_line_event event{};
     if (waits < 0 || gpiod_line_event_read(line_, &event) != 0) {
-      return Lost(fmt::format("went away: {}", std::strerror(errno)));
+      return Disconnect(fmt::format("lost: {}. Check that the GPIO chip is still present.",
+                                    std::strerror(errno)));
     }
     debounce_.Edge(
         event.event_type == GPIOD_LINE_EVENT_RISING_EDGE,
@@ -85,7 +88,7 @@ ZoomResult GpioZoom::Read(ZoomReading& reading) {
   back_off_.Well();
   const double now_s = clock_();
   reading = ZoomReading{};
-  reading.moved = debounce_.TakeMoved(now_s) || std::exchange(unwatched_, false);
+  reading.moved = debounce_.TakeMoved(now_s) || std::exchange(just_opened_, false);
   reading.motion = debounce_.Moving(now_s) ? LensMotion::kMoving : LensMotion::kSettled;
   reading.time_s = now_s;
   return ZoomResult::kOk;
@@ -97,10 +100,10 @@ const ZoomKind kGpioKind{
     .identity =
         [](const ZoomConnection& to) { return fmt::format("{} {}", to.gpio.chip, to.gpio.line); },
     .device =
-        [](const ZoomConnection& to) {  // a chip's label is no path
+        [](const ZoomConnection& to) {  // a chip label is not a path
           return Result<std::string>(to.gpio.chip.starts_with('/') ? to.gpio.chip : "");
         },
-    .remedy = "the rule 65-plumbline.rules gives the right: udevadm trigger",
+    .remedy = "the udev rule 65-plumbline.rules grants access: run udevadm trigger",
     .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// A digital input that says "the lens moved", through libgpiod. It knows no position.
+// Zoom sensor on a digital input "lens moved", through libgpiod. It reports motion, no position.
 #pragma once
 
 #include <memory>
@@ -15,16 +15,17 @@ namespace plumbline {
 
 struct GpioOptions {
   std::string chip;  ///< for example /dev/gpiochip0, or a chip's label
-  int line = 0;      ///< its offset
+  int line = 0;      ///< line offset on the chip
   bool active_low = false;
   double debounce_s = 0.005;
 };
 
-/// Edges are taken from the kernel with their own (monotonic) times, so that none is missed between
-/// two readings. The first reading after the line was opened says moved: nobody watched before.
+/// Edges are queued by the kernel with monotonic time stamps, so none is missed between two
+/// readings. The first reading after the line was opened reports `moved`, because earlier motion is
+/// unknown.
 class GpioZoom : public ZoomSensor {
  public:
-  /// Refuses a negative line and a debounce time outside 0..1 s.
+  /// Fails for a negative line or a debounce time outside 0..1 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(const GpioOptions& options, Clock clock);
   ~GpioZoom() override;
 
@@ -34,19 +35,19 @@ class GpioZoom : public ZoomSensor {
  private:
   GpioZoom(GpioOptions options, Clock clock);
   bool Open();
-  ZoomResult Lost(const std::string& why);
+  ZoomResult Disconnect(const std::string& why);
 
   const GpioOptions options_;
   const Clock clock_;
   gpiod_chip* chip_ = nullptr;
-  gpiod_line* line_ = nullptr;  ///< the chip's
+  gpiod_line* line_ = nullptr;  ///< owned by the chip
   BackOff back_off_;
   LineDebounce debounce_;
-  bool unwatched_ = true;
+  bool just_opened_ = true;
   std::string problem_;
 };
 
-/// A digital input that says that the lens moved.
+/// Zoom kind "gpio".
 extern const ZoomKind kGpioKind;
 
 }  // namespace plumbline

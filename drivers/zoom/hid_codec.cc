@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// @param report  holds the field
+/// @param report  must contain the field
 std::int32_t ValueOf(const HidField& field, std::span<const std::uint8_t> report) {
   std::uint32_t value = 0;
   for (int i = 0; i < field.bytes; ++i) {
@@ -33,18 +33,18 @@ std::optional<std::string> FaultOf(const HidExchange& exchange) {
   }
   if (exchange.count_at &&
       (*exchange.count_at < 0 || *exchange.count_at >= exchange.answer_bytes)) {
-    return "the count lies outside of the answer";
+    return "the count lies outside the answer";
   }
-  if (exchange.fields.empty()) return "an exchange tells nothing";
+  if (exchange.fields.empty()) return "an exchange has no fields";
   for (const HidField& field : exchange.fields) {
     if (field.bytes != 1 && field.bytes != 2 && field.bytes != 4) {
       return fmt::format("a field of {} bytes is not 1, 2 or 4", field.bytes);
     }
     if (field.at < 0 || field.at + field.bytes > exchange.answer_bytes) {
-      return fmt::format("a field at {} lies outside of the answer's {} bytes", field.at,
+      return fmt::format("a field at {} lies outside the answer of {} bytes", field.at,
                          exchange.answer_bytes);
     }
-    if (field.mask == 0) return "a mask leaves nothing of its field";
+    if (field.mask == 0) return "the mask of a field is 0";
   }
   return std::nullopt;
 }
@@ -52,23 +52,24 @@ std::optional<std::string> FaultOf(const HidExchange& exchange) {
 }  // namespace
 
 std::optional<std::string> FaultOf(const HidProfile& profile) {
-  std::array<int, 5> told{};
+  std::array<int, 5> field_count{};
   if (profile.exchanges.empty()) return "no exchange";
   for (const HidExchange& exchange : profile.exchanges) {
     if (auto fault = FaultOf(exchange)) return fault;
     if (exchange.send.empty() && profile.exchanges.size() > 1) {
-      return "a device that speaks unasked has one exchange";
+      return "a device that reports unsolicited must have exactly one exchange";
     }
     for (const HidField& field : exchange.fields) {
-      if (++told[static_cast<std::size_t>(field.meaning)] > 1) return "a value is told twice";
+      if (++field_count[static_cast<std::size_t>(field.meaning)] > 1)
+        return "a value is reported twice";
     }
   }
-  const auto tells = [&told](HidField::Meaning meaning) {
-    return told[static_cast<std::size_t>(meaning)] > 0;
+  const auto is_reported = [&field_count](HidField::Meaning meaning) {
+    return field_count[static_cast<std::size_t>(meaning)] > 0;
   };
-  if (!tells(HidField::Meaning::kZoomCounts) && !tells(HidField::Meaning::kMoving) &&
-      !tells(HidField::Meaning::kMoved)) {
-    return "neither the zoom position nor motion is told";
+  if (!is_reported(HidField::Meaning::kZoomCounts) && !is_reported(HidField::Meaning::kMoving) &&
+      !is_reported(HidField::Meaning::kMoved)) {
+    return "neither the zoom position nor motion is reported";
   }
   return std::nullopt;
 }

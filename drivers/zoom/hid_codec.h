@@ -1,8 +1,8 @@
-// HID reports of zoom lenses <-> values, by a profile. Pure.
+// Codec for HID reports of zoom lenses, driven by a profile. Pure.
 //
-// There is no standard usage for a zoom position: each make has reports of its own. A profile says
-// which reports to send, and where the answer has what. It is read from config/profiles/zoom/*.toml
-// (app/config/zoom_profile_reader.h), which documents each key.
+// There is no standard HID usage for a zoom position: every vendor has its own reports. A profile
+// defines the reports to send and the layout of the answers. It is read from
+// config/profiles/zoom/*.toml by app/config/zoom_profile_reader.h, which documents each key.
 #pragma once
 
 #include <cstdint>
@@ -15,52 +15,51 @@
 
 namespace plumbline {
 
-inline constexpr int kMostReportBytes = 64;  ///< of full-speed USB, with the report's number
+inline constexpr int kMostReportBytes = 64;  ///< full-speed USB, including the report id
 
-/// One value in a report: up to four bytes, masked.
+/// One value in a report: up to four bytes under a mask.
 struct HidField {
   enum class Meaning : std::uint8_t { kZoomCounts, kFocusCounts, kMoving, kDigitalZoom, kMoved };
   Meaning meaning = Meaning::kZoomCounts;
-  int at = 0;     ///< of its first byte; the report's number, where it has one, is byte 0
+  int at = 0;     ///< offset of the first byte; the report id, if any, is byte 0
   int bytes = 2;  ///< 1, 2 or 4
   bool big_endian = true;
   bool is_signed = false;
-  std::uint32_t mask = 0xFFFFFFFF;  ///< a flag is set where anything is left under the mask
+  std::uint32_t mask = 0xFFFFFFFF;  ///< a flag is set if any bit under the mask is set
 };
 
-/// Reports to send, one after the other, and the report that answers them.
+/// Reports to send in sequence, and the report that answers them.
 struct HidExchange {
-  std::vector<std::vector<std::uint8_t>> send;  ///< none: the device speaks unasked
-  std::optional<std::uint8_t> answer_id;  ///< byte 0 of the answer; none: reports are not numbered
-  int answer_bytes = 0;                   ///< a shorter answer is refused
-  std::optional<int>
-      count_at;   ///< byte that tells how much data is valid: fewer than `count` means
-  int count = 0;  ///< not ready yet
+  std::vector<std::vector<std::uint8_t>> send;  ///< empty: the device reports unsolicited
+  std::optional<std::uint8_t> answer_id;        ///< byte 0 of the answer; nullopt: no report ids
+  int answer_bytes = 0;                         ///< a shorter answer is rejected
+  std::optional<int> count_at;                  ///< byte that holds the amount of valid data
+  int count = 0;                                ///< smaller values at count_at mean "not ready yet"
   std::vector<HidField> fields;
 };
 
 struct HidProfile {
   std::string name;
   std::string source;
-  std::string unconfirmed;  ///< what its source leaves open; empty: nothing
+  std::string unconfirmed;  ///< what the source does not specify; empty: nothing
   int vendor_id = 0, product_id = 0;
-  bool silence_is_unchanged = false;  ///< a device that speaks unasked says only changes
+  bool silence_is_unchanged = false;  ///< an unsolicited device reports changes only
   std::vector<HidExchange> exchanges;
 };
 
-/// What makes a profile unusable, in words; nothing where it is sound: an exchange without fields,
-/// a field outside of the answer, a value told twice, no zoom position and no motion.
+/// Fault of a profile, or nullopt if it is usable: an exchange without fields, a field outside the
+/// answer, a value reported twice, or neither zoom position nor motion.
 std::optional<std::string> FaultOf(const HidProfile& profile);
 
 enum class HidAnswer : std::uint8_t {
   kRead,
   kOther,     ///< another report
-  kShort,     ///< the right one, but too short
-  kNotReady,  ///< it says that it holds nothing yet
+  kShort,     ///< the expected report, but too short
+  kNotReady,  ///< it holds no data yet
 };
 
-/// Puts what the report tells into `reading`, which is changed only where kRead is answered.
-/// @param exchange  of a sound profile
+/// Decodes a report into `reading`, which is changed only if kRead is returned.
+/// @param exchange  of a profile without fault
 HidAnswer ReadingFromReport(const HidExchange& exchange, std::span<const std::uint8_t> report,
                             ZoomReading& reading);
 

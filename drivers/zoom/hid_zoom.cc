@@ -52,11 +52,11 @@ bool HidZoom::Open() {
   device_ = hid_open(static_cast<unsigned short>(options_.profile.vendor_id),
                      static_cast<unsigned short>(options_.profile.product_id),
                      serial.empty() ? nullptr : serial.c_str());
-  heard_any_ = false;
+  has_received_ = false;
   if (device_ != nullptr) return true;
   Fail(ZoomResult::kLost,
-       "cannot be opened; is it plugged in, and may this user open it: ls -l /dev/hidraw* "
-       "(the udev rule gives it to the group plumbline)?");
+       "cannot be opened. Check that it is plugged in and that this user may open it: "
+       "ls -l /dev/hidraw* (the udev rule grants access to the group plumbline).");
   return false;
 }
 
@@ -68,8 +68,8 @@ ZoomResult HidZoom::Read(ZoomReading& reading) {
   }
   ZoomReading found;
   for (const HidExchange& exchange : options_.profile.exchanges) {
-    const ZoomResult result = exchange.send.empty() ? Listen(exchange, deadline_s, found)
-                                                    : Ask(exchange, deadline_s, found);
+    const ZoomResult result = exchange.send.empty() ? Receive(exchange, deadline_s, found)
+                                                    : Query(exchange, deadline_s, found);
     if (result != ZoomResult::kOk) return result;
   }
   back_off_.Well();
@@ -78,23 +78,23 @@ ZoomResult HidZoom::Read(ZoomReading& reading) {
   return ZoomResult::kOk;
 }
 
-ZoomResult HidZoom::Ask(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
   Report report;
   int size = 0;
   while ((size = hid_read_timeout(device_, report.data(), report.size(), 0)) > 0) {
-    if (clock_() > deadline_s) return Fail(ZoomResult::kProtocol, "speaks without end");
+    if (clock_() > deadline_s) return Fail(ZoomResult::kProtocol, "sends reports without end");
   }
-  if (size < 0) return Fail(ZoomResult::kLost, "went away");
+  if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
   for (const auto& send : exchange.send) {
     if (hid_write(device_, send.data(), send.size()) < 0) {
-      return Fail(ZoomResult::kLost, "cannot be written to");
+      return Fail(ZoomResult::kLost, "a report cannot be sent. Check its cable.");
     }
   }
   for (;;) {
     const double left_s = deadline_s - clock_();
     if (left_s <= 0) return Fail(ZoomResult::kTimeout, "no answer in time");
     size = hid_read_timeout(device_, report.data(), report.size(), Milliseconds(left_s));
-    if (size < 0) return Fail(ZoomResult::kLost, "went away");
+    if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
     if (size == 0) continue;
     switch (ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, reading)) {
       case HidAnswer::kRead:
@@ -103,42 +103,42 @@ ZoomResult HidZoom::Ask(const HidExchange& exchange, double deadline_s, ZoomRead
         break;
       case HidAnswer::kShort:
         return Fail(ZoomResult::kProtocol, fmt::format("an answer of {} bytes is too short", size));
-      case HidAnswer::kNotReady:  // the last report is the one that asks for the data
+      case HidAnswer::kNotReady:  // repeat the last report, which requests the data
         if (hid_write(device_, exchange.send.back().data(), exchange.send.back().size()) < 0) {
-          return Fail(ZoomResult::kLost, "cannot be written to");
+          return Fail(ZoomResult::kLost, "a report cannot be sent. Check its cable.");
         }
         break;
     }
   }
 }
 
-/// Takes all reports that wait, the first of them with patience.
-ZoomResult HidZoom::Listen(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
-  bool heard_now = false, moved = false;
+/// Takes all pending reports; waits only for the first.
+ZoomResult HidZoom::Receive(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+  bool received_now = false, moved = false;
   for (;;) {
     const double left_s = deadline_s - clock_();
-    const bool wait = !heard_now && left_s > 0;
+    const bool wait = !received_now && left_s > 0;
     Report report;
     const int size =
         hid_read_timeout(device_, report.data(), report.size(), wait ? Milliseconds(left_s) : 0);
-    if (size < 0) return Fail(ZoomResult::kLost, "went away");
+    if (size < 0) return Fail(ZoomResult::kLost, "lost. Check its cable.");
     if (size == 0 && (!wait || clock_() >= deadline_s)) break;
     if (size == 0) continue;
     const HidAnswer answer =
-        ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, heard_);
+        ReadingFromReport(exchange, {report.data(), static_cast<std::size_t>(size)}, received_);
     if (answer == HidAnswer::kShort) {
       return Fail(ZoomResult::kProtocol, fmt::format("a report of {} bytes is too short", size));
     }
     if (answer == HidAnswer::kRead) {
-      heard_now = heard_any_ = true;
-      moved = moved || heard_.moved;
+      received_now = has_received_ = true;
+      moved = moved || received_.moved;
     }
     if (clock_() > deadline_s) break;
   }
-  if (!heard_now && !(heard_any_ && options_.profile.silence_is_unchanged)) {
-    return Fail(ZoomResult::kTimeout, "says nothing");
+  if (!received_now && !(has_received_ && options_.profile.silence_is_unchanged)) {
+    return Fail(ZoomResult::kTimeout, "sent no report in time");
   }
-  reading = heard_;
+  reading = received_;
   reading.moved = moved;
   return ZoomResult::kOk;
 }

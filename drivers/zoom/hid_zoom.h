@@ -1,4 +1,4 @@
-// A lens that tells its zoom by HID reports, through hidapi (hidraw).
+// Zoom sensor with HID reports, through hidapi (hidraw).
 #pragma once
 
 #include <memory>
@@ -14,16 +14,16 @@ namespace plumbline {
 
 struct HidOptions {
   HidProfile profile;
-  std::string serial;  ///< of two equal devices; empty: the only one, or any
+  std::string serial;  ///< selects one of several equal devices; empty: any
   double timeout_s = 0.1;
 };
 
-/// Each Read() runs through all exchanges of the profile. Reports that lie unread from before are
-/// thrown away first. Whatever fails closes the device, so that a late answer is lost with it; it
-/// is opened again after 0.1 s, 0.2 s, .. 1 s.
+/// Each Read() runs all exchanges of the profile. Unread reports from before are discarded first.
+/// Any failure closes the device, which also discards a late answer; it is reopened after 0.1 s,
+/// 0.2 s, up to 1 s.
 class HidZoom : public ZoomSensor {
  public:
-  /// Refuses a profile that FaultOf() refuses, and a time-out outside 0.01..10 s.
+  /// Fails for a profile with a fault and for a time-out outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(HidOptions options, Clock clock);
   ~HidZoom() override;
 
@@ -33,20 +33,20 @@ class HidZoom : public ZoomSensor {
  private:
   HidZoom(HidOptions options, Clock clock);
   bool Open();
-  ZoomResult Ask(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
-  ZoomResult Listen(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
+  ZoomResult Query(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
+  ZoomResult Receive(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
   ZoomResult Fail(ZoomResult result, const std::string& why);
 
   const HidOptions options_;
   const Clock clock_;
   hid_device_* device_ = nullptr;
   BackOff back_off_;
-  ZoomReading heard_;  ///< of a device that speaks unasked
-  bool heard_any_ = false;
+  ZoomReading received_;  ///< last report of an unsolicited device
+  bool has_received_ = false;
   std::string problem_;
 };
 
-/// A lens or encoder with reports of its own, by a profile.
+/// Zoom kind "hid".
 extern const ZoomKind kHidKind;
 
 }  // namespace plumbline

@@ -1,16 +1,16 @@
-// When a "lens moved" line means it. Pure.
+// Debouncing of a "lens moved" input. Pure.
 #pragma once
 
 namespace plumbline {
 
-/// Told edges with their times, says whether the line was active long enough since it was last
-/// asked. A burst begins with a rising edge and goes on over gaps shorter than `debounce_s`, so
-/// that a bouncing contact or a pulsed motor counts as one; a burst shorter than that is a spike.
+/// Decides from time-stamped edges whether the line was active for long enough. A burst starts with
+/// a rising edge and continues across gaps shorter than `debounce_s`, so that a bouncing contact or
+/// a pulsed motor counts as one burst; a burst shorter than that is ignored as a spike.
 class LineDebounce {
  public:
   explicit LineDebounce(double debounce_s) : debounce_s_(debounce_s) {}
 
-  /// Times ascend; an edge to the level that stands already changes nothing.
+  /// Adds an edge. Times must ascend; an edge to the current level has no effect.
   void Edge(bool active, double time_s) {
     if (active == active_) return;
     active_ = active;
@@ -18,17 +18,17 @@ class LineDebounce {
       if (!(time_s - fell_s_ < debounce_s_)) rose_s_ = time_s;
     } else {
       fell_s_ = time_s;
-      Judge(time_s);
+      Evaluate(time_s);
     }
   }
 
-  /// Active now, and for long enough.
+  /// True if the line is active now and has been for long enough.
   bool Moving(double now_s) {
-    if (active_) Judge(now_s);
+    if (active_) Evaluate(now_s);
     return active_ && now_s - rose_s_ >= debounce_s_;
   }
 
-  /// Whether it was active for long enough at any time since the last call.
+  /// True if the line was active for long enough at any time since the last call.
   bool TakeMoved(double now_s) {
     const bool moved = Moving(now_s) || moved_;
     moved_ = false;
@@ -36,7 +36,7 @@ class LineDebounce {
   }
 
  private:
-  void Judge(double time_s) { moved_ = moved_ || time_s - rose_s_ >= debounce_s_; }
+  void Evaluate(double time_s) { moved_ = moved_ || time_s - rose_s_ >= debounce_s_; }
 
   double debounce_s_;
   bool active_ = false;

@@ -1,4 +1,4 @@
-// The kinds of zoom sensor there are. A new kind is one line in the table of registry.cc.
+// Registry of zoom sensor kinds. To add one, add a line to the table in registry.cc.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@
 
 namespace plumbline {
 
-/// All that any kind may need; each takes its own.
+/// Settings of all kinds; each uses its own part.
 struct ZoomConnection {
   ViscaOptions visca;
   HidOptions hid;
@@ -23,10 +23,10 @@ struct ZoomConnection {
   Clock clock = MonotonicSeconds;
 };
 
-/// In the order of the table.
+/// All kinds, in table order.
 std::span<const ZoomKind* const> ZoomKinds();
 
-/// Null where there is none of that name.
+/// Finds a kind by name; nullptr if there is none.
 const ZoomKind* FindZoomKind(std::string_view name);
 
 }  // namespace plumbline

@@ -60,13 +60,13 @@ bool PutField(std::size_t column, std::string_view text, ZoomRow& row) {
 }  // namespace
 
 Result<std::vector<ZoomRow>> ZoomRowsFromCsv(std::string_view csv) {
-  std::vector<std::size_t> meaning;  // of each column of the file
+  std::vector<std::size_t> meaning;  // index into kColumns for each column of the file
   for (const std::string_view name : FieldsOf(CutAt(csv, '\n'))) {
     std::size_t column = 0;
     while (column < kColumns.size() && kColumns[column] != name) ++column;
     if (column == kColumns.size()) return Error{fmt::format("line 1: unknown column {}", name)};
     for (const std::size_t other : meaning) {
-      if (other == column) return Error{fmt::format("line 1: column {} twice", name)};
+      if (other == column) return Error{fmt::format("line 1: column {} occurs twice", name)};
     }
     meaning.push_back(column);
   }
@@ -81,13 +81,14 @@ Result<std::vector<ZoomRow>> ZoomRowsFromCsv(std::string_view csv) {
     if (text.empty() || text == "\r") continue;
     const std::vector<std::string_view> fields = FieldsOf(text);
     if (fields.size() != meaning.size()) {
-      return Error{fmt::format("line {}: {} fields, the header has {}", line, fields.size(),
+      return Error{fmt::format("line {}: {} fields, but the header has {}", line, fields.size(),
                                meaning.size())};
     }
     ZoomRow row;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (!PutField(meaning[i], fields[i], row)) {
-        return Error{fmt::format("line {}: {} is no {}", line, fields[i], kColumns[meaning[i]])};
+        return Error{
+            fmt::format("line {}: {} is not a valid {}", line, fields[i], kColumns[meaning[i]])};
       }
     }
     rows.push_back(row);
@@ -116,7 +117,7 @@ ZoomResult ReplayZoom::Read(ZoomReading& reading) {
   }
   const ZoomRow& row = rows_[shown_ - 1];
   if (row.lost) {
-    problem_ = "zoom replay: the recording has no answer here";
+    problem_ = "zoom replay: no answer recorded at this time";
     return ZoomResult::kTimeout;
   }
   reading = row.reading;

@@ -1,4 +1,4 @@
-// Plays recorded zoom readings: the whole supervision on a laptop.
+// Zoom sensor that replays recorded readings, to run the supervision without a lens.
 #pragma once
 
 #include <memory>
@@ -13,21 +13,21 @@
 namespace plumbline {
 
 struct ZoomRow {
-  double t_s = 0;       ///< since the beginning of the recording
-  ZoomReading reading;  ///< its time means nothing
-  bool lost = false;    ///< the sensor gave no answer
+  double t_s = 0;       ///< time since the start of the recording
+  ZoomReading reading;  ///< its time_s is unused
+  bool lost = false;    ///< the sensor did not answer
 };
 
-/// Rows of a table with the columns t_s (ascending) and zoom_counts, and if wanted focus_counts,
-/// moving, digital_zoom, moved, lost (0 or 1), in any order; an empty field is not told. A pure
-/// function. @return the rows, or the first fault with its line
+/// Parses a table with the columns t_s (ascending) and zoom_counts and optionally focus_counts,
+/// moving, digital_zoom, moved, lost (0 or 1), in any order; an empty field means "not reported".
+/// Pure. @return the rows, or the first fault with its line
 Result<std::vector<ZoomRow>> ZoomRowsFromCsv(std::string_view csv);
 
-/// The first Read() shows the first row; each stands until the time of the next one, the last one
-/// for ever. What was `moved` in rows that no Read() saw is told by the next.
+/// The first Read() returns the first row; each row lasts until the time of the next one, the last
+/// row for ever. A `moved` in rows that were skipped is reported by the next Read().
 class ReplayZoom : public ZoomSensor {
  public:
-  /// Refuses no rows, and times that do not ascend.
+  /// Fails without rows or if the times do not ascend.
   static Result<std::unique_ptr<ZoomSensor>> Create(std::vector<ZoomRow> rows, Clock clock);
 
   ZoomResult Read(ZoomReading& reading) override;
@@ -39,11 +39,11 @@ class ReplayZoom : public ZoomSensor {
   std::vector<ZoomRow> rows_;
   Clock clock_;
   std::optional<double> start_s_;
-  std::size_t shown_ = 0;  ///< rows that were due at some Read()
+  std::size_t shown_ = 0;  ///< rows that have become due
   std::string_view problem_;
 };
 
-/// A recorded table.
+/// Zoom kind "replay".
 extern const ZoomKind kReplayZoomKind;
 
 }  // namespace plumbline

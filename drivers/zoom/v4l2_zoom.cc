@@ -51,7 +51,7 @@ Result<std::unique_ptr<ZoomSensor>> V4l2Zoom::Create(const V4l2ZoomOptions& opti
 V4l2Zoom::V4l2Zoom(V4l2ZoomOptions options, Clock clock)
     : options_(std::move(options)), clock_(clock) {}
 
-ZoomResult V4l2Zoom::Lost(const std::string& why) {
+ZoomResult V4l2Zoom::Disconnect(const std::string& why) {
   fd_.Reset();
   back_off_.Failed(clock_());
   problem_ = fmt::format("{}: {}", options_.device, why);
@@ -68,26 +68,26 @@ bool V4l2Zoom::Subscribe(std::uint32_t control) const {
 
 bool V4l2Zoom::Open() {
   std::string path = options_.device;
-  if (!path.starts_with('/')) {  // a camera's name: its node may be another one by now
+  if (!path.starts_with('/')) {  // a camera name: its device node may have changed
     const auto camera = SelectV4l2Device(path, ListV4l2Devices());
     if (!camera) {
-      Lost(camera.error());
+      Disconnect(camera.error());
       return false;
     }
     path = camera.value().path;
   }
   fd_.Reset(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
-    Lost(CannotBeOpened(errno, kCameraDevice));
+    Disconnect(CannotBeOpened(errno, kCameraDevice));
     return false;
   }
   if (!HasControl(fd_.get(), V4L2_CID_ZOOM_ABSOLUTE)) {
-    Lost("has no zoom control; see v4l2-ctl --list-ctrls");
+    Disconnect("has no zoom control. Check with v4l2-ctl --list-ctrls.");
     return false;
   }
   last_ = ZoomReading{};
   has_focus_ = HasControl(fd_.get(), V4L2_CID_FOCUS_ABSOLUTE);
-  // A camera without events is read all the same.
+  // Errors are ignored: a camera without events is polled.
   Subscribe(V4L2_CID_ZOOM_ABSOLUTE);
   if (has_focus_) Subscribe(V4L2_CID_FOCUS_ABSOLUTE);
   return true;
@@ -112,16 +112,17 @@ ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
   const bool first = !last_.zoom_counts;
   pollfd wait{.fd = fd_.get(), .events = POLLPRI, .revents = 0};
   const int wait_ms = first ? 0 : static_cast<int>(std::ceil(1e3 * options_.timeout_s));
-  bool told = false;
+  bool zoom_changed = false;
   if (poll(&wait, 1, wait_ms) > 0 && (wait.revents & POLLPRI) != 0) {
     v4l2_event event{};
     do {
       if (IoctlAgain(fd_.get(), VIDIOC_DQEVENT, &event) != 0) break;
-      if (ReadingFromEvent(event, last_)) told = told || event.id == V4L2_CID_ZOOM_ABSOLUTE;
+      if (ReadingFromEvent(event, last_))
+        zoom_changed = zoom_changed || event.id == V4L2_CID_ZOOM_ABSOLUTE;
     } while (event.pending > 0);
   }
-  if (!told && !ReadControls()) {
-    return Lost(fmt::format("went away: {}", std::strerror(errno)));
+  if (!zoom_changed && !ReadControls()) {
+    return Disconnect(fmt::format("lost: {}. Check its cable.", std::strerror(errno)));
   }
   back_off_.Well();
   last_.time_s = clock_();
@@ -138,7 +139,7 @@ const ZoomKind kV4l2ZoomKind{
       if (!device) return device.failure();
       return device->path;
     },
-    .remedy = "plug the camera in; add the user to the group video",
+    .remedy = "plug in the camera; add the user to the group video",
     .period_s = kQuickZoomPeriod_s};
 
 }  // namespace plumbline

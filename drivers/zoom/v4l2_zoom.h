@@ -1,4 +1,4 @@
-// A camera that tells its zoom as a V4L2 control.
+// Zoom sensor that reads the zoom control of a V4L2 camera.
 #pragma once
 
 #include <memory>
@@ -13,20 +13,20 @@ struct v4l2_event;
 namespace plumbline {
 
 struct V4l2ZoomOptions {
-  std::string device;      ///< a path, or the camera's name as SelectV4l2Device() takes it
-  double timeout_s = 0.1;  ///< how long a Read() waits for a change
+  std::string device;      ///< path or camera name, see SelectV4l2Device()
+  double timeout_s = 0.1;  ///< how long Read() waits for a change
 };
 
-/// What an event says of zoom or focus goes into `reading`. @return whether it says anything
+/// Decodes a zoom or focus change from an event into `reading`. @return true if it was one
 bool ReadingFromEvent(const v4l2_event& event, ZoomReading& reading);
 
-/// Subscribes to changes of V4L2_CID_ZOOM_ABSOLUTE (and FOCUS_ABSOLUTE where there is one). Read()
-/// returns with the first of them, or after the time-out with the controls read anew: a camera that
-/// somebody else moves sends events only where its firmware reports by interrupt. Digital zoom and
-/// motion are not told. The device may be open for capture elsewhere.
+/// Subscribes to changes of V4L2_CID_ZOOM_ABSOLUTE, and of FOCUS_ABSOLUTE if the camera has it.
+/// Read() returns at the first change, or after the time-out with the controls read again, because
+/// a camera sends events for changes made elsewhere only if its firmware reports them by interrupt.
+/// Digital zoom and motion are not reported. The device may be open for capture at the same time.
 class V4l2Zoom : public ZoomSensor {
  public:
-  /// Refuses a time-out outside 0.01..10 s.
+  /// Fails for a time-out outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(const V4l2ZoomOptions& options, Clock clock);
 
   ZoomResult Read(ZoomReading& reading) override;
@@ -36,9 +36,9 @@ class V4l2Zoom : public ZoomSensor {
   V4l2Zoom(V4l2ZoomOptions options, Clock clock);
   bool Open();
   bool Subscribe(std::uint32_t control) const;
-  /// False where the device went away.
+  /// Reads the controls into last_. Returns false if the device is gone.
   bool ReadControls();
-  ZoomResult Lost(const std::string& why);
+  ZoomResult Disconnect(const std::string& why);
 
   const V4l2ZoomOptions options_;
   const Clock clock_;
@@ -49,7 +49,7 @@ class V4l2Zoom : public ZoomSensor {
   std::string problem_;
 };
 
-/// A camera's zoom control.
+/// Zoom kind "v4l2".
 extern const ZoomKind kV4l2ZoomKind;
 
 }  // namespace plumbline

@@ -49,14 +49,14 @@ Request LensBlock(int address) {
 Reply ReplyFromPacket(std::span<const std::uint8_t> packet) {
   using Kind = Reply::Kind;
   Reply reply;
-  if (packet.size() < kShortestPacket || packet.size() > kLongestPacket || packet.back() != kEnd) {
+  if (packet.size() < kMinPacketBytes || packet.size() > kMaxPacketBytes || packet.back() != kEnd) {
     return reply;
   }
   std::copy(packet.begin(), packet.end(), reply.bytes.begin());
   reply.size = packet.size();
   const std::uint8_t header = packet[0], type = packet[1];
   if (header == kToAll) {
-    if (packet.size() == 4 && type == 0x30 && packet[2] >= 2 && packet[2] <= kMostCameras + 1) {
+    if (packet.size() == 4 && type == 0x30 && packet[2] >= 2 && packet[2] <= kMaxCameras + 1) {
       reply.kind = Kind::kAddressed;
       reply.address = packet[2] - 1;
     } else if (packet.size() == 5 && type == 0x01 && packet[2] == 0x00 && packet[3] == 0x01) {
@@ -87,29 +87,29 @@ const char* ErrorText(int error) {
     case 0x01:
       return "wrong length";
     case 0x02:
-      return "command unknown to it";
+      return "unknown command";
     case 0x03:
-      return "its buffer is full";
+      return "command buffer full";
     case 0x04:
       return "cancelled";
     case 0x05:
       return "no such socket";
     case 0x41:
-      return "not executable now (is it on?)";
+      return "not executable now (is the camera on?)";
     default:
-      return "an error of its own";
+      return "unknown error";
   }
 }
 
 std::optional<Reply> Receiver::Push(std::uint8_t byte) {
   if (byte != kEnd) {
-    if (size_ < kLongestPacket) bytes_[size_] = byte;
-    if (size_ <= kLongestPacket) ++size_;
+    if (size_ < kMaxPacketBytes) bytes_[size_] = byte;
+    if (size_ <= kMaxPacketBytes) ++size_;
     return std::nullopt;
   }
   const std::size_t size = size_;
   size_ = 0;
-  if (size >= kLongestPacket) return Reply{};  // no room for its end: longer than any packet
+  if (size >= kMaxPacketBytes) return Reply{};  // longer than any packet
   bytes_[size] = kEnd;
   return ReplyFromPacket({bytes_.data(), size + 1});
 }

@@ -1,7 +1,7 @@
-// VISCA: packets of cameras on a serial line <-> values. Pure.
+// VISCA codec: packets between a controller and cameras on a serial line. Pure.
 //
-// A packet is a header, 1..14 bytes and FF. Headers: 8x to camera x, 88 to all; from camera x to
-// the controller 90 + 10 (x - 1), which is 90 for camera 1 .. F0 for camera 7.
+// A packet is a header, 1..14 bytes and FF. Header to camera x: 8x, to all: 88. Header from camera
+// x to the controller: 90 + 10 (x - 1), from 90 for camera 1 to F0 for camera 7 (hexadecimal).
 // [Sony, EVI-D70 Technical Manual, "VISCA RS-232C Commands"]
 #pragma once
 
@@ -15,10 +15,10 @@
 
 namespace plumbline::visca {
 
-inline constexpr std::size_t kLongestPacket = 16, kShortestPacket = 3;
-inline constexpr int kMostCameras = 7;
+inline constexpr std::size_t kMaxPacketBytes = 16, kMinPacketBytes = 3;
+inline constexpr int kMaxCameras = 7;
 inline constexpr std::size_t kPositionBytes = 7, kLensBlockBytes = 16;
-inline constexpr std::int32_t kOpticalMaxCounts = 0x4000;  ///< EVI-D70, FCB: digital beyond it
+inline constexpr std::int32_t kOpticalMaxCounts = 0x4000;  ///< EVI-D70, FCB; digital zoom above it
 
 /// A packet to send.
 struct Request {
@@ -27,55 +27,56 @@ struct Request {
   std::span<const std::uint8_t> span() const { return {bytes.data(), size}; }
 };
 
-Request AddressSet();                ///< to all; each takes the next number
-Request ZoomPosition(int address);   ///< answered by PositionFrom()
-Request FocusPosition(int address);  ///< likewise
-Request LensBlock(int address);      ///< answered by LensBlockFrom()
+Request AddressSet();                ///< broadcast; each camera takes the next address
+Request ZoomPosition(int address);   ///< decode the reply with PositionFrom()
+Request FocusPosition(int address);  ///< decode the reply with PositionFrom()
+Request LensBlock(int address);      ///< decode the reply with LensBlockFrom()
 
-/// One packet from the line.
+/// One received packet.
 struct Reply {
   enum class Kind : std::uint8_t {
-    kAddressed,      ///< answer to AddressSet()
-    kCleared,        ///< answer to a controller's IF_Clear, which inquiries do not need
-    kNetworkChange,  ///< a camera was added or taken away: all must be addressed again
+    kAddressed,      ///< reply to AddressSet()
+    kCleared,        ///< reply to IF_Clear, which is not used for inquiries
+    kNetworkChange,  ///< a camera was added or removed: addresses must be assigned again
     kAck,
     kDone,
-    kAnswer,  ///< to an inquiry; it does not say to which one
+    kAnswer,  ///< to an inquiry; does not identify which
     kError,
     kMalformed,
   };
   Kind kind = Kind::kMalformed;
-  int address = 0;  ///< of the sender; of kAddressed: cameras on the line
-  int error = 0;    ///< of kError, see ErrorText()
-  std::array<std::uint8_t, kLongestPacket> bytes{};
-  std::size_t size = 0;  ///< with header and FF
+  int address = 0;  ///< sender; for kAddressed: number of cameras on the line
+  int error = 0;    ///< for kError, see ErrorText()
+  std::array<std::uint8_t, kMaxPacketBytes> bytes{};
+  std::size_t size = 0;  ///< including header and FF
 };
 
-/// One packet, FF included; whatever is no reply is kMalformed.
+/// Decodes one packet including FF; anything that is not a reply is kMalformed.
 Reply ReplyFromPacket(std::span<const std::uint8_t> packet);
 
-/// What an error byte means: "not executable now".
+/// Text for an error byte, for example "not executable now".
 const char* ErrorText(int error);
 
-/// Cuts a stream at each FF. More than kLongestPacket bytes without one are thrown away up to the
-/// next FF.
+/// Splits a byte stream into packets at each FF. A packet longer than kMaxPacketBytes is discarded
+/// up to the next FF.
 class Receiver {
  public:
-  /// @return the packet that this byte ends
+  /// @return the packet if this byte completes one
   std::optional<Reply> Push(std::uint8_t byte);
   void Clear() { size_ = 0; }
 
  private:
-  std::array<std::uint8_t, kLongestPacket> bytes_{};
-  std::size_t size_ = 0;  ///< kLongestPacket + 1 while throwing away
+  std::array<std::uint8_t, kMaxPacketBytes> bytes_{};
+  std::size_t size_ = 0;  ///< kMaxPacketBytes + 1 while discarding
 };
 
-/// Counts of `y0 50 0p 0q 0r 0s FF`; nothing where the answer is none of a position.
+/// Counts in `y0 50 0p 0q 0r 0s FF`; nullopt if the reply is not a position.
 std::optional<std::int32_t> PositionFrom(const Reply& reply);
 
-/// Zoom, focus, digital zoom and motion of a lens block; its time is left alone. Digital zoom that
-/// is enabled counts as on: the block does not tell whether it enlarges at this moment.
-/// @return  false where the answer is no lens block; `reading` is then as it was
+/// Decodes zoom, focus, digital zoom and motion from a lens block; time_s is not changed. Digital
+/// zoom counts as on if it is enabled, because the block does not report whether it is active right
+/// now.
+/// @return  false if the reply is not a lens block; `reading` is then unchanged
 bool LensBlockFrom(const Reply& reply, ZoomReading& reading);
 
 }  // namespace plumbline::visca

@@ -45,12 +45,12 @@ bool ConfigureLine(int fd, int baud) {
   return tcsetattr(fd, TCSANOW, &line) == 0 && tcflush(fd, TCIOFLUSH) == 0;
 }
 
-/// Waits until the descriptor is ready or the deadline. @return poll's answer
+/// Waits for at most `left_s` until the descriptor is ready. @return the result of poll()
 int WaitFor(int fd, short events, double left_s) {
   pollfd wait{.fd = fd, .events = events, .revents = 0};
   const int ready = poll(&wait, 1, std::max(0, static_cast<int>(std::ceil(1e3 * left_s))));
   if (ready <= 0 || (wait.revents & events) != 0) return ready;
-  errno = EIO;  // hung up, and nothing to read
+  errno = EIO;  // hung up with nothing to read
   return -1;
 }
 
@@ -61,7 +61,7 @@ Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& option
     return Error{fmt::format("visca: baud {} is not one of 9600, 19200, 38400, 57600, 115200",
                              options.baud)};
   }
-  if (options.address < 1 || options.address > visca::kMostCameras) {
+  if (options.address < 1 || options.address > visca::kMaxCameras) {
     return Error{fmt::format("visca: address {} is outside 1..7", options.address)};
   }
   if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
@@ -78,7 +78,7 @@ ZoomResult ViscaZoom::Fail(ZoomResult result, const std::string& why) {
   return result;
 }
 
-ZoomResult ViscaZoom::Lost(const std::string& why) {
+ZoomResult ViscaZoom::Disconnect(const std::string& why) {
   fd_.Reset();
   back_off_.Failed(clock_());
   return Fail(ZoomResult::kLost, why);
@@ -87,7 +87,7 @@ ZoomResult ViscaZoom::Lost(const std::string& why) {
 bool ViscaZoom::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd_ || !ConfigureLine(fd_.get(), options_.baud)) {
-    Lost(CannotBeOpened(errno, kSerialLine));
+    Disconnect(CannotBeOpened(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();
@@ -102,7 +102,7 @@ ZoomResult ViscaZoom::Read(ZoomReading& reading) {
     if (!Open()) return ZoomResult::kLost;
   }
   ZoomResult result = Drain();
-  if (result == ZoomResult::kOk && !addressed_) result = Address(deadline_s);
+  if (result == ZoomResult::kOk && !addressed_) result = AssignAddresses(deadline_s);
   ZoomReading found;
   if (result == ZoomResult::kOk) result = ReadLens(found, deadline_s);
   if (result != ZoomResult::kOk) {
@@ -116,14 +116,14 @@ ZoomResult ViscaZoom::Read(ZoomReading& reading) {
   return ZoomResult::kOk;
 }
 
-/// Reads away what came unasked; only a network change is of interest.
+/// Discards pending input; only a network change is evaluated.
 ZoomResult ViscaZoom::Drain() {
   std::array<std::uint8_t, 256> bytes;
   for (;;) {
     const ssize_t size = read(fd_.get(), bytes.data(), bytes.size());
     if (size < 0 && errno == EINTR) continue;
     if (size < 0 && errno == EAGAIN) break;
-    if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
+    if (size <= 0) return Disconnect(size == 0 ? "hung up" : std::strerror(errno));
     for (ssize_t i = 0; i < size; ++i) {
       const auto reply = receiver_.Push(bytes[static_cast<std::size_t>(i)]);
       if (reply && reply->kind == Reply::Kind::kNetworkChange) addressed_ = false;
@@ -134,13 +134,16 @@ ZoomResult ViscaZoom::Drain() {
   return ZoomResult::kOk;
 }
 
-ZoomResult ViscaZoom::Address(double deadline_s) {
+ZoomResult ViscaZoom::AssignAddresses(double deadline_s) {
   Reply answer;
-  const ZoomResult result = Ask(visca::AddressSet(), 0, deadline_s, answer);
+  const ZoomResult result = Query(visca::AddressSet(), 0, deadline_s, answer);
   if (result != ZoomResult::kOk) return result;
   if (answer.address < options_.address) {
-    return Fail(ZoomResult::kRefused,
-                fmt::format("there are only {} cameras on the line", answer.address));
+    return Fail(
+        ZoomResult::kRefused,
+        fmt::format(
+            "only {} cameras answer on the line. Check camera.zoom.address and the cable to the camera.",
+            answer.address));
   }
   addressed_ = has_block_ = has_focus_ = true;
   return ZoomResult::kOk;
@@ -150,33 +153,33 @@ ZoomResult ViscaZoom::ReadLens(ZoomReading& reading, double deadline_s) {
   if (has_block_) {
     Reply answer;
     const ZoomResult result =
-        Ask(visca::LensBlock(options_.address), visca::kLensBlockBytes, deadline_s, answer);
+        Query(visca::LensBlock(options_.address), visca::kLensBlockBytes, deadline_s, answer);
     if (result == ZoomResult::kOk) {
       return visca::LensBlockFrom(answer, reading)
                  ? ZoomResult::kOk
-                 : Fail(ZoomResult::kProtocol, "its lens block makes no sense");
+                 : Fail(ZoomResult::kProtocol, "invalid lens block");
     }
     if (result != ZoomResult::kRefused || answer.error != 0x02) return result;
     has_block_ = false;
   }
   ZoomResult result =
-      AskPosition(visca::ZoomPosition(options_.address), deadline_s, reading.zoom_counts);
+      QueryPosition(visca::ZoomPosition(options_.address), deadline_s, reading.zoom_counts);
   if (result != ZoomResult::kOk) return result;
   reading.digital_zoom = *reading.zoom_counts > options_.optical_max_counts;
   if (!has_focus_) return ZoomResult::kOk;
-  result = AskPosition(visca::FocusPosition(options_.address), deadline_s, reading.focus_counts);
+  result = QueryPosition(visca::FocusPosition(options_.address), deadline_s, reading.focus_counts);
   if (result != ZoomResult::kRefused) return result;
   has_focus_ = false;
   return ZoomResult::kOk;
 }
 
-ZoomResult ViscaZoom::AskPosition(const visca::Request& request, double deadline_s,
-                                  std::optional<std::int32_t>& counts) {
+ZoomResult ViscaZoom::QueryPosition(const visca::Request& request, double deadline_s,
+                                    std::optional<std::int32_t>& counts) {
   Reply answer;
-  const ZoomResult result = Ask(request, visca::kPositionBytes, deadline_s, answer);
+  const ZoomResult result = Query(request, visca::kPositionBytes, deadline_s, answer);
   if (result != ZoomResult::kOk) return result;
   counts = visca::PositionFrom(answer);
-  return counts ? ZoomResult::kOk : Fail(ZoomResult::kProtocol, "its position makes no sense");
+  return counts ? ZoomResult::kOk : Fail(ZoomResult::kProtocol, "invalid position");
 }
 
 bool ViscaZoom::Send(const visca::Request& request, double deadline_s) {
@@ -193,25 +196,25 @@ bool ViscaZoom::Send(const visca::Request& request, double deadline_s) {
   return true;
 }
 
-ZoomResult ViscaZoom::Ask(const visca::Request& request, std::size_t length, double deadline_s,
-                          Reply& answer) {
-  if (!Send(request, deadline_s)) return Lost("cannot be written to");
+ZoomResult ViscaZoom::Query(const visca::Request& request, std::size_t length, double deadline_s,
+                            Reply& answer) {
+  if (!Send(request, deadline_s)) return Disconnect("cannot write to the line");
   return Wait(length, deadline_s, answer);
 }
 
 ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer) {
-  int malformed = 0, other = 0;  // other: the address that an answer came from instead
+  int malformed = 0, other = 0;  // other: address of another camera that answered
   for (;;) {
     const double left_s = deadline_s - clock_();
     const int ready = left_s > 0 ? WaitFor(fd_.get(), POLLIN, left_s) : 0;
     if (ready < 0 && errno == EINTR) continue;
-    if (ready < 0) return Lost("hung up");
+    if (ready < 0) return Disconnect("hung up");
     if (ready == 0) break;
-    // One byte at a time: what follows the answer stays for the next question's Drain().
+    // One byte at a time: anything after the answer is left for the next Drain().
     std::uint8_t byte = 0;
     const ssize_t size = read(fd_.get(), &byte, 1);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-    if (size <= 0) return Lost(size == 0 ? "hung up" : std::strerror(errno));
+    if (size <= 0) return Disconnect(size == 0 ? "hung up" : std::strerror(errno));
     const std::optional<Reply> reply = receiver_.Push(byte);
     if (!reply) continue;
     const bool mine = reply->address == options_.address;
@@ -229,21 +232,21 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
     }
     if (reply->kind == Reply::Kind::kError) {
       answer = *reply;
-      return Fail(ZoomResult::kRefused, fmt::format("answers: {} ({:02X})",
+      return Fail(ZoomResult::kRefused, fmt::format("reports an error: {} ({:02X})",
                                                     visca::ErrorText(reply->error), reply->error));
     }
   }
   if (malformed > 0) {
-    return Fail(
-        ZoomResult::kProtocol,
-        fmt::format("{} packets that are none; is {} baud its speed?", malformed, options_.baud));
+    return Fail(ZoomResult::kProtocol,
+                fmt::format("{} invalid packets. Check that the camera is set to {} baud.",
+                            malformed, options_.baud));
   }
   if (other > 0) {
     return Fail(ZoomResult::kTimeout,
-                fmt::format("no answer, but camera {} speaks; is the address right?", other));
+                fmt::format("no answer, but camera {} answered. Check camera.zoom.address.", other));
   }
   return Fail(ZoomResult::kTimeout,
-              fmt::format("no answer in {:.0f} ms; is it on, and set to {} baud?",
+              fmt::format("no answer within {:.0f} ms. Check that it is on and set to {} baud.",
                           1e3 * options_.timeout_s, options_.baud));
 }
 
@@ -252,6 +255,6 @@ const ZoomKind kViscaKind{
     .make = [](const ZoomConnection& to) { return ViscaZoom::Create(to.visca, to.clock); },
     .identity = [](const ZoomConnection& to) { return to.visca.device; },
     .device = [](const ZoomConnection& to) { return Result<std::string>(to.visca.device); },
-    .remedy = "plug the adapter in; add the user to the group dialout"};
+    .remedy = "plug in the adapter; add the user to the group dialout"};
 
 }  // namespace plumbline

@@ -13,9 +13,9 @@ std::string_view ZoomResultText(ZoomResult result) {
     case ZoomResult::kLost:
       return "connection lost";
     case ZoomResult::kProtocol:
-      return "answers that make no sense";
+      return "invalid answers";
     case ZoomResult::kRefused:
-      return "refused by the device";
+      return "rejected by the device";
   }
   return "unknown";
 }

@@ -1,4 +1,4 @@
-// What the daemon asks of a zoom sensor, whatever it is reached through.
+// Interface of a zoom sensor, independent of its connection.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,10 @@
 
 namespace plumbline {
 
-/// How often a sensor is read: 10 Hz, so that a change is known within 0.2 s.
+/// Default reading period [s]: a change is detected within 0.2 s.
 inline constexpr double kZoomPeriod_s = 0.1;
-/// Of sensors that answer at once: so often that a motion is seen while it lasts.
+/// Reading period of sensors that answer immediately [s]: short enough to observe a motion in
+/// progress.
 inline constexpr double kQuickZoomPeriod_s = 0.05;
 
 enum class ZoomResult : std::uint8_t {
@@ -20,15 +21,15 @@ enum class ZoomResult : std::uint8_t {
   kWaiting,   ///< not connected; the next attempt is not due yet
   kTimeout,   ///< connected, but no answer in time
   kLost,      ///< cannot be opened, or went away
-  kProtocol,  ///< answers that make no sense
-  kRefused,   ///< the device answers that it cannot tell
+  kProtocol,  ///< invalid answers
+  kRefused,   ///< the device rejects the inquiry
 };
 
-/// Words for a log line: "no answer in time".
+/// Text for the log, for example "no answer in time".
 std::string_view ZoomResultText(ZoomResult result);
 
-/// A zoom sensor. Used by one thread. A call connects by itself where it must, and ends within the
-/// device's time-out, whatever the device does.
+/// A zoom sensor. Not thread-safe. A call connects if necessary and returns within the configured
+/// time-out, whatever the device does.
 class ZoomSensor {
  public:
   ZoomSensor() = default;
@@ -36,11 +37,11 @@ class ZoomSensor {
   ZoomSensor& operator=(const ZoomSensor&) = delete;
   virtual ~ZoomSensor() = default;
 
-  /// `reading` is complete where kOk is answered and unchanged otherwise.
+  /// Reads once. `reading` is complete if kOk is returned and unchanged otherwise.
   virtual ZoomResult Read(ZoomReading& reading) = 0;
 
-  /// What the last call that was not kOk met, with its place and what to do; stays while kWaiting
-  /// is answered, valid until the next call.
+  /// Error of the last call that did not return kOk, with its location and the remedy; unchanged
+  /// while Read() returns kWaiting, valid until the next call.
   virtual std::string_view problem() const = 0;
 };
 

@@ -1,4 +1,4 @@
-// What a kind of zoom sensor tells of itself. Each kind defines one of these in its own files.
+// Descriptor of a zoom sensor kind. Each kind defines one in its own source file.
 #pragma once
 
 #include <memory>
@@ -13,17 +13,16 @@ namespace plumbline {
 struct ZoomConnection;
 
 struct ZoomKind {
-  std::string_view name;  ///< as the configuration has it
-  /// A sensor that is not connected yet; its first Read() connects.
+  std::string_view name;  ///< as in the configuration
+  /// Creates a sensor. It is not connected yet; its first Read() connects.
   Result<std::unique_ptr<ZoomSensor>> (*make)(const ZoomConnection&) = nullptr;
-  /// What one sensor alone can be: two of one identity are the same. Empty of a recording.
+  /// Identifies the physical sensor: equal identities are the same sensor. Empty for a recording.
   std::string (*identity)(const ZoomConnection&) = nullptr;
-  /// The device file that will be opened, or why there is none; empty where it cannot be known
-  /// before.
+  /// Device file that will be opened, or why there is none; empty if it is not known in advance.
   Result<std::string> (*device)(const ZoomConnection&) = nullptr;
-  /// What to do where that file is not there, or may not be opened.
+  /// Remedy if that file is missing or cannot be opened.
   const char* remedy = "";
-  double period_s = kZoomPeriod_s;  ///< from reading to reading, unless configured
+  double period_s = kZoomPeriod_s;  ///< reading period, unless configured
 };
 
 }  // namespace plumbline

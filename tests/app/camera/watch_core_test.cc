@@ -303,8 +303,8 @@ TEST_CASE(
 TEST_CASE("reports too short, answers from elsewhere: unknown, with the driver's words") {
   for (const auto& [result, words] :
        {std::pair{ZoomResult::kProtocol, "an answer of 2 bytes is too short"},
-        {ZoomResult::kTimeout, "no answer, but camera 3 speaks; is the address right?"},
-        {ZoomResult::kRefused, "answers: not executable (41)"}}) {
+        {ZoomResult::kTimeout, "no answer, but camera 3 answered. Check camera.zoom.address."},
+        {ZoomResult::kRefused, "reports an error: not executable (41)"}}) {
     Watch watch;
     watch.core.TakeCameraResult(CameraResult::kFrame, "", watch.now_s);
     watch.Valid();

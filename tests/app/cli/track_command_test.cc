@@ -217,7 +217,7 @@ TEST_CASE("A recording as a camera: one line of JSON a frame, with its time and 
     CHECK(frame["tags"][0]["pose"]["t_mm"][2].get<double>() == Approx(800).margin(1));
   }
   CHECK(answer.err.find("broken.pgm: no image") != std::string::npos);
-  CHECK(answer.err.find("the camera was lost here") != std::string::npos);
+  CHECK(answer.err.find("the camera was lost at this point") != std::string::npos);
   CHECK(answer.err.find("the camera is back") != std::string::npos);
   const Answer text = track("--fast --frames 1");
   CHECK(text.exit_code == 0);
@@ -238,7 +238,7 @@ TEST_CASE("A camera that cannot be used is refused with what to do") {
   };
   refused("", 2, "--image FILE or --camera");
   refused("--camera x --image y", 2, "--image FILE or --camera");
-  refused("--camera NO-SUCH-SERIAL", 1, "see plumbline cameras");
+  refused("--camera NO-SUCH-SERIAL", 1, "plumbline cameras lists");
   refused("--camera /dev/no-such-video", 1, "is the camera plugged in");
   refused("--camera " + files.Path("none.csv"), 1, "No such file");
   Files::Write(files.Path("bad.csv"), "t_s,file\n0,none.png\n");

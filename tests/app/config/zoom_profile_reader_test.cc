@@ -50,7 +50,7 @@ TEST_CASE("wrong lines of a profile, each with its fault") {
       {"mask = 0x0002", "mask = 0", "exchange[2].field[1].mask: 0 is outside 1..2147483647"},
       {"mask = 0x0002", "masks = 2",
        "exchange[2].field[1].masks: unknown key; did you mean \"mask\"?"},
-      {"value = \"moving\"", "value = \"zoom_counts\"", "@1: a value is told twice"},
+      {"value = \"moving\"", "value = \"zoom_counts\"", "@1: a value is reported twice"},
       {"bytes = [0x11, 0x40, 0x00, 0x02, 0x02, 0x10, 0x00]", "bytes = [256]",
        "exchange[1].send[1].bytes[1]: 256 is outside 0..255"},
   };

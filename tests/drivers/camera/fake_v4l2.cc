@@ -25,20 +25,20 @@ std::map<std::string, std::unique_ptr<FakeDevice>>& Devices() {
   return devices;
 }
 
-/// Memory that is shared at present: not the process' own mappings.
+/// Currently mapped fake buffers, excluding the process's own mappings.
 std::set<void*>& Shared() {
   static std::set<void*> shared;
   return shared;
 }
 
-/// The device behind a descriptor; null for any other file.
+/// Device behind a descriptor; nullptr for any other file.
 FakeDevice* DeviceOf(int fd) {
   char target[4096];
   const std::string link = "/proc/self/fd/" + std::to_string(fd);
   const ssize_t length = readlink(link.c_str(), target, sizeof target);
   if (length <= 0) return nullptr;
   std::string path(target, static_cast<std::size_t>(length));
-  // A node that was removed: what held it open still talks to the device that is gone.
+  // A removed node: open descriptors still refer to the device that is gone.
   path = path.substr(0, path.find(" (deleted)"));
   const auto found = Devices().find(path);
   return found == Devices().end() ? nullptr : found->second.get();
@@ -170,7 +170,7 @@ int Buffers(FakeDevice& device, unsigned long request, void* argument) {
   return 0;
 }
 
-/// Text into a field that is filled with zeros.
+/// Copies text into a zero-filled field.
 void Put(std::string_view text, unsigned char* field) {
   std::copy(text.begin(), text.end(), field);
 }
@@ -191,7 +191,7 @@ int Answer(FakeDevice& device, unsigned long request, void* argument) {
     case VIDIOC_S_FMT:
       return SetFormat(device, *static_cast<v4l2_format*>(argument));
     case VIDIOC_S_PARM:
-      return 0;  // takes the rate that is asked for
+      return 0;  // accepts the requested rate
     case VIDIOC_ENUM_FMT:
     case VIDIOC_ENUM_FRAMESIZES:
     case VIDIOC_ENUM_FRAMEINTERVALS:

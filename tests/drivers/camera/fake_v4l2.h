@@ -1,5 +1,5 @@
-// The kernel's side of cameras, played by the test: ioctl(), poll(), mmap() and munmap() are taken
-// over by the linker (--wrap). A plain file stands for each device node.
+// Fake V4L2 kernel interface: ioctl(), poll(), mmap() and munmap() are replaced by the linker
+// (--wrap). A plain file represents each device node.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -15,7 +15,7 @@
 
 namespace plumbline::test {
 
-/// The time of the fake: poll() lets it pass.
+/// Simulated time, advanced by poll().
 double FakeTime();
 void SetFakeTime(double now_s);
 
@@ -28,7 +28,7 @@ struct FakeMode {
 struct FakeControl {
   int minimum = 0, maximum = 0, value = 0;
   int step = 1;          ///< the device rounds down to it
-  bool refuses = false;  ///< with EBUSY
+  bool refuses = false;  ///< rejects with EBUSY
   std::uint32_t flags = 0;
 };
 
@@ -36,23 +36,23 @@ struct FakeFrame {
   std::vector<std::uint8_t> bytes;
   std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   std::uint32_t skipped = 0;  ///< frames that the device lost before this one
-  double older_s = 0;         ///< its stamp is so much before now
+  double older_s = 0;         ///< age of its time stamp [s]
 };
 
-/// A device as ioctl() shows it.
+/// Simulated device behind ioctl().
 struct FakeDevice {
   std::uint32_t caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::vector<FakeMode> modes;
   std::map<std::uint32_t, FakeControl> controls;
-  std::deque<FakeFrame> coming;  ///< one every 30 ms of waiting
+  std::deque<FakeFrame> coming;  ///< one arrives every 30 ms of waiting
   bool gone = false, busy = false, ignores_format = false;
   std::uint32_t padding = 0;  ///< bytes behind each row
-  int opened = 0;             ///< times that streaming began
+  int opened = 0;             ///< number of STREAMON calls
 
-  /// A frame arrives now; lost where no buffer is free.
+  /// Delivers a frame now; lost if no buffer is free.
   void Arrive(const FakeFrame& frame);
 
-  // What the driver asked for.
+  // What the driver under test requested.
   FakeMode set;
   struct Memory {
     std::vector<std::uint8_t> bytes;
@@ -64,7 +64,7 @@ struct FakeDevice {
   bool streaming = false;
 };
 
-/// A machine with cameras: /sys/class/video4linux and /dev in a folder.
+/// Simulated machine with cameras: /sys/class/video4linux and /dev in a temporary folder.
 class FakeMachine {
  public:
   FakeMachine();
@@ -72,7 +72,7 @@ class FakeMachine {
   FakeMachine(const FakeMachine&) = delete;
   FakeMachine& operator=(const FakeMachine&) = delete;
 
-  /// Plugs a USB camera into a port: "1-2". An empty serial number: it has none.
+  /// Plugs a USB camera into a port such as "1-2". Empty serial number: none.
   FakeDevice& Plug(int number, const std::string& port, const std::string& serial);
   void Unplug(int number);
   std::string Path(int number) const;

@@ -33,7 +33,7 @@ Bytes Jpeg(const cv::Mat& image, const std::vector<int>& how = {}) {
   return bytes;
 }
 
-/// What is written to the descriptor of standard error while it lives.
+/// Captures everything written to standard error during its lifetime.
 class StandardError {
  public:
   explicit StandardError(const std::string& path)
@@ -76,7 +76,7 @@ Read ReadBytes(const Bytes& bytes) {
 
 }  // namespace
 
-TEST_CASE("a JPEG file is read as luma, whatever kind it is") {
+TEST_CASE("every kind of JPEG file is read as luma") {
   cv::Mat colour(48, 64, CV_8UC3, cv::Scalar(20, 120, 220));
   const std::vector<Bytes> files = {Jpeg(Halves()), Jpeg(colour),
                                     Jpeg(Halves(), {cv::IMWRITE_JPEG_PROGRESSIVE, 1})};
@@ -91,7 +91,7 @@ TEST_CASE("a JPEG file is read as luma, whatever kind it is") {
   }
 }
 
-TEST_CASE("what is wrong with a JPEG file is in the answer, and nothing is printed") {
+TEST_CASE("faults of a JPEG file are returned and nothing is printed") {
   const Bytes whole = Jpeg(Halves());
   const auto fault = [](const Bytes& bytes) {
     const Read read = ReadBytes(bytes);
@@ -102,7 +102,7 @@ TEST_CASE("what is wrong with a JPEG file is in the answer, and nothing is print
   CHECK_THAT(fault(torn), Catch::StartsWith("a damaged JPEG: "));
   CHECK_THAT(fault({0xFF, 0xD8, 0xFF, 0xD9}), Catch::Contains("JPEG"));
   CHECK_THAT(fault({0xFF, 0xD8}), Catch::Contains("JPEG"));
-  CHECK_THAT(fault({'x'}), Catch::Contains("no image"));
+  CHECK_THAT(fault({'x'}), Catch::Contains("not a readable image"));
   Bytes vast = whole;  // the height and width of its frame header
   const Bytes frame_header = {0xFF, 0xC0};
   const auto at = std::search(vast.begin(), vast.end(), frame_header.begin(), frame_header.end());
@@ -111,7 +111,7 @@ TEST_CASE("what is wrong with a JPEG file is in the answer, and nothing is print
   CHECK_THAT(fault(vast), Catch::Contains("61680 x 61680 px"));
 }
 
-TEST_CASE("bytes too many between the parts of a JPEG file do no harm") {
+TEST_CASE("extra bytes between JPEG segments are ignored") {
   Bytes bytes = Jpeg(Halves());
   bytes.insert(bytes.end() - 2, {0, 0, 0});
   const Read read = ReadBytes(bytes);
@@ -119,7 +119,7 @@ TEST_CASE("bytes too many between the parts of a JPEG file do no harm") {
   CHECK(read.printed.empty());
 }
 
-TEST_CASE("pixels stand as in the file, whatever orientation is told beside them") {
+TEST_CASE("an orientation tag is ignored") {
   Bytes bytes = Jpeg(Halves());
   const Bytes turned = {0xFF, 0xE1, 0, 34,   'E', 'x', 'i', 'f', 0, 0, 'M', 'M', 0, 42, 0, 0, 0, 8,
                         0,    1,    1, 0x12, 0,   3,   0,   0,   0, 1, 0,   6,   0, 0,  0, 0, 0, 0};
@@ -130,7 +130,7 @@ TEST_CASE("pixels stand as in the file, whatever orientation is told beside them
   CHECK(read.image->width == 64);
 }
 
-TEST_CASE("every kind of image that OpenCV reads is read as luma of 8 bits") {
+TEST_CASE("every format supported by OpenCV is read as 8-bit luma") {
   cv::Mat deep, colour, deep_colour;
   Halves().convertTo(deep, CV_16U, 257);
   cv::merge(std::vector<cv::Mat>{Halves(), 255 - Halves(), Halves() / 2}, colour);
@@ -160,20 +160,21 @@ TEST_CASE("every kind of image that OpenCV reads is read as luma of 8 bits") {
   }
 }
 
-TEST_CASE("a module of codecs that cannot be used: which, why, and how to get it") {
+TEST_CASE("an unusable codec module is reported with the reason and the remedy") {
   const test::TemporaryFolder folder;
   const std::string module = folder.path() + "/" + kImageCodecsFile;
   const auto refused = [&module] {
     const Result<ImageCodecs> codecs = OpenImageCodecs(module);
     REQUIRE_FALSE(codecs);
-    CHECK_THAT(codecs.error(), Catch::Contains(module) && Catch::Contains("JPEG alone") &&
+    CHECK_THAT(codecs.error(), Catch::Contains(module) &&
+                                   Catch::Contains("only JPEG can be read") &&
                                    Catch::Contains("apt install --reinstall plumbline"));
     return codecs.error();
   };
   CHECK_THAT(refused(), Catch::Contains("No such file"));
   std::ofstream(module) << "no library";
   CHECK_THAT(refused(), Catch::Contains("cannot be loaded: "));
-  // A module of another version: a library that lacks the function.
+  // A module of another version: the library lacks the function.
   std::filesystem::remove(module);
   Dl_info other{};
   REQUIRE(dladdr(dlsym(RTLD_DEFAULT, "jpeg_start_decompress"), &other) != 0);

@@ -1,5 +1,5 @@
-// Real cameras, or the kernel's virtual ones (vivid, v4l2loopback with a feeder, a USB gadget):
-// whatever `plumbline cameras` shows on this machine. Nothing there: SKIPPED.
+// Tests on real or virtual cameras (vivid, v4l2loopback with a feeder, USB gadget): whatever
+// `plumbline cameras` lists on this machine. SKIPPED if there are none.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "drivers/camera/v4l2_camera.h"
-#include "drivers/camera/v4l2_offer.h"
+#include "drivers/camera/v4l2_capabilities.h"
 
 namespace plumbline {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr double kPatience_s = 10;  // until a camera sends its first frame
 constexpr int kFrames = 10;
 
-/// Cameras that send what we read, one device of each.
+/// Cameras with a supported format, one device each.
 std::vector<V4l2Device> Cameras() {
   std::vector<V4l2Device> cameras;
   for (const V4l2Device& device : ListV4l2Devices()) {
@@ -35,7 +35,7 @@ bool Skip(const char* why) {
   return true;
 }
 
-/// In the smallest mode that is read: a virtual machine is slow.
+/// In the smallest supported mode, because a virtual machine is slow.
 std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& device) {
   V4l2CameraOptions options;
   options.device = selector;
@@ -51,7 +51,7 @@ std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& devi
   return std::move(made).value();
 }
 
-/// Reads on until a frame comes, through whatever comes before.
+/// Reads until a frame arrives, ignoring other results.
 CameraResult ReadFrame(Camera& camera, CameraFrame& frame) {
   const double end_s = MonotonicSeconds() + kPatience_s;
   CameraResult result = CameraResult::kNoFrame;
@@ -99,7 +99,7 @@ TEST_CASE("two cameras of this machine at once", "[v4l2-two]") {
   CHECK(first->identity().serial != second->identity().serial);
 }
 
-TEST_CASE("vivid's camera is taken away and comes back", "[v4l2-unplug]") {
+TEST_CASE("a vivid camera is unbound and rebound", "[v4l2-unplug]") {
   const std::filesystem::path driver = "/sys/bus/platform/drivers/vivid";
   const auto cameras = Cameras();
   const bool is_vivid = !cameras.empty() && cameras[0].driver == "vivid";
@@ -121,7 +121,7 @@ TEST_CASE("vivid's camera is taken away and comes back", "[v4l2-unplug]") {
   CHECK(frame.sequence > before);
 }
 
-TEST_CASE("the first camera's plug is pulled and put back by hand", "[v4l2-replug]") {
+TEST_CASE("the first camera is unplugged and replugged by hand", "[v4l2-replug]") {
   const auto cameras = Cameras();
   if ((cameras.empty() || std::getenv("PLUMBLINE_REPLUG") == nullptr) &&
       Skip("PLUMBLINE_REPLUG=1 asks somebody to replug a camera")) {

@@ -4,7 +4,7 @@
 
 namespace plumbline {
 
-TEST_CASE("PGM: pixels, comments, bytes behind") {
+TEST_CASE("PGM: pixels, comments and trailing bytes") {
   const auto image = GreyFromPgm("P5 # made by hand\n# 3 x 2\n3\t2\n255\nabcdefMORE");
   REQUIRE(image);
   CHECK(image->width == 3);
@@ -16,18 +16,17 @@ TEST_CASE("PGM: pixels, comments, bytes behind") {
   CHECK(blank->grey.at(0) == '\n');
 }
 
-TEST_CASE("PGM: faults are told") {
+TEST_CASE("PGM: faults are reported") {
   const auto fault = [](std::string_view bytes) { return GreyFromPgm(bytes).error(); };
-  CHECK_THAT(fault(""), Catch::Contains("does not begin with P5"));
-  CHECK_THAT(fault("\x89PNG"), Catch::Contains("turn the recording's images into such"));
-  CHECK_THAT(fault("P5 3 2"), Catch::Contains("a broken header"));
-  CHECK_THAT(fault("P5 3 2 255"), Catch::Contains("a broken header"));
+  CHECK_THAT(fault(""), Catch::Contains("does not start with P5"));
+  CHECK_THAT(fault("\x89PNG"), Catch::Contains("Convert the images of the recording"));
+  CHECK_THAT(fault("P5 3 2"), Catch::Contains("invalid header"));
+  CHECK_THAT(fault("P5 3 2 255"), Catch::Contains("invalid header"));
   CHECK_THAT(fault("P5 0 2 255\n"), Catch::Contains("0 x 2 px"));
   CHECK_THAT(fault("P5 99999 2 255\n"), Catch::Contains("1..16384"));
-  CHECK_THAT(fault("P5 99999999999 2 255\n"), Catch::Contains("a broken header"));
-  CHECK_THAT(fault("P5 3 2 65535\nabcdef"), Catch::Contains("the largest value is 65535"));
-  CHECK_THAT(fault("P5 3 2 255\nabcde"),
-             Catch::Contains("5 bytes of pixels where 3 x 2 px need 6"));
+  CHECK_THAT(fault("P5 99999999999 2 255\n"), Catch::Contains("invalid header"));
+  CHECK_THAT(fault("P5 3 2 65535\nabcdef"), Catch::Contains("maximum value 65535"));
+  CHECK_THAT(fault("P5 3 2 255\nabcde"), Catch::Contains("5 bytes of pixels, but 3 x 2 px need 6"));
 }
 
 }  // namespace plumbline

@@ -56,7 +56,7 @@ std::string FaultOf(const RawImage& image) {
 
 }  // namespace
 
-TEST_CASE("pixel formats: their names are the kernel's") {
+TEST_CASE("pixel formats: names match the kernel's four-character codes") {
   CHECK(FourccOf(PixelFormat::kGrey) == V4L2_PIX_FMT_GREY);
   CHECK(FourccOf(PixelFormat::kNv12) == V4L2_PIX_FMT_NV12);
   CHECK(FourccOf(PixelFormat::kYuyv) == V4L2_PIX_FMT_YUYV);
@@ -70,7 +70,7 @@ TEST_CASE("pixel formats: their names are the kernel's") {
   CHECK(FourccText(0x01020304) == "????");
 }
 
-TEST_CASE("luma: grey and NV12 are the camera's own memory, padding and all") {
+TEST_CASE("luma: grey and NV12 refer to the memory of the camera, including padding") {
   Bytes buffer;
   const Bytes bytes(60, 7);
   for (const PixelFormat format : {PixelFormat::kGrey, PixelFormat::kNv12}) {
@@ -95,13 +95,13 @@ TEST_CASE("luma: every second byte of YUYV and UYVY") {
   CHECK(buffer == Bytes{101, 102, 103, 104, 105, 106, 107, 108});
 }
 
-TEST_CASE("luma: short frames, sizes and strides that cannot be are refused") {
+TEST_CASE("luma: short frames and impossible sizes and strides are rejected") {
   const Bytes bytes(100);
   CHECK(FaultOf(Raw(PixelFormat::kGrey, {10, 10}, 10, bytes)).empty());
   CHECK_THAT(FaultOf(Raw(PixelFormat::kGrey, {10, 11}, 10, bytes)),
-             Catch::Contains("a short frame: 100 bytes where 10 x 11 px GREY have 110"));
-  CHECK_THAT(FaultOf(Raw(PixelFormat::kNv12, {10, 8}, 10, bytes)), Catch::Contains("have 120"));
-  CHECK_THAT(FaultOf(Raw(PixelFormat::kYuyv, {10, 6}, 20, bytes)), Catch::Contains("have 120"));
+             Catch::Contains("a short frame: 100 bytes, but 10 x 11 px in GREY need 110"));
+  CHECK_THAT(FaultOf(Raw(PixelFormat::kNv12, {10, 8}, 10, bytes)), Catch::Contains("need 120"));
+  CHECK_THAT(FaultOf(Raw(PixelFormat::kYuyv, {10, 6}, 20, bytes)), Catch::Contains("need 120"));
   for (const ImageSize size : {ImageSize{0, 4}, {4, 0}, {-4, 4}, {1 << 30, 1 << 30}}) {
     CHECK_THAT(FaultOf(Raw(PixelFormat::kGrey, size, 1 << 30, bytes)),
                Catch::Contains("not possible"));
@@ -110,16 +110,17 @@ TEST_CASE("luma: short frames, sizes and strides that cannot be are refused") {
   CHECK_THAT(FaultOf(Raw(PixelFormat::kNv12, {4, 3}, 4, bytes)), Catch::Contains("not possible"));
   for (const std::ptrdiff_t stride : {std::ptrdiff_t{9}, std::ptrdiff_t{-10}, PTRDIFF_MAX}) {
     CHECK_THAT(FaultOf(Raw(PixelFormat::kGrey, {10, 2}, stride, bytes)),
-               Catch::Contains("bytes a row"));
+               Catch::Contains("a stride of"));
   }
 }
 
-TEST_CASE("JPEG: luma as OpenCV decodes it, with and without Huffman tables, and with litter") {
+TEST_CASE(
+    "JPEG: luma as decoded by OpenCV, with and without Huffman tables, and with trailing bytes") {
   const cv::Mat image = Colours(96, 64);
   const Bytes jpeg = Jpeg(image);
   const cv::Mat expected = cv::imdecode(jpeg, cv::IMREAD_GRAYSCALE);
   Bytes littered = jpeg;
-  littered.insert(littered.end(), 500, 0);  // a driver that tells the size of its buffer
+  littered.insert(littered.end(), 500, 0);  // as from a driver that reports the size of its buffer
   for (const Bytes& bytes : {jpeg, WithoutTables(jpeg), littered}) {
     Bytes buffer;
     const auto luma = LumaOf(Raw(PixelFormat::kMjpeg, {96, 64}, 0, bytes), buffer);
@@ -130,7 +131,7 @@ TEST_CASE("JPEG: luma as OpenCV decodes it, with and without Huffman tables, and
   CHECK(WithoutTables(jpeg).size() < jpeg.size());
 }
 
-TEST_CASE("JPEG: garbage, a cut, damage, progressive and another size are refused") {
+TEST_CASE("JPEG: garbage, truncation, damage, progressive coding and another size are rejected") {
   const Bytes jpeg = Jpeg(Colours(96, 64));
   const auto fault = [](const Bytes& bytes) {
     return FaultOf(Raw(PixelFormat::kMjpeg, {96, 64}, 0, bytes));
@@ -144,16 +145,16 @@ TEST_CASE("JPEG: garbage, a cut, damage, progressive and another size are refuse
     CHECK_FALSE(fault(Bytes(jpeg.data(), jpeg.data() + keep)).empty());
   }
   CHECK_THAT(fault(Jpeg(Colours(64, 96))),
-             Catch::Contains("a JPEG of 64 x 96 px where 96 x 64 were agreed"));
+             Catch::Contains("a JPEG of 64 x 96 px instead of the negotiated 96 x 64"));
   CHECK_THAT(fault(Jpeg(Colours(96, 64), {cv::IMWRITE_JPEG_PROGRESSIVE, 1})),
-             Catch::Contains("not of the baseline kind"));
-  Bytes torn = jpeg;  // a packet of the middle is missing
+             Catch::Contains("not a baseline JPEG"));
+  Bytes torn = jpeg;  // a packet in the middle is missing
   torn.erase(torn.begin() + static_cast<std::ptrdiff_t>(torn.size() * 2 / 3),
              torn.begin() + static_cast<std::ptrdiff_t>(torn.size() * 3 / 4));
   CHECK_FALSE(fault(torn).empty());
 }
 
-TEST_CASE("BGR: every format gives the colours that OpenCV gives") {
+TEST_CASE("BGR: every format converts to the same colours as with OpenCV") {
   const ImageSize size{96, 64};
   const cv::Mat image = Colours(size.width, size.height);
   // Chroma that is the same for two pixels, from OpenCV's 4:2:0: Y, then U, then V.

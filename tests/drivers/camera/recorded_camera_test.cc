@@ -48,7 +48,7 @@ struct Recording {
 
 }  // namespace
 
-TEST_CASE("recorded camera: as fast as asked every frame comes, with its recorded time") {
+TEST_CASE("recorded camera: unpaced, every frame is returned with its recorded time") {
   Recording recording;
   now_s = 100;
   const auto camera = recording.Play({.path = {}, .rate_hz = 10, .paced = false});
@@ -67,7 +67,7 @@ TEST_CASE("recorded camera: as fast as asked every frame comes, with its recorde
   CHECK(recording.frame.sequence == 4);
 }
 
-TEST_CASE("recorded camera: at its own rate a call waits, and what nobody asked for is passed") {
+TEST_CASE("recorded camera: paced, a call waits and missed frames are skipped") {
   Recording recording;
   now_s = 0;
   const auto camera = recording.Play({.path = {}, .rate_hz = 10});
@@ -87,7 +87,7 @@ TEST_CASE("recorded camera: at its own rate a call waits, and what nobody asked 
   CHECK(camera->Read(0.2, recording.frame) == CameraResult::kEnded);
 }
 
-TEST_CASE("recorded camera: repeated, time and sequence go on; long pauses are jumped over") {
+TEST_CASE("recorded camera: repeated, time and sequence continue; missed repeats are skipped") {
   Recording recording;
   now_s = 0;
   const auto camera = recording.Play({.path = {}, .rate_hz = 10, .repeat = true});
@@ -102,7 +102,7 @@ TEST_CASE("recorded camera: repeated, time and sequence go on; long pauses are j
   CHECK(recording.frame.sequence == 10000000);
 }
 
-TEST_CASE("recorded camera: a sequence file has its own times, and tells where it was lost") {
+TEST_CASE("recorded camera: a sequence file has its own times and records camera losses") {
   Recording recording;
   now_s = 7;
   const auto camera = recording.Play({.path = recording.Sequence("3,f1.pgm\n3.2,\n3.5,f2.pgm\n"),
@@ -118,7 +118,7 @@ TEST_CASE("recorded camera: a sequence file has its own times, and tells where i
   CHECK(camera->identity().mode == "YUYV 8x6@5");
 }
 
-TEST_CASE("recorded camera: what cannot be read is told and passed, the frame is left alone") {
+TEST_CASE("recorded camera: unreadable images are reported and skipped, the frame is unchanged") {
   Recording recording;
   WriteImage(recording.folder.path() + "/f3.pgm", 6, 8, 1);
   std::ofstream(recording.folder.path() + "/f4.pgm") << "garbage";
@@ -127,7 +127,7 @@ TEST_CASE("recorded camera: what cannot be read is told and passed, the frame is
   REQUIRE(camera->Read(0.1, recording.frame) == CameraResult::kFrame);
   CHECK(camera->Read(0.1, recording.frame) == CameraResult::kUnusable);
   CHECK_THAT(std::string(camera->problem()),
-             Catch::Contains("f3.pgm: 6 x 8 px where the first image has 8 x 6"));
+             Catch::Contains("f3.pgm: 6 x 8 px, but the first image has 8 x 6"));
   CHECK(camera->Read(0.1, recording.frame) == CameraResult::kUnusable);
   CHECK_THAT(std::string(camera->problem()), Catch::Contains("f4.pgm"));
   CHECK(recording.frame.luma.row(5)[7] == 20);
@@ -135,12 +135,12 @@ TEST_CASE("recorded camera: what cannot be read is told and passed, the frame is
   CHECK(recording.frame.sequence == 4);
 }
 
-TEST_CASE("recorded camera: no images, no file, a bad rate are refused with the reason") {
+TEST_CASE("recorded camera: no images, no file or a bad rate fail with the reason") {
   const test::TemporaryFolder empty;
   const auto why = [](const RecordedCameraOptions& options) {
     return RecordedCamera::Create(options, TestClock).error();
   };
-  CHECK_THAT(why({.path = empty.path()}), Catch::Contains("holds no images"));
+  CHECK_THAT(why({.path = empty.path()}), Catch::Contains("contains no images"));
   CHECK_THAT(why({.path = empty.path() + "/none.csv"}), Catch::Contains("No such file"));
   CHECK_THAT(why({.path = empty.path(), .rate_hz = 0}), Catch::Contains("outside 0.01..1000"));
   std::ofstream(empty.path() + "/bad.csv") << "t_s,file\n0;a\n";

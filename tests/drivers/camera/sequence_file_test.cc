@@ -15,16 +15,16 @@ TEST_CASE("sequence file: times and names, an empty name where the camera was lo
   CHECK((*frames)[2].file == "sub/c.png");
 }
 
-TEST_CASE("sequence file: faults are told with their line") {
+TEST_CASE("sequence file: faults are reported with their line") {
   const auto fault = [](std::string_view csv) { return SequenceFromCsv(csv).error(); };
   CHECK(fault("") == "line 1: the header is not t_s,file");
   CHECK(fault("file,t_s\na,0") == "line 1: the header is not t_s,file");
-  CHECK(fault("t_s,file\n\n") == "holds no frames");
-  CHECK(fault("t_s,file\n0 a.png") == "line 2: does not begin with a time and a comma");
-  CHECK(fault("t_s,file\nnan,a.png") == "line 2: does not begin with a time and a comma");
+  CHECK(fault("t_s,file\n\n") == "contains no frames");
+  CHECK(fault("t_s,file\n0 a.png") == "line 2: does not start with a time and a comma");
+  CHECK(fault("t_s,file\nnan,a.png") == "line 2: does not start with a time and a comma");
   CHECK(fault("t_s,file\n0,a.png\n\n0,b.png") == "line 4: the time does not ascend");
   CHECK(fault(std::string_view("t_s,file\n0,a\0b", 14)) ==
-        "line 2: the file's name holds a zero byte");
+        "line 2: the file name contains a zero byte");
 }
 
 }  // namespace plumbline

@@ -17,7 +17,7 @@ constexpr std::uint32_t kWidth = 16, kHeight = 8;
 constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
 constexpr double kTimeout_s = 0.1;
 
-/// A frame of one level; GREY unless told.
+/// A uniform frame, GREY by default.
 FakeFrame Level(int level, std::size_t bytes = kPixels) {
   FakeFrame frame;
   frame.bytes.assign(bytes, static_cast<std::uint8_t>(level));
@@ -30,7 +30,7 @@ FakeFrame Jpeg(int width, int height, int level) {
   return frame;
 }
 
-/// One camera at port 1-2 of a machine.
+/// A machine with one camera at port 1-2.
 struct Cell {
   explicit Cell(std::uint32_t fourcc = V4L2_PIX_FMT_GREY) {
     test::SetFakeTime(1000);
@@ -80,7 +80,7 @@ TEST_CASE("v4l2 camera: connects by itself, luma in place, the driver's time") {
   CHECK(cell.camera->TakeRemarks().empty());
 }
 
-TEST_CASE("v4l2 camera: no frame in time; silence opens it anew") {
+TEST_CASE("v4l2 camera: no frame in time; after prolonged silence it is reopened") {
   Cell cell;
   cell.Make();
   CHECK(cell.Read() == CameraResult::kNoFrame);
@@ -90,7 +90,7 @@ TEST_CASE("v4l2 camera: no frame in time; silence opens it anew") {
   for (int i = 0; i < 100 && result == CameraResult::kNoFrame; ++i) result = cell.Read();
   CHECK(result == CameraResult::kLost);
   CHECK(test::FakeTime() == Approx(1005.1).margin(0.2));
-  CHECK_THAT(cell.Problem(), Catch::Contains("sent nothing for 5 s"));
+  CHECK_THAT(cell.Problem(), Catch::Contains("no data for 5 s"));
   CHECK(cell.Read() == CameraResult::kWaiting);
   test::SetFakeTime(test::FakeTime() + 1);
   cell.device->coming = {Level(1)};
@@ -98,7 +98,7 @@ TEST_CASE("v4l2 camera: no frame in time; silence opens it anew") {
   CHECK(cell.device->opened == 2);
 }
 
-TEST_CASE("v4l2 camera: the newest frame only, and the gap is told") {
+TEST_CASE("v4l2 camera: only the newest frame is returned, and the sequence shows the gap") {
   Cell cell;
   cell.Make();
   cell.device->coming = {Level(1)};
@@ -106,7 +106,7 @@ TEST_CASE("v4l2 camera: the newest frame only, and the gap is told") {
   const std::uint64_t first = cell.frame.sequence;
   for (const int level : {2, 3, 4, 5, 6}) cell.device->Arrive(Level(level));
   REQUIRE(cell.Read() == CameraResult::kFrame);
-  CHECK(cell.Seen() == 4);  // three buffers were free: the frames 5 and 6 found none
+  CHECK(cell.Seen() == 4);  // three buffers were free: frames 5 and 6 were lost
   CHECK(cell.frame.sequence == first + 3);
   FakeFrame late = Level(7);
   late.skipped = 10;
@@ -114,12 +114,14 @@ TEST_CASE("v4l2 camera: the newest frame only, and the gap is told") {
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.Seen() == 7);
   CHECK(cell.frame.sequence == first + 16);
-  // The frame that is held is not overwritten, whatever comes.
+  // The returned frame is not overwritten by later ones.
   for (const int level : {8, 9, 10, 11, 12}) cell.device->Arrive(Level(level));
   CHECK(cell.Seen() == 7);
 }
 
-TEST_CASE("v4l2 camera: damaged and short frames are passed over; only such are unusable") {
+TEST_CASE(
+    "v4l2 camera: damaged and short frames are skipped; without a good one the result is "
+    "unusable") {
   Cell cell;
   cell.Make();
   FakeFrame damaged = Level(1);
@@ -135,7 +137,7 @@ TEST_CASE("v4l2 camera: damaged and short frames are passed over; only such are 
   cell.device->coming = {damaged, damaged, damaged, damaged};
   CHECK(cell.Read() == CameraResult::kUnusable);
   CHECK_THAT(cell.Problem(), Catch::Contains("damaged frames"));
-  cell.device->coming = {Level(0, 0), Level(8)};  // an empty one
+  cell.device->coming = {Level(0, 0), Level(8)};  // an empty frame
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.Seen() == 8);
 }
@@ -152,18 +154,18 @@ TEST_CASE("v4l2 camera: unplugged while streaming, back at another port, setting
   const CameraFrame before = cell.frame;
   cell.machine.Unplug(0);
   CHECK(cell.Read() == CameraResult::kLost);
-  CHECK_THAT(cell.Problem(), Catch::Contains("went away: No such device"));
+  CHECK_THAT(cell.Problem(), Catch::Contains("lost: No such device"));
   CHECK(cell.Read() == CameraResult::kWaiting);
-  CHECK_THAT(cell.Problem(), Catch::Contains("went away"));
+  CHECK_THAT(cell.Problem(), Catch::Contains(": lost"));
   test::SetFakeTime(test::FakeTime() + 1);
   CHECK(cell.Read() == CameraResult::kLost);
-  CHECK_THAT(cell.Problem(), Catch::Contains("no camera here is A1; is it plugged in?"));
+  CHECK_THAT(cell.Problem(), Catch::Contains("no camera A1 found. Check that it is plugged in"));
 
   FakeDevice& back = cell.machine.Plug(5, "2-1", "A1");
   back.modes = {{V4L2_PIX_FMT_GREY, kWidth, kHeight, {30}}};
   back.controls = {{V4L2_CID_FOCUS_AUTO, {0, 1, 1}}, {V4L2_CID_GAIN, {0, 100, 0}}};
   FakeFrame first = Level(9);
-  first.skipped = 500;  // the driver counts anew, and from where it likes
+  first.skipped = 500;  // the driver restarts its counter at an arbitrary value
   back.coming = {first};
   test::SetFakeTime(test::FakeTime() + 6);
   REQUIRE(cell.Read() == CameraResult::kFrame);
@@ -175,7 +177,7 @@ TEST_CASE("v4l2 camera: unplugged while streaming, back at another port, setting
   CHECK(cell.camera->identity().serial == "A1");
 }
 
-TEST_CASE("v4l2 camera: each setting that the device refuses, bends or lacks is told") {
+TEST_CASE("v4l2 camera: each setting that the device rejects, changes or lacks is reported") {
   Cell cell;
   auto& controls = cell.device->controls;
   controls[V4L2_CID_EXPOSURE_AUTO] = {0, 3, 3};
@@ -194,14 +196,15 @@ TEST_CASE("v4l2 camera: each setting that the device refuses, bends or lacks is 
   const std::string at = cell.machine.Path(0) + ": ";
   CHECK(cell.camera->TakeRemarks() ==
         std::vector<std::string>{
-            at + "focus_counts: asked for 42, the camera took 40",
-            at + "gain_counts: this camera does not have it",
-            at + "automatic white balance: the camera refuses 0: Device or resource busy",
-            at + "white_balance_K: 9000 is outside 2800..6500 of this camera; left alone"});
+            at + "focus_counts: requested 42, the camera set 40",
+            at + "gain_counts: not supported by this camera",
+            at + "automatic white balance: the camera rejects 0: Device or resource busy",
+            at + "white_balance_K: 9000 is outside the range 2800..6500 of this camera; left "
+                 "unchanged"});
   CHECK(cell.camera->TakeRemarks().empty());
 }
 
-TEST_CASE("v4l2 camera: Motion JPEG; garbage and another size are passed over") {
+TEST_CASE("v4l2 camera: Motion JPEG; garbage and another size are skipped") {
   Cell cell(V4L2_PIX_FMT_MJPEG);
   cell.Make();
   cell.device->coming = {Level(0x5A), Jpeg(8, 8, 1), Jpeg(kWidth, kHeight, 99)};
@@ -213,9 +216,10 @@ TEST_CASE("v4l2 camera: Motion JPEG; garbage and another size are passed over") 
   CHECK(cell.camera->Bgr()->at(1) == 99);
   cell.device->coming = {Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1), Jpeg(8, 8, 1)};
   CHECK(cell.Read() == CameraResult::kUnusable);
-  CHECK_THAT(cell.Problem(), Catch::Contains("a JPEG of 8 x 8 px where 16 x 8 were agreed"));
+  CHECK_THAT(cell.Problem(),
+             Catch::Contains("a JPEG of 8 x 8 px instead of the negotiated 16 x 8"));
   CHECK(cell.camera->Bgr() == nullptr);
-  cell.device->coming = {Jpeg(kWidth, kHeight, 0)};  // a black frame is a frame
+  cell.device->coming = {Jpeg(kWidth, kHeight, 0)};  // a black frame is valid
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.Seen() == 0);
 }
@@ -231,7 +235,7 @@ TEST_CASE("v4l2 camera: rows with padding, and YUYV") {
   CHECK(cell.Seen() == 77);
 }
 
-TEST_CASE("v4l2 camera: stamps of another clock or impossible ones are replaced by ours") {
+TEST_CASE("v4l2 camera: time stamps from another clock or impossible ones are replaced") {
   Cell cell;
   cell.Make();
   FakeFrame frame = Level(1);
@@ -250,14 +254,14 @@ TEST_CASE("v4l2 camera: stamps of another clock or impossible ones are replaced 
     REQUIRE(cell.Read() == CameraResult::kFrame);
     CHECK(cell.frame.time_s == Approx(test::FakeTime()));
   }
-  frame.older_s = 0.5;  // before the frame that came last
+  frame.older_s = 0.5;  // earlier than the previous frame
   cell.device->coming = {frame};
   const double before_s = cell.frame.time_s;
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.frame.time_s > before_s);
 }
 
-TEST_CASE("v4l2 camera: in use, of another kind, or without the mode: what to do is told") {
+TEST_CASE("v4l2 camera: busy, unsuitable or without the mode: the remedy is reported") {
   const auto problem = [](Cell& cell, const V4l2CameraOptions& options = {}) {
     cell.Make(options);
     CHECK(cell.Read() == CameraResult::kLost);
@@ -265,47 +269,48 @@ TEST_CASE("v4l2 camera: in use, of another kind, or without the mode: what to do
   };
   Cell busy;
   busy.device->busy = true;
-  CHECK_THAT(problem(busy), Catch::Contains("does another program use the camera?"));
+  CHECK_THAT(problem(busy), Catch::Contains("whether another program uses the camera"));
   Cell output;
   output.device->caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
   CHECK_THAT(problem(output, {.device = output.machine.Path(0)}),
-             Catch::Contains("does not stream images"));
+             Catch::Contains("does not support streaming capture"));
   Cell planes;
   planes.device->caps = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
-  CHECK_THAT(problem(planes), Catch::Contains("several planes") && Catch::Contains("USB camera"));
+  CHECK_THAT(problem(planes), Catch::Contains("multi-planar") && Catch::Contains("USB camera"));
   Cell tape(V4L2_PIX_FMT_DV);
-  CHECK_THAT(problem(tape), Catch::Contains("it has dvsd 16x8") &&
+  CHECK_THAT(problem(tape), Catch::Contains("offers dvsd 16x8") &&
                                 Catch::Contains("DV is interlaced") &&
                                 Catch::Contains("progressive output"));
   Cell small;
   CHECK_THAT(problem(small, {.device = {}, .mode = {.size = {640, 480}}}),
-             Catch::Contains("no 640 x 480 px in a format that can be read; it has GREY 16x8"));
+             Catch::Contains("no 640 x 480 px in a supported format; the camera offers GREY 16x8"));
   Cell stubborn;
   stubborn.device->modes.insert(stubborn.device->modes.begin(), {V4L2_PIX_FMT_H264, 32, 32, {30}});
   stubborn.device->ignores_format = true;
-  CHECK_THAT(problem(stubborn), Catch::Contains("but the camera took H264 32x32"));
+  CHECK_THAT(problem(stubborn), Catch::Contains("but set H264 32x32"));
   Cell absent;
   CHECK_THAT(problem(absent, {.device = "/dev/no-such-video"}),
              Catch::Contains("is the camera plugged in"));
 }
 
-TEST_CASE("v4l2 camera: a rate that the device does not have is told") {
+TEST_CASE("v4l2 camera: a rate that the device does not reach is reported") {
   Cell cell;
   cell.Make({.device = {}, .mode = {.rate_hz = 60}});
   cell.device->coming = {Level(1)};
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.camera->TakeRemarks() ==
-        std::vector<std::string>{cell.machine.Path(0) +
-                                 ": GREY 16x8 30 frames a second, 60 were asked for"});
+        std::vector<std::string>{
+            cell.machine.Path(0) +
+            ": GREY 16x8 runs at 30 frames per second instead of the requested 60"});
 }
 
-TEST_CASE("v4l2 camera: two at once, of one serial number, told apart by their port") {
+TEST_CASE("v4l2 camera: two with one serial number are distinguished by their port") {
   Cell cell;
   FakeDevice& other = cell.machine.Plug(1, "1-3", "A1");
   other.modes = {{V4L2_PIX_FMT_GREY, kWidth, kHeight, {30}}};
   cell.Make();
   CHECK(cell.Read() == CameraResult::kLost);
-  CHECK_THAT(cell.Problem(), Catch::Contains("name the port too: A1@1-2 or A1@1-3"));
+  CHECK_THAT(cell.Problem(), Catch::Contains("Add the port to select one: A1@1-2 or A1@1-3"));
 
   cell.Make({.device = "A1@1-2"});
   auto second =
@@ -323,7 +328,7 @@ TEST_CASE("v4l2 camera: two at once, of one serial number, told apart by their p
   }
   CHECK(cell.camera->identity().serial == "A1@1-2");
   CHECK(second->identity().serial == "A1@1-3");
-  // The first one goes; the second is not disturbed, and keeps its name over a return.
+  // The first is unplugged; the second is not disturbed and keeps its name after a reconnection.
   cell.machine.Unplug(0);
   CHECK(cell.Read() == CameraResult::kLost);
   other.coming = {Level(30)};
@@ -338,7 +343,7 @@ TEST_CASE("v4l2 camera: two at once, of one serial number, told apart by their p
   CHECK(second->identity().serial == "A1@1-3");
 }
 
-TEST_CASE("v4l2 camera: a path that sysfs does not show is named by its driver and bus") {
+TEST_CASE("v4l2 camera: a device not in sysfs is named by its driver and bus") {
   Cell cell;
   DeviceTree nothing = cell.machine.tree();
   nothing.sysfs += "/none";
@@ -350,27 +355,28 @@ TEST_CASE("v4l2 camera: a path that sysfs does not show is named by its driver a
   CHECK(camera->identity().serial == "fake@fake-bus");
 }
 
-TEST_CASE("v4l2 camera: options that no camera has are refused") {
+TEST_CASE("v4l2 camera: impossible options are rejected") {
   const auto why = [](const V4l2CameraOptions& options) {
     const auto made = V4l2Camera::Create(options, test::FakeTime);
     return made ? "" : made.error();
   };
   CHECK(why({.device = "A"}).empty());
-  CHECK_THAT(why({.device = ""}), Catch::Contains("see plumbline cameras"));
-  CHECK_THAT(why({.device = "A", .mode = {.size = {640, 0}}}), Catch::Contains("is no size"));
+  CHECK_THAT(why({.device = ""}), Catch::Contains("plumbline cameras"));
+  CHECK_THAT(why({.device = "A", .mode = {.size = {640, 0}}}),
+             Catch::Contains("is not a valid size"));
   CHECK_THAT(why({.device = "A", .mode = {.rate_hz = 0}}), Catch::Contains("0.01..1000"));
   CHECK_THAT(why({.device = "A", .settings = {.exposure_s = -1.0}}), Catch::Contains("exposure"));
   CHECK_THAT(why({.device = "A", .settings = {.white_balance_K = 0.0}}), Catch::Contains("white"));
   CHECK(MakeCamera("v4l2", {.v4l2 = {.device = "A"}}));
 }
 
-TEST_CASE("v4l2 camera: the driver's count goes on over its end and over a return") {
+TEST_CASE("v4l2 camera: the sequence continues across counter overflow and reconnection") {
   CHECK(NextSequence(7, 3, 4) == 8);
   CHECK(NextSequence(7, 3, 9) == 13);
   CHECK(NextSequence(7, 0xFFFFFFFF, 1) == 9);
   CHECK(NextSequence(7, std::nullopt, 500) == 8);
   CHECK(NextSequence(7, 0, 0) == 8);    // a driver that does not count
-  CHECK(NextSequence(7, 100, 2) == 8);  // one that begins again
+  CHECK(NextSequence(7, 100, 2) == 8);  // one that restarts
 }
 
 }  // namespace plumbline

@@ -15,7 +15,7 @@ std::string PathOf(std::string_view selector, const std::vector<V4l2Device>& dev
 
 }  // namespace
 
-TEST_CASE("v4l2 devices: listed by number with serial, model and port; not what has no images") {
+TEST_CASE("v4l2 devices: capture devices are listed by number with serial, model and port") {
   test::FakeMachine machine;
   machine.Plug(10, "2-1.4", "");
   machine.Plug(2, "1-2", "A1B2");
@@ -36,7 +36,7 @@ TEST_CASE("v4l2 devices: listed by number with serial, model and port; not what 
   CHECK(ListV4l2Devices({"/no/such/place", "/dev"}).empty());
 }
 
-TEST_CASE("v4l2 devices: one that does not answer is listed with the reason") {
+TEST_CASE("v4l2 devices: a device that does not answer is listed with the reason") {
   test::FakeMachine machine;
   machine.Plug(0, "1-2", "A").gone = true;
   const auto devices = ListV4l2Devices(machine.tree());
@@ -45,7 +45,8 @@ TEST_CASE("v4l2 devices: one that does not answer is listed with the reason") {
   CHECK(devices[0].serial == "A");
 }
 
-TEST_CASE("v4l2 devices: one of several planes is listed with the reason, another node preferred") {
+TEST_CASE(
+    "v4l2 devices: a multi-planar node is listed with the reason, another node is preferred") {
   test::FakeMachine machine;
   machine.Plug(0, "1-2", "A").caps = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING;
   auto devices = ListV4l2Devices(machine.tree());
@@ -55,12 +56,12 @@ TEST_CASE("v4l2 devices: one of several planes is listed with the reason, anothe
   machine.Plug(1, "1-2", "A");
   devices = ListV4l2Devices(machine.tree());
   CHECK(PathOf("A", devices) == machine.Path(1));
-  // A codec in memory, which takes images and gives others, is no camera.
+  // A memory-to-memory codec is not a camera.
   machine.Plug(2, "1-3", "B").caps = V4L2_CAP_VIDEO_M2M_MPLANE | V4L2_CAP_STREAMING;
   CHECK(ListV4l2Devices(machine.tree()).size() == 2);
 }
 
-TEST_CASE("v4l2 devices: selected by path, link, serial, port; two of one serial by their port") {
+TEST_CASE("v4l2 devices: selected by path, link, serial or port; equal serials by their port") {
   test::FakeMachine machine;
   machine.Plug(0, "1-1", "SN0001");
   machine.Plug(1, "1-1", "SN0001");  // a second node of the first camera
@@ -80,9 +81,10 @@ TEST_CASE("v4l2 devices: selected by path, link, serial, port; two of one serial
   CHECK(PathOf("@1-3", devices) == machine.Path(6));
   CHECK(PathOf("046d:0825@1-3", devices) == machine.Path(6));
   CHECK(PathOf("SN0001", devices) ==
-        "2 cameras have the serial number SN0001; name the port too: SN0001@1-1 or SN0001@1-2");
-  CHECK_THAT(PathOf("ALONE@1-2", devices), Catch::Contains("no camera here is ALONE@1-2"));
-  CHECK_THAT(PathOf("", devices), Catch::Contains("no camera here"));
+        "2 cameras have the serial number SN0001. Add the port to select one: SN0001@1-1 or "
+        "SN0001@1-2");
+  CHECK_THAT(PathOf("ALONE@1-2", devices), Catch::Contains("no camera ALONE@1-2 found"));
+  CHECK_THAT(PathOf("", devices), Catch::Contains("no camera "));
   CHECK(LastingName(devices[0], devices) == "SN0001@1-1");
 }
 

@@ -11,7 +11,7 @@ V4l2Mode Discrete(std::uint32_t fourcc, ImageSize size, std::vector<double> rate
   return {fourcc, size, size, {1, 1}, std::move(rates_hz)};
 }
 
-/// A usual USB 2 camera: raw frames are slow where they are large.
+/// A typical USB 2 camera: large raw frames are slow.
 std::vector<V4l2Mode> Webcam() {
   return {Discrete(V4L2_PIX_FMT_H264, {3840, 2160}, {30}),
           Discrete(V4L2_PIX_FMT_MJPEG, {1920, 1080}, {30, 15}),
@@ -28,7 +28,7 @@ std::string Chosen(const std::vector<V4l2Mode>& modes, const ModeRequest& reques
 
 }  // namespace
 
-TEST_CASE("mode: the best format that is fast enough, at the slowest rate that is") {
+TEST_CASE("mode: the preferred format that is fast enough, at the slowest sufficient rate") {
   CHECK(Chosen(Webcam(), {.size = {640, 480}}) == "YUYV 640x480@29.97");
   CHECK(Chosen(Webcam(), {.size = {640, 480}, .rate_hz = 30}) == "YUYV 640x480@29.97");
   CHECK(Chosen(Webcam(), {.size = {640, 480}, .rate_hz = 50}) == "YUYV 640x480@60");
@@ -38,24 +38,24 @@ TEST_CASE("mode: the best format that is fast enough, at the slowest rate that i
   CHECK(Chosen(Webcam(), {.rate_hz = 40}) == "YUYV 640x480@60");
 }
 
-TEST_CASE("mode: where nothing is fast enough, the fastest") {
+TEST_CASE("mode: the fastest if none is fast enough") {
   CHECK(Chosen(Webcam(), {.size = {1920, 1080}, .rate_hz = 100}) == "MJPG 1920x1080@30");
   CHECK(Chosen(Webcam(), {.rate_hz = 100}) == "YUYV 640x480@60");
   CHECK(Chosen(Webcam(), {.size = {1280, 720}}) == "YUYV 1280x720@10");
 }
 
-TEST_CASE("mode: formats in the order wanted, and only those") {
+TEST_CASE("mode: only the requested formats, in the requested order") {
   const std::vector<PixelFormat> jpeg = {PixelFormat::kMjpeg};
   CHECK(Chosen(Webcam(), {.size = {640, 480}, .formats = jpeg}) == "MJPG 640x480@30");
   CHECK(Chosen(Webcam(),
                {.size = {640, 480}, .formats = {PixelFormat::kMjpeg, PixelFormat::kYuyv}}) ==
         "MJPG 640x480@30");
   CHECK_THAT(Chosen(Webcam(), {.size = {1280, 720}, .formats = jpeg}),
-             Catch::Contains("no 1280 x 720 px in a format that can be read; it has H264"));
-  CHECK_THAT(Chosen({}, {}), Catch::StartsWith("no format that can be read; it has nothing"));
+             Catch::Contains("no 1280 x 720 px in a supported format; the camera offers H264"));
+  CHECK_THAT(Chosen({}, {}), Catch::StartsWith("no supported format; the camera offers nothing"));
 }
 
-TEST_CASE("mode: what is not read is named, with what to do") {
+TEST_CASE("mode: unsupported formats are reported with the remedy") {
   struct Case {
     std::uint32_t fourcc;
     const char *name, *remedy;
@@ -65,22 +65,22 @@ TEST_CASE("mode: what is not read is named, with what to do") {
                           {V4L2_PIX_FMT_SRGGB8, "RGGB 720x576", "monochrome"},
                           {V4L2_PIX_FMT_Y16, "Y16  720x576", "8 bits"}}) {
     for (const ImageSize size : {ImageSize{}, {720, 576}}) {
-      const std::string told = Chosen({Discrete(one.fourcc, {720, 576}, {25})}, {.size = size});
-      CHECK_THAT(told, Catch::Contains(std::string("it has ") + one.name) &&
-                           Catch::Contains("read are GREY, NV12, YUYV, UYVY, MJPG") &&
-                           Catch::Contains(one.remedy));
+      const std::string error = Chosen({Discrete(one.fourcc, {720, 576}, {25})}, {.size = size});
+      CHECK_THAT(error, Catch::Contains(std::string("offers ") + one.name) &&
+                            Catch::Contains("supported are GREY, NV12, YUYV, UYVY, MJPG") &&
+                            Catch::Contains(one.remedy));
     }
   }
-  // Where another size would do, that is what is told.
-  CHECK_THAT(Chosen(Webcam(), {.size = {1280, 1024}}), !Catch::Contains("read are"));
+  // If another size would do, the message does not name the supported formats.
+  CHECK_THAT(Chosen(Webcam(), {.size = {1280, 1024}}), !Catch::Contains("supported are"));
 }
 
-TEST_CASE("mode: a range of sizes, and a camera that tells no rate") {
+TEST_CASE("mode: a range of sizes, and a camera that reports no rate") {
   const V4l2Mode range{V4L2_PIX_FMT_GREY, {160, 120}, {1920, 1200}, {16, 8}, {}};
   CHECK(Chosen({range}, {}) == "GREY 1920x1200");
   CHECK(Chosen({range}, {.size = {640, 480}}) == "GREY 640x480");
   CHECK_THAT(Chosen({range}, {.size = {650, 480}}), Catch::Contains("no 650 x 480"));
-  CHECK_THAT(Chosen({range}, {.size = {2000, 1200}}), Catch::Contains("it has GREY 1920x1200"));
+  CHECK_THAT(Chosen({range}, {.size = {2000, 1200}}), Catch::Contains("offers GREY 1920x1200"));
 }
 
 }  // namespace plumbline

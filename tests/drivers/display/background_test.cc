@@ -10,7 +10,7 @@ using namespace plumbline;
 
 namespace {
 
-/// Something with edges and slopes of every direction, as a camera sees it: not sharper than that.
+/// Image with edges and gradients in every direction, as blurred as a real camera image.
 cv::Mat Photograph(ImageSize size, int channels) {
   cv::Mat image(size.height, size.width, CV_8UC(channels));
   cv::RNG random(7);
@@ -49,7 +49,8 @@ std::vector<Case> Cases(ImageSize size) {
           {"pincushion", pincushion, test::Pinhole(0.85 * size.width, size)}};
 }
 
-/// OpenCV's map and bilinear interpolation in floating point, in place of remap's fixed point.
+/// OpenCV's undistortion map with floating-point bilinear interpolation instead of the fixed-point
+/// remap.
 double Expected(const cv::Mat& image, const cv::Mat& map, int u, int v, int channel) {
   const cv::Vec2f s = map.at<cv::Vec2f>(v, u);
   const double x = std::clamp<double>(s[0], 0, image.cols - 1);
@@ -85,14 +86,14 @@ DisplayList ListOf(const cv::Mat& image, const Case& c, cv::Mat& padded) {
   } else {
     grey = image;
   }
-  cv::copyMakeBorder(grey, padded, 0, 0, 0, 13, cv::BORDER_CONSTANT);  // a stride
+  cv::copyMakeBorder(grey, padded, 0, 0, 0, 13, cv::BORDER_CONSTANT);  // padded stride
   list.background.luma = {padded.data, image.cols, image.rows, padded.cols};
   return list;
 }
 
 }  // namespace
 
-TEST_CASE("the background is what OpenCV's map makes of the image, to one grey value") {
+TEST_CASE("the background matches OpenCV's undistortion to one grey level") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const ImageSize size{960, 540};
@@ -133,7 +134,7 @@ TEST_CASE("the background is what OpenCV's map makes of the image, to one grey v
   }
 }
 
-TEST_CASE("beyond the image, and where the lens folds back, the picture is empty") {
+TEST_CASE("outside the image and where the lens folds back the picture is empty") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const ImageSize size{640, 480};
@@ -152,7 +153,7 @@ TEST_CASE("beyond the image, and where the lens folds back, the picture is empty
   CHECK(LargestRadiusSquared(test::Pinhole(300, size)) == 100);
 }
 
-TEST_CASE("an image without a lens is shown as it is, fitted where the size differs") {
+TEST_CASE("an image without a lens is shown unchanged, scaled to fit if the size differs") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const ImageSize size{320, 240};
@@ -178,7 +179,7 @@ TEST_CASE("an image without a lens is shown as it is, fitted where the size diff
   CHECK(std::abs(test::At(wide, 640, 240).r - middle) < 12);
 }
 
-TEST_CASE("an image is loaded again when its number changes, and no other time") {
+TEST_CASE("an image is uploaded again only if its sequence changes") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   std::vector<std::uint8_t> grey(64 * 48, 50);
@@ -195,7 +196,7 @@ TEST_CASE("an image is loaded again when its number changes, and no other time")
   CHECK(shown() == 90);
   list.background.luma = {};
   CHECK(shown() == 33);
-  list.background.luma = {grey.data(), 64, 48, 10};  // rows over one another
+  list.background.luma = {grey.data(), 64, 48, 10};  // overlapping rows
   CHECK(shown() == 33);
   CHECK(drawing.renderer->TakeRemarks().size() == 1);
 }

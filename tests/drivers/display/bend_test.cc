@@ -1,4 +1,4 @@
-// The bend of the vertex shader, read back from the GPU by transform feedback.
+// Bending in the vertex shader, read back from the GPU by transform feedback.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -15,7 +15,7 @@ namespace {
 struct LoadedTool {
   const char* name;
   Tool tool;
-  LoadedState state;  ///< only what bends the tool
+  LoadedState state;  ///< only the loads that bend the tool
 };
 
 LoadedTool Loaded(const char* name, std::vector<ToolSegment> segments, BeamTheory theory,
@@ -51,7 +51,7 @@ BeamSolution Solved(const LoadedTool& loaded) {
   return Beam(loaded.tool, 4).Solve({.masses = {payload}, .g_F = load.g_F});
 }
 
-/// Where the beam's section carries a point, by the finite elements alone.
+/// Displaced point according to the beam section, from the finite elements alone.
 Vec3 CarriedByBeam(const BeamSolution& beam, double length_m, const Vec3& p_F) {
   if (p_F.z() <= 0) return p_F;
   const double z = std::min(p_F.z(), length_m);
@@ -59,7 +59,7 @@ Vec3 CarriedByBeam(const BeamSolution& beam, double length_m, const Vec3& p_F) {
   return p_F + section.d_F + section.r_F.cross(p_F - Vec3(0, 0, z));
 }
 
-/// A module of 1.4 m beside the tool and beyond its tip, and the bar itself, in the object's frame.
+/// A 1.4 m module beside the tool and beyond its tip, and the bar itself, in the object frame.
 TriangleMesh Module(double length_m) {
   TriangleMesh mesh = test::Bar(0.1, length_m, 60, 24);
   std::mt19937 random(5);
@@ -77,7 +77,7 @@ TriangleMesh Module(double length_m) {
 
 }  // namespace
 
-TEST_CASE("every vertex stands where the beam's finite elements carry it, to 0.01 mm") {
+TEST_CASE("every vertex matches the finite elements of the beam to 0.01 mm") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   for (const LoadedTool& loaded : Tools()) {
@@ -94,7 +94,7 @@ TEST_CASE("every vertex stands where the beam's finite elements carry it, to 0.0
     drawn.scale = 0.9;
     for (const double exaggeration : {1.0, 20.0}) {
       list.exaggeration = exaggeration;
-      const std::vector<Vec3f> placed = drawing.renderer->PlacedVertices(list, drawn);
+      const std::vector<Vec3f> placed = drawing.renderer->TransformedVertices(list, drawn);
       REQUIRE(placed.size() == mesh.vertices_O.size());
       double from_beam_m = 0, from_field_m = 0, moved_m = 0;
       for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -118,7 +118,7 @@ TEST_CASE("every vertex stands where the beam's finite elements carry it, to 0.0
   }
 }
 
-TEST_CASE("a mesh that does not bend stands where its poses put it, whatever the bend") {
+TEST_CASE("a rigid mesh follows its poses regardless of the bend") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const LoadedTool loaded = Tools()[0];
@@ -128,7 +128,7 @@ TEST_CASE("a mesh that does not bend stands where its poses put it, whatever the
   DrawnMesh drawn =
       test::Placed(drawing.renderer->LoadMesh(mesh).value(), Vec3(0.3, -0.2, 1.5), {});
   drawn.scale = 2;
-  const std::vector<Vec3f> placed = drawing.renderer->PlacedVertices(list, drawn);
+  const std::vector<Vec3f> placed = drawing.renderer->TransformedVertices(list, drawn);
   REQUIRE(placed.size() == mesh.vertices_O.size());
   float worst_m = 0;
   for (std::size_t i = 0; i < placed.size(); ++i) {

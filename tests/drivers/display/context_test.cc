@@ -1,4 +1,4 @@
-// What the owner is told where the GPU is reset, and where there is no EGL.
+// Reporting of GPU resets and of a missing EGL.
 #include <catch2/catch.hpp>
 
 #include "drivers/display/gl_context.h"
@@ -7,7 +7,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("a reset of the GPU is told by Draw(), and context and renderer made anew go on") {
+TEST_CASE("a GPU reset is reported by Draw(), and a new context and renderer work") {
   const DisplayList list = test::EmptyList({64, 48});
   {
     test::Drawing drawing;

@@ -1,5 +1,5 @@
-// Displays against a kernel that the test plays. What it cannot show is whether a real card does as
-// this one: kms_kernel_test.cc asks one where there is one.
+// Displays against a fake kernel. Whether a real card behaves the same is tested by
+// kms_kernel_test.cc if there is one.
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cstring>
@@ -22,7 +22,7 @@ void Pass(double seconds) {
   now_s += seconds;
 }
 
-/// A picture whose pixels say where they are.
+/// Picture whose pixels encode their coordinates.
 class Marked : public DrawnPicture {
  public:
   explicit Marked(ImageSize size, int mark = 0) : size_(size) {
@@ -50,7 +50,7 @@ std::ptrdiff_t Descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
 
-/// Memory of a card that this process sees.
+/// Card memory mapped into this process.
 int MappedPictures() {
   std::ifstream maps("/proc/self/maps");
   int count = 0;
@@ -68,7 +68,7 @@ std::unique_ptr<Display> Kms(const test::FakeCard& card, const KmsOptions& more 
 
 }  // namespace
 
-TEST_CASE("a monitor gets its mode with the first picture, and pictures flip in turn") {
+TEST_CASE("a monitor gets its mode with the first picture, and buffers alternate") {
   test::FakeCard card;
   auto display = Kms(card);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
@@ -78,7 +78,7 @@ TEST_CASE("a monitor gets its mode with the first picture, and pictures flip in 
     REQUIRE(display->Show(picture) == DisplayResult::kShown);
     CHECK(display->Wait(0) == DisplayResult::kBusy);
     CHECK(display->Show(picture) == DisplayResult::kBusy);
-    CHECK(card.Pixel(700, 300) != XrgbAt(700, 300, mark));  // what is seen is not touched
+    CHECK(card.Pixel(700, 300) != XrgbAt(700, 300, mark));  // the front buffer is not touched
     card.Refresh();
     REQUIRE(display->Wait(0) == DisplayResult::kReady);
     CHECK(card.Pixel(700, 300) == XrgbAt(700, 300, mark));
@@ -91,7 +91,7 @@ TEST_CASE("a monitor gets its mode with the first picture, and pictures flip in 
   CHECK(card.buffers() == 0);
 }
 
-TEST_CASE("the mode of a wanted size is taken, the preferred one where there is none") {
+TEST_CASE("the mode of the requested size is used, otherwise the preferred one") {
   test::FakeCard card;
   auto small = Kms(card, {.card = "", .connector = "HDMI-A-1", .size = {640, 480}});
   REQUIRE(small->Wait(0) == DisplayResult::kReady);
@@ -102,27 +102,27 @@ TEST_CASE("the mode of a wanted size is taken, the preferred one where there is 
   CHECK(other->size() == ImageSize{1280, 720});
 }
 
-TEST_CASE("a monitor that is unplugged is told, and found again with another mode") {
+TEST_CASE("an unplugged monitor is reported and found again with another mode") {
   test::FakeCard card;
   auto display = Kms(card);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
   Marked picture({1280, 720});
   REQUIRE(display->Show(picture) == DisplayResult::kShown);
-  card.connected = false;  // with a flip under way
+  card.connected = false;  // with a pending flip
   now_s += 0.6;
   CHECK(display->Wait(0.01) == DisplayResult::kLost);
-  CHECK(std::string(display->problem()) == card.path + ", HDMI-A-1: the monitor is gone");
+  CHECK(std::string(display->problem()) == card.path + ", HDMI-A-1: monitor disconnected");
   CHECK(display->Show(picture) == DisplayResult::kLost);
   CHECK(display->Wait(0) == DisplayResult::kWaiting);
   now_s += 0.2;
   CHECK(display->Wait(0) == DisplayResult::kLost);
-  CHECK(std::string(display->problem()) == card.path + ": no monitor at any of HDMI-A-1");
+  CHECK(std::string(display->problem()) == card.path + ": no monitor connected to any of HDMI-A-1");
   card.connected = true;
   card.modes = {{640, 480}};
   now_s += 5;
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
   CHECK(display->size() == ImageSize{640, 480});
-  CHECK(display->Show(picture) == DisplayResult::kOtherSize);
+  CHECK(display->Show(picture) == DisplayResult::kSizeMismatch);
   Marked smaller({640, 480}, 9);
   REQUIRE(display->Show(smaller) == DisplayResult::kShown);
   card.Refresh();
@@ -131,7 +131,7 @@ TEST_CASE("a monitor that is unplugged is told, and found again with another mod
   CHECK(card.Pixel(5, 6) == XrgbAt(5, 6, 9));
 }
 
-TEST_CASE("a monitor that goes a hundred times in every manner leaves nothing behind") {
+TEST_CASE("disconnecting a monitor a hundred times in every way leaks nothing") {
   test::FakeCard card;
   auto display = Kms(card);
   const std::ptrdiff_t descriptors = Descriptors();
@@ -148,9 +148,9 @@ TEST_CASE("a monitor that goes a hundred times in every manner leaves nothing be
     CHECK(card.buffers() == 2);
     const int refusals[] = {0, EACCES, ENODEV, EINVAL};
     card.refuse_commits_with = refusals[k % 4];
-    if (card.refuse_commits_with != 0) {  // told by the flip itself
+    if (card.refuse_commits_with != 0) {  // reported by the flip itself
       CHECK(display->Show(picture) == DisplayResult::kLost);
-    } else {  // told by the connector, a flip under way or not
+    } else {  // reported by the connector, with or without a pending flip
       if (k % 8 == 0) REQUIRE(display->Show(picture) == DisplayResult::kShown);
       card.connected = false;
       now_s += 0.6;
@@ -166,7 +166,7 @@ TEST_CASE("a monitor that goes a hundred times in every manner leaves nothing be
   }
 }
 
-TEST_CASE("while there is no monitor the card is asked for one every second at most") {
+TEST_CASE("without a monitor the connectors are probed at most once a second") {
   test::FakeCard card;
   card.connected = false;
   auto display = Kms(card);
@@ -174,12 +174,12 @@ TEST_CASE("while there is no monitor the card is asked for one every second at m
   int told = 0;
   while (now_s < start_s + 600) told += display->Wait(0.02) == DisplayResult::kLost ? 1 : 0;
   CHECK(told < 610);
-  CHECK(card.times_asked() == told * 2);  // libdrm asks how many, then which
+  CHECK(card.times_asked() == told * 2);  // libdrm queries the number, then the entries
   card.connected = true;
   while (display->Wait(0.02) != DisplayResult::kReady) REQUIRE(now_s < start_s + 602);
 }
 
-TEST_CASE("a card that never shows a picture is opened anew") {
+TEST_CASE("a card that never completes a flip is reopened") {
   test::FakeCard card;
   auto display = Kms(card);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
@@ -194,7 +194,7 @@ TEST_CASE("a card that never shows a picture is opened anew") {
   CHECK(display->Show(picture) == DisplayResult::kShown);
 }
 
-TEST_CASE("what a card refuses is told with what to do") {
+TEST_CASE("errors of a card are reported with the remedy") {
   test::FakeCard card;
   auto display = Kms(card);
   Marked picture({1280, 720});
@@ -203,7 +203,7 @@ TEST_CASE("what a card refuses is told with what to do") {
   CHECK(display->Show(picture) == DisplayResult::kBusy);
   card.refuse_commits_with = EACCES;
   CHECK(display->Show(picture) == DisplayResult::kLost);
-  CHECK(std::string(display->problem()).find("stop the desktop") != std::string::npos);
+  CHECK(std::string(display->problem()).find("Stop the desktop") != std::string::npos);
   card.atomic = false;
   now_s += 5;
   CHECK(display->Wait(0) == DisplayResult::kLost);
@@ -212,7 +212,7 @@ TEST_CASE("what a card refuses is told with what to do") {
   auto elsewhere = Kms(card, {.card = "", .connector = "DP-2"});
   CHECK(elsewhere->Wait(0) == DisplayResult::kLost);
   CHECK(std::string(elsewhere->problem()) ==
-        card.path + ": no monitor at DP-2; the card has HDMI-A-1");
+        card.path + ": no monitor connected to DP-2; the card has HDMI-A-1");
   auto missing = KmsDisplay::Create({.card = "/nowhere/card9"}, Now, Pass).value();
   CHECK(missing->Wait(0) == DisplayResult::kLost);
   CHECK(std::string(missing->problem()).find("/nowhere/card9: cannot be opened") == 0);
@@ -238,7 +238,7 @@ std::unique_ptr<Display> Framebuffer(const test::FakeFramebuffer& device) {
 
 }  // namespace
 
-TEST_CASE("a framebuffer of 32 bits has the picture in its visible part, of 16 bits rounded") {
+TEST_CASE("a framebuffer holds the picture in its visible part; 16-bit colours are rounded") {
   constexpr std::size_t kStride = 4 * 70;
   fb_var_screeninfo var = ScreenInfo(64, 48, 32);
   var.yoffset = 3;
@@ -256,7 +256,7 @@ TEST_CASE("a framebuffer of 32 bits has the picture in its visible part, of 16 b
   CHECK(bytes[3 * kStride + 4 * 64] == 0);  // beside
   CHECK(bytes[(3 + 48) * kStride] == 0);    // below
 
-  device.var = ScreenInfo(64, 48, 16);  // the mode changes under way
+  device.var = ScreenInfo(64, 48, 16);  // the mode changes while in use
   device.fix.line_length = 128;
   now_s += 1;
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
@@ -267,18 +267,18 @@ TEST_CASE("a framebuffer of 32 bits has the picture in its visible part, of 16 b
         ((17 * 31 + 127) / 255 << 11 | (40 * 63 + 127) / 255 << 5 | (200 * 31 + 127) / 255));
 }
 
-TEST_CASE("a framebuffer keeps its rate, goes away and comes back") {
+TEST_CASE("a framebuffer keeps its rate, and is reopened after a loss") {
   test::FakeFramebuffer device(ScreenInfo(32, 20, 32), 128, 128 * 20);
   auto display = Framebuffer(device);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
   Marked picture({32, 20}), other({32, 21});
-  CHECK(display->Show(other) == DisplayResult::kOtherSize);
+  CHECK(display->Show(other) == DisplayResult::kSizeMismatch);
   REQUIRE(display->Show(picture) == DisplayResult::kShown);
   CHECK(display->Wait(0.001) == DisplayResult::kBusy);
   CHECK(display->Wait(0.1) == DisplayResult::kReady);
   device.gone = true;
   CHECK(display->Wait(0) == DisplayResult::kLost);
-  CHECK(std::string(display->problem()).find("went away") != std::string::npos);
+  CHECK(std::string(display->problem()).find("was lost") != std::string::npos);
   CHECK(display->Show(picture) == DisplayResult::kLost);
   CHECK(display->Wait(0) == DisplayResult::kWaiting);
   device.gone = false;
@@ -286,7 +286,7 @@ TEST_CASE("a framebuffer keeps its rate, goes away and comes back") {
   CHECK(display->Wait(0) == DisplayResult::kReady);
 }
 
-TEST_CASE("a framebuffer that goes a hundred times leaves nothing behind") {
+TEST_CASE("losing a framebuffer a hundred times leaks nothing") {
   test::FakeFramebuffer device(ScreenInfo(32, 20, 32), 128, 128 * 20);
   auto display = Framebuffer(device);
   const std::ptrdiff_t descriptors = Descriptors();
@@ -303,7 +303,7 @@ TEST_CASE("a framebuffer that goes a hundred times leaves nothing behind") {
   }
 }
 
-TEST_CASE("framebuffers that make no sense are refused with the reason") {
+TEST_CASE("invalid framebuffers are rejected with the reason") {
   const auto refusal = [](const fb_var_screeninfo& var, std::size_t stride, std::size_t bytes) {
     test::FakeFramebuffer device(var, stride, bytes);
     auto display = Framebuffer(device);
@@ -311,17 +311,17 @@ TEST_CASE("framebuffers that make no sense are refused with the reason") {
     return std::string(display->problem());
   };
   fb_var_screeninfo var = ScreenInfo(64, 48, 32);
-  CHECK(refusal(var, 256, 256 * 47).find("do not fit") != std::string::npos);
-  CHECK(refusal(var, 255, 256 * 48).find("do not fit") != std::string::npos);
+  CHECK(refusal(var, 256, 256 * 47).find("exceed its memory") != std::string::npos);
+  CHECK(refusal(var, 255, 256 * 48).find("exceed its memory") != std::string::npos);
   CHECK(refusal(ScreenInfo(64, 48, 8), 64, 64 * 48).find("8 bits") != std::string::npos);
   var.red.offset = 28;
   CHECK(refusal(var, 256, 256 * 48).find("colours") != std::string::npos);
   var = ScreenInfo(64, 48, 32);
   var.yoffset = 4000000000U;
-  CHECK(refusal(var, 256, 256 * 48).find("do not fit") != std::string::npos);
+  CHECK(refusal(var, 256, 256 * 48).find("exceed its memory") != std::string::npos);
 }
 
-TEST_CASE("no display is ready at its rate") {
+TEST_CASE("NoDisplay becomes ready at its rate") {
   auto display = NoDisplay::Create({.size = {640, 480}, .rate_hz = 10}, Now, Pass).value();
   Marked picture({640, 480});
   const double start_s = now_s;
@@ -337,7 +337,7 @@ TEST_CASE("no display is ready at its rate") {
   CHECK_FALSE(NoDisplay::Create({.rate_hz = 0}, Now, Pass).ok());
 }
 
-TEST_CASE("displays are made by their kinds") {
+TEST_CASE("displays are created by kind") {
   for (const std::string_view kind : DisplayKinds()) CHECK(MakeDisplay(kind, {}).ok());
   const auto unknown = MakeDisplay("wayland", {});
   REQUIRE_FALSE(unknown.ok());

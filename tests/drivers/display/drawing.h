@@ -1,4 +1,4 @@
-// What the tests of drawing share: a renderer where there is EGL, and pixels to look at.
+// Shared by the rendering tests: a renderer if EGL is available, and access to pixels.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace plumbline::test {
 
-/// Context and renderer; `renderer` is null where this computer has no EGL.
+/// Context and renderer; `renderer` is nullptr if this computer has no EGL.
 struct Drawing {
   std::unique_ptr<GlContext> context;
   std::unique_ptr<Renderer> renderer;
@@ -59,14 +59,14 @@ inline Pixel At(const RgbImage& image, int u, int v) {
   return {image.rgb.at(i), image.rgb.at(i + 1), image.rgb.at(i + 2)};
 }
 
-/// A square in the plane z = 0 of its own frame, its middle at the origin.
+/// A square in the plane z = 0 of its own frame, centred at the origin.
 inline TriangleMesh Square(float side_m) {
   const float h = side_m / 2;
   return {.vertices_O = {{-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}},
           .triangles = {{0, 1, 2}, {0, 2, 3}}};
 }
 
-/// A round bar along z from 0 to `length_m`, of rings of `around` vertices.
+/// A round bar along z from 0 to `length_m`, with rings of `around` vertices.
 inline TriangleMesh Bar(double radius_m, double length_m, int rings, int around) {
   TriangleMesh mesh;
   for (int i = 0; i <= rings; ++i) {

@@ -1,5 +1,5 @@
-// What happens to a GPU, resets and none at all, cannot be had for the asking: the linker exchanges
-// EGL's answers (link with -Wl,--wrap=eglGetProcAddress). To be included by one source of a test.
+// Simulates GPU resets and a missing EGL by replacing EGL entry points through the linker (link
+// with -Wl,--wrap=eglGetProcAddress). Include from one source file per test.
 #pragma once
 
 #include <EGL/egl.h>
@@ -11,7 +11,7 @@ namespace plumbline::test {
 inline constexpr unsigned kGuiltyContextReset = 0x8253;  // GL_GUILTY_CONTEXT_RESET
 
 inline bool no_platforms = false;
-inline unsigned reset_status = 0;  ///< told once, as drivers may do it
+inline unsigned reset_status = 0;  ///< reported once, as some drivers do
 
 inline unsigned ResetStatus() {
   const unsigned status = reset_status;

@@ -1,5 +1,5 @@
-// The kernel's side of a card with one monitor, and of a framebuffer, played by the test: whoever
-// links it has ioctl() and mmap() taken over for the files that it makes. libdrm is the real one.
+// Fake kernel interface of a graphics card with one monitor, and of a framebuffer: replaces ioctl()
+// and mmap() for the files that it creates. libdrm is the real one.
 #pragma once
 
 #include <linux/fb.h>
@@ -17,7 +17,7 @@
 
 namespace plumbline::test {
 
-/// A card with the connector HDMI-A-1. At most one at a time.
+/// Fake card with the connector HDMI-A-1. At most one at a time.
 class FakeCard {
  public:
   FakeCard();
@@ -25,29 +25,30 @@ class FakeCard {
   FakeCard(const FakeCard&) = delete;
   FakeCard& operator=(const FakeCard&) = delete;
 
-  std::string path;  ///< to open
+  std::string path;  ///< path to open
 
-  // What the test sets.
+  // Set by the test.
   bool atomic = true;
   bool connected = true;
   std::vector<ImageSize> modes = {{1280, 720}, {640, 480}};  ///< the first one is preferred
-  int refuse_commits_with = 0;                               ///< an errno
+  int refuse_commits_with = 0;                               ///< errno
 
-  std::function<void()> on_commit, on_flip;  ///< called when a picture is accepted, and shown
+  std::function<void()> on_commit,
+      on_flip;  ///< called when a picture is accepted and when it is shown
 
-  /// The monitor's refresh: what was committed is on the screen, and its event is sent. May be
+  /// Simulates a refresh: the committed picture is on the screen and its event is sent. May be
   /// called from another thread than the one that draws.
   void Refresh();
 
-  // What the test asks.
-  int times_asked() const { return times_asked_; }  ///< for the monitors that there are
-  ImageSize mode() const { return mode_; }          ///< as it was set; {0, 0}: never
-  int modes_set() const { return modes_set_; }      ///< how often
+  // Queried by the test.
+  int times_asked() const { return times_asked_; }  ///< number of connector probes
+  ImageSize mode() const { return mode_; }          ///< {0, 0}: never set
+  int modes_set() const { return modes_set_; }      ///< number of mode sets
   std::size_t buffers() const { return buffers_.size(); }
-  /// Of the screen: 0xXXRRGGBB.
+  /// Pixel on the screen: 0xXXRRGGBB.
   std::uint32_t Pixel(int u, int v) const;
 
-  // The kernel's side.
+  // Called by the fake kernel interface.
   int Ioctl(unsigned long request, void* argument);
   int MemoryAt(off_t offset) const;
   bool Owns(int fd) const;
@@ -60,12 +61,12 @@ class FakeCard {
   int Commit(const void* request);
   int Answer(unsigned long request, void* argument);
 
-  std::mutex mutex_;  ///< of what both threads touch
+  std::mutex mutex_;  ///< guards the state shared by both threads
   ino_t inode_ = 0;
   int events_ = -1;
   std::uint32_t next_ = 1000;
   std::map<std::uint32_t, Buffer> buffers_;              ///< by handle
-  std::map<std::uint32_t, std::uint32_t> framebuffers_;  ///< handle, by number
+  std::map<std::uint32_t, std::uint32_t> framebuffers_;  ///< handle by framebuffer id
   std::map<std::uint32_t, ImageSize> blobs_;
   std::uint32_t on_screen_ = 0, pending_ = 0;  ///< framebuffers
   std::uint64_t pending_user_ = 0;
@@ -73,7 +74,7 @@ class FakeCard {
   int modes_set_ = 0, times_asked_ = 0;
 };
 
-/// A file with the pixels of a framebuffer.
+/// File that holds the pixels of a framebuffer.
 class FakeFramebuffer {
  public:
   FakeFramebuffer(const fb_var_screeninfo& var, std::size_t stride, std::size_t bytes);

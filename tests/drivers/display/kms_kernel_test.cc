@@ -1,5 +1,5 @@
-// On the card of this computer, where it has one (modprobe vkms will do) and nobody else draws on
-// it.
+// Test on the graphics card of this computer, if it has one (modprobe vkms is enough) that no other
+// program uses.
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +26,7 @@ class White : public DrawnPicture {
 
 }  // namespace
 
-TEST_CASE("a card of this computer shows pictures, one a refresh", "[kms]") {
+TEST_CASE("a real card shows one picture per refresh", "[kms]") {
   std::string card;
   for (int i = 0; i < 8; ++i) {
     const std::string path = "/dev/dri/card" + std::to_string(i);

@@ -1,4 +1,4 @@
-// Those parts that need no graphics.
+// Tests of the parts that need no graphics context.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -28,7 +28,7 @@ Vec3f NormalOf(const LitVertex& vertex) {
 
 }  // namespace
 
-TEST_CASE("the colours of stress grow lighter in even steps") {
+TEST_CASE("the stress colours increase in lightness in even steps") {
   const double whole = Lightness(StressColour(1)) - Lightness(StressColour(0));
   CHECK(whole > 55);
   for (int i = 0; i < 20; ++i) {
@@ -43,7 +43,7 @@ TEST_CASE("the colours of stress grow lighter in even steps") {
 }
 
 TEST_CASE("normals are smooth around a bar and break at the edges of a box") {
-  const LitMesh bar = WithNormals(test::Bar(0.1, 1, 10, 24));
+  const LitMesh bar = ComputeNormals(test::Bar(0.1, 1, 10, 24));
   CHECK(bar.vertices.size() == 11 * 24);
   for (const LitVertex& vertex : bar.vertices) {
     const Vec3f outwards = Vec3f(vertex.p_O.x(), vertex.p_O.y(), 0).normalized();
@@ -54,7 +54,7 @@ TEST_CASE("normals are smooth around a bar and break at the edges of a box") {
   TriangleMesh corner{
       .vertices_O = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, -1}, {1, 1, -1}},
       .triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}}};
-  const LitMesh lit = WithNormals(corner);
+  const LitMesh lit = ComputeNormals(corner);
   CHECK(lit.vertices.size() == 8);
   for (std::size_t t = 0; t < 4; ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -65,7 +65,7 @@ TEST_CASE("normals are smooth around a bar and break at the edges of a box") {
   }
 }
 
-TEST_CASE("triangles that each have vertices of their own are lit as if they shared them") {
+TEST_CASE("triangles with separate but coincident vertices are lit as if they shared them") {
   const TriangleMesh shared = test::Bar(0.1, 1, 4, 24);
   TriangleMesh apart;
   for (const Triangle& triangle : shared.triangles) {
@@ -75,7 +75,7 @@ TEST_CASE("triangles that each have vertices of their own are lit as if they sha
       apart.vertices_O.push_back(shared.vertices_O[triangle[k]]);
     }
   }
-  const LitMesh one = WithNormals(shared), other = WithNormals(apart);
+  const LitMesh one = ComputeNormals(shared), other = ComputeNormals(apart);
   for (std::size_t t = 0; t < shared.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       CHECK((NormalOf(one.vertices[one.triangles[t][k]]) -
@@ -85,23 +85,24 @@ TEST_CASE("triangles that each have vertices of their own are lit as if they sha
   }
 }
 
-TEST_CASE("meshes without sense have normals all the same, in good time") {
+TEST_CASE("degenerate meshes get normals, and in bounded time") {
   TriangleMesh fan{.vertices_O = {{0, 0, 0}}, .triangles = {}};  // 200,000 triangles at one vertex
   for (std::uint32_t i = 1; i <= 200'000; ++i) {
     fan.vertices_O.push_back(Vec3f(1, static_cast<float>(i), 0));
     fan.triangles.push_back({0, i, i});
     if (i > 1) fan.triangles.back() = {0, i - 1, i};
   }
-  CHECK(WithNormals(fan).triangles.size() == 200'000);
-  const LitMesh nothing = WithNormals({.vertices_O = {{1, 1, 1}}, .triangles = {{0, 0, 0}}});
+  CHECK(ComputeNormals(fan).triangles.size() == 200'000);
+  const LitMesh nothing = ComputeNormals({.vertices_O = {{1, 1, 1}}, .triangles = {{0, 0, 0}}});
   CHECK(NormalOf(nothing.vertices[0]) == Vec3f::UnitZ());
 }
 
-TEST_CASE("UTF-8 becomes letters, and each byte that is none a replacement") {
-  CHECK(LettersOf("mm \xC2\xB1 \xE2\x89\xA4 \xF0\x9F\x94\xA7") == U"mm \u00B1 \u2264 \U0001F527");
-  CHECK(LettersOf("a\xFFz") == U"a\uFFFDz");
-  CHECK(LettersOf("\xC0\x80") == U"\uFFFD\uFFFD");            // zero, longer than need be
-  CHECK(LettersOf("\xED\xA0\x80") == U"\uFFFD\uFFFD\uFFFD");  // half of a pair
-  CHECK(LettersOf("\xE2\x89") == U"\uFFFD\uFFFD");            // cut off
-  CHECK(LettersOf("\xF4\x90\x80\x80").size() == 4);           // beyond the last letter
+TEST_CASE("UTF-8 is decoded, each invalid byte becomes a replacement character") {
+  CHECK(CodePointsFromUtf8("mm \xC2\xB1 \xE2\x89\xA4 \xF0\x9F\x94\xA7") ==
+        U"mm \u00B1 \u2264 \U0001F527");
+  CHECK(CodePointsFromUtf8("a\xFFz") == U"a\uFFFDz");
+  CHECK(CodePointsFromUtf8("\xC0\x80") == U"\uFFFD\uFFFD");            // overlong encoding of zero
+  CHECK(CodePointsFromUtf8("\xED\xA0\x80") == U"\uFFFD\uFFFD\uFFFD");  // surrogate
+  CHECK(CodePointsFromUtf8("\xE2\x89") == U"\uFFFD\uFFFD");            // truncated
+  CHECK(CodePointsFromUtf8("\xF4\x90\x80\x80").size() == 4);           // beyond U+10FFFF
 }

@@ -17,8 +17,8 @@ namespace {
 const ImageSize kSize{640, 480};
 const Colour kRed{1, 0, 0, 1}, kGreen{0, 1, 0, 1};
 
-/// Centroid of what is brighter than the empty picture in one channel; what exceeds `most` counts
-/// as much as that.
+/// Centroid of everything brighter than the empty picture in one channel; brightness is capped at
+/// `most`.
 Vec2 Centroid(const RgbImage& image, int Pixel::*channel, int most) {
   double sum = 0, u_sum = 0, v_sum = 0;
   for (int v = 0; v < image.size.height; ++v) {
@@ -54,7 +54,7 @@ RgbImage Drawn(test::Drawing& drawing, const DisplayList& list) {
 
 }  // namespace
 
-TEST_CASE("a point of a mesh is where the pinhole projects it, to 0.05 px") {
+TEST_CASE("a mesh point is drawn where the pinhole projects it, to 0.05 px") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -67,7 +67,7 @@ TEST_CASE("a point of a mesh is where the pinhole projects it, to 0.05 px") {
   for (const Vec3& p_C : {Vec3(0, 0, 1.2), Vec3(0.31, -0.17, 1.5), Vec3(-0.4123, 0.2771, 1.4142),
                           Vec3(0.05, 0.33, 1.3)}) {
     list.meshes = {test::Placed(square, p_C, kRed)};
-    // Turned, so that whole rows of pixels do not jump at its edges.
+    // Rotated, so that its edges do not step by whole pixel rows.
     list.meshes[0].X_CF.R = RotationFromRollPitchYaw(Vec3(0, 0, 0.37));
     const Vec2 seen = Centroid(Drawn(drawing, list), &Pixel::r, 1);
     worst_px = std::max(worst_px, (seen - Project(list.pinhole, p_C)).norm());
@@ -76,14 +76,14 @@ TEST_CASE("a point of a mesh is where the pinhole projects it, to 0.05 px") {
   CHECK(worst_px < 0.05);
 }
 
-TEST_CASE("a point of the undistorted image and the mesh on it meet") {
+TEST_CASE("a point of the undistorted image coincides with the mesh on it") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const Vec3 p_C(0.37, -0.24, 1.5);
   Lens lens = test::Pinhole(560, kSize);
   lens.k1 = -0.25;
   lens.p1 = 0.002;
-  const Vec2 spot = Project(lens, p_C);  // seen by the camera: a spot of 3 px
+  const Vec2 spot = Project(lens, p_C);  // in the camera image: a spot of 3 px
   std::vector<std::uint8_t> grey(640 * 480, 33);
   for (int v = 0; v < 480; ++v) {
     for (int u = 0; u < 640; ++u) {
@@ -99,7 +99,7 @@ TEST_CASE("a point of the undistorted image and the mesh on it meet") {
         0.05);
 }
 
-TEST_CASE("nearer things hide farther ones, and an occluder hides without being seen") {
+TEST_CASE("nearer meshes hide farther ones, and an invisible occluder hides, too") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
@@ -121,7 +121,7 @@ TEST_CASE("nearer things hide farther ones, and an occluder hides without being 
   }
 }
 
-TEST_CASE("a transparent mesh lets what is behind it shine through, its own far side not") {
+TEST_CASE("a transparent mesh shows what is behind it, but not its own far side") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
@@ -134,7 +134,7 @@ TEST_CASE("a transparent mesh lets what is behind it shine through, its own far 
   CHECK(both.b < 40);
 }
 
-TEST_CASE("what lies beyond the clip plane is cut, and the plane's grid is seen") {
+TEST_CASE("everything beyond the clip plane is cut, and its grid is drawn") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.4F)).value();
@@ -152,7 +152,7 @@ TEST_CASE("what lies beyond the clip plane is cut, and the plane's grid is seen"
   CHECK(At(cut, 300, line_v).g > 150);
   CHECK(At(cut, 360, line_v).g < 60);
 
-  // A plane that is seen at an angle, 1.5 m away on the axis: lines every 0.1 m.
+  // An oblique plane, 1.5 m away on the axis, with lines every 0.1 m.
   const Vec3 normal = Vec3(0, -0.6, 0.8);
   list.clip = ClipPlane{.normal_C = normal, .distance_m = 1.2, .grid = true};
   list.lines.clear();
@@ -175,7 +175,7 @@ TEST_CASE("what lies beyond the clip plane is cut, and the plane's grid is seen"
   CHECK(Reddish(At(grid, static_cast<int>(hidden.x()), static_cast<int>(hidden.y()))));
 }
 
-TEST_CASE("lines have their width, their dashes, their depth") {
+TEST_CASE("lines have width, dashes and depth") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -208,7 +208,7 @@ TEST_CASE("lines have their width, their dashes, their depth") {
   CHECK(Greenish(At(Drawn(drawing, list), 320, 289)));
 }
 
-TEST_CASE("a line from behind the camera is seen from where it comes out") {
+TEST_CASE("a line that starts behind the camera is clipped at the near plane") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -219,7 +219,7 @@ TEST_CASE("a line from behind the camera is seen from where it comes out") {
   CHECK(At(image, 300, 240).g < 40);
 }
 
-TEST_CASE("stress is shown by the scale, straight surfaces keep their shade") {
+TEST_CASE("stress is coloured by the scale, rigid surfaces keep their shade") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -286,11 +286,11 @@ TEST_CASE("boxes cover their pixels and mix, text is drawn over them") {
   CHECK(right == Approx(110 + width).margin(3));
   CHECK(top > 58);
   CHECK(top < 66);
-  CHECK(bottom > 79);  // the comma, p and the micro sign go below the base line
+  CHECK(bottom > 79);  // the comma, p and the micro sign extend below the baseline
   CHECK(bottom < 88);
 }
 
-TEST_CASE("a missing font is told once, and the rest is drawn") {
+TEST_CASE("a missing font is reported once, and the rest is drawn") {
   test::Drawing drawing(RendererOptions{.font_paths = {"/nowhere/font.ttf", "/dev/null"}});
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -301,13 +301,15 @@ TEST_CASE("a missing font is told once, and the rest is drawn") {
   CHECK(Count(image, [](const Pixel& p) { return p.g > 60; }) == 0);
   const std::vector<std::string> remarks = drawing.renderer->TakeRemarks();
   REQUIRE(remarks.size() == 1);
-  CHECK(remarks[0] == "no font: none of /nowhere/font.ttf, /dev/null; install fonts-dejavu-core");
+  CHECK(remarks[0] ==
+        "no font found among /nowhere/font.ttf, /dev/null. Text is not drawn. Install "
+        "fonts-dejavu-core.");
   CHECK(drawing.renderer->TextWidth("any", 20) == 0);
   Drawn(drawing, list);
   CHECK(drawing.renderer->TakeRemarks().empty());
 }
 
-TEST_CASE("letters of many sizes make the atlas grow, and a full one starts again") {
+TEST_CASE("glyphs of many sizes make the atlas grow, and a full atlas is cleared") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   DisplayList list = test::EmptyList(kSize);
@@ -326,7 +328,7 @@ TEST_CASE("letters of many sizes make the atlas grow, and a full one starts agai
   CHECK(Drawn(fresh, list).rgb == last.rgb);
 }
 
-TEST_CASE("lists that make no sense are refused or drawn without the nonsense") {
+TEST_CASE("invalid lists are rejected or drawn without the invalid parts") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -339,7 +341,7 @@ TEST_CASE("lists that make no sense are refused or drawn without the nonsense") 
   DisplayList list = test::EmptyList(kSize);
   list.pinhole.fx = nan;
   CHECK(drawing.renderer->Draw(list) == DrawResult::kRefused);
-  CHECK(drawing.renderer->problem() == "the picture's focal length is not positive");
+  CHECK(drawing.renderer->problem() == "the focal length of the picture is not positive");
 
   list = test::EmptyList(kSize);
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
@@ -364,7 +366,7 @@ TEST_CASE("lists that make no sense are refused or drawn without the nonsense") 
   CHECK_FALSE(Greenish(At(Drawn(drawing, list), 320, 240)));
 }
 
-TEST_CASE("pictures of other sizes follow one another") {
+TEST_CASE("the picture size can change between pictures") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
@@ -389,12 +391,12 @@ TEST_CASE(
     DisplayList view = test::EmptyList(kSize);
     view.area = area;
     view.background.luma = {luma.data(), 64, 48, 64};
-    view.background.sequence = 7;  // the same number in each: they do not take each other's place
+    view.background.sequence = 7;  // same sequence in each view: their textures must stay separate
     return view;
   };
   DisplayList list = view_of({0, 0, 300, 480}, dark);
   list.beside = {view_of({320, 100, 320, 300}, light)};
-  // A line through the whole picture, and a square that fills it, in the right one alone.
+  // A line across the picture and a square that fills it, in the right view only.
   list.beside[0].lines = {
       {.points_C = {{-5, -0.1, 1}, {5, -0.1, 1}}, .colour = kGreen, .width_px = 5}};
   DrawnMesh mesh;

@@ -1,4 +1,4 @@
-// A good reading and a good push allocate nothing: counted, in a process of its own.
+// Counts allocations: a successful reading and push allocate nothing. Runs in a separate process.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -11,7 +11,7 @@
 
 namespace {
 
-thread_local long g_allocations = 0;  // of this thread; the controller's do not count
+thread_local long g_allocations = 0;  // per thread, so that the controller's are not counted
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 
 namespace plumbline {
 
-TEST_CASE("reading and pushing allocate nothing while all is well") {
+TEST_CASE("successful reading and pushing allocate nothing") {
   FakeController controller;
   RobotConnection connection;
   connection.tcp = {"127.0.0.1", controller.port()};

@@ -15,7 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 using modbus::WordOrder;
 
-/// Decodes one joint whose registers begin at 0; the codec as the product uses it.
+/// Decodes one joint whose registers start at 0.
 double Decode(const JointSignal& joint, std::vector<std::uint16_t> words) {
   RobotProfile profile;
   profile.blocks = {{RegisterTable::kHolding, 0, 4}};
@@ -38,7 +38,7 @@ double Decode(RegisterType type, WordOrder order, double scale, double offset,
 
 }  // namespace
 
-TEST_CASE("every type and word order decodes to what its bytes say") {
+TEST_CASE("every type and word order decodes correctly") {
   struct Row {
     RegisterType type;
     WordOrder order;
@@ -73,14 +73,14 @@ TEST_CASE("every type and word order decodes to what its bytes say") {
   }
 }
 
-TEST_CASE("numbers that make no sense pass into the state as they are") {
+TEST_CASE("implausible numbers are decoded unchanged") {
   CHECK(std::isnan(Decode(RegisterType::kFloat32, WordOrder::kAbcd, 1, 0, {0x7FC0, 0x0000})));
   CHECK(Decode(RegisterType::kFloat32, WordOrder::kAbcd, 1, 0, {0x7F80, 0x0000}) ==
         std::numeric_limits<double>::infinity());
   CHECK(Decode(RegisterType::kFloat32, WordOrder::kAbcd, 1, 0, {0x7149, 0xF2CA}) > 1e29);
 }
 
-TEST_CASE("an angle above pi means minus two pi where the profile says so") {
+TEST_CASE("an angle above pi is unwrapped by minus two pi if the profile says so") {
   const RegisterValue mrad = ValueAt(0, RegisterType::kUint16, 1e-3);
   struct Row {
     std::uint16_t word;
@@ -114,8 +114,8 @@ TEST_CASE("whole turns are added, and may count backwards") {
 
 namespace {
 
-/// What a Universal Robots controller is documented to show: the angle modulo one turn in whole
-/// mrad and the turn it lies in.
+/// Registers as documented by Universal Robots: the angle modulo one turn in whole mrad, and the
+/// turn.
 std::vector<std::uint16_t> ShownByController(double angle) {
   int turn = 0;
   while (angle < 0) {
@@ -132,7 +132,7 @@ std::vector<std::uint16_t> ShownByController(double angle) {
 
 }  // namespace
 
-TEST_CASE("any joint angle survives the 1 mrad registers within half a milliradian") {
+TEST_CASE("any joint angle is recovered from the 1 mrad registers within 0.5 mrad") {
   const JointSignal joint{ValueAt(0, RegisterType::kUint16, 1e-3), JointWrap::kRevolutions,
                           ValueAt(1, RegisterType::kInt16, 1)};
   std::mt19937 random(20260101);
@@ -151,7 +151,7 @@ TEST_CASE("any joint angle survives the 1 mrad registers within half a milliradi
 
 namespace {
 
-/// 32 holding registers and everything that a profile may read in them.
+/// 32 holding registers and every signal that a profile can contain.
 RobotProfile FullProfile() {
   RobotProfile profile = SmallProfile();
   profile.blocks = {{RegisterTable::kInput, 200, 3},
@@ -194,7 +194,7 @@ struct Image {
 
 }  // namespace
 
-TEST_CASE("a whole image of several blocks becomes a state in SI") {
+TEST_CASE("several blocks are decoded to a state in SI") {
   const Result<RobotCodec> codec = RobotCodec::Create(FullProfile());
   REQUIRE(codec.ok());
   CHECK(codec->word_count() == 37);
@@ -235,7 +235,7 @@ TEST_CASE("a whole image of several blocks becomes a state in SI") {
   CHECK(codec->RefreshCounter(image.words) == 65538U);
 }
 
-TEST_CASE("the mode is what the first bit that holds says, else the value") {
+TEST_CASE("the mode is decided by the first matching bit, otherwise by the value") {
   const Result<RobotCodec> codec = RobotCodec::Create(FullProfile());
   REQUIRE(codec.ok());
   struct Row {
@@ -256,7 +256,7 @@ TEST_CASE("the mode is what the first bit that holds says, else the value") {
   }
 }
 
-TEST_CASE("the temperature is the mean, or the hottest joint") {
+TEST_CASE("the temperature is the mean or the maximum of the joints") {
   RobotProfile profile = FullProfile();
   profile.hottest_joint = true;
   const Result<RobotCodec> codec = RobotCodec::Create(profile);
@@ -269,7 +269,7 @@ TEST_CASE("the temperature is the mean, or the hottest joint") {
   CHECK(state.temp_C == Approx(41));
 }
 
-TEST_CASE("orientations are read in the convention of the profile") {
+TEST_CASE("orientations are decoded in the convention of the profile") {
   struct Row {
     ReportedOrientation convention;
     Mat3 R;  // for the angles 0.1, -0.2, 0.3
@@ -302,7 +302,7 @@ TEST_CASE("orientations are read in the convention of the profile") {
   }
 }
 
-TEST_CASE("a profile that cannot be decoded is refused with what is wrong") {
+TEST_CASE("an invalid profile is rejected with the reason") {
   struct Row {
     const char* what;
     void (*spoil)(RobotProfile&);

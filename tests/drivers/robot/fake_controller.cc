@@ -125,7 +125,7 @@ Bytes FakeController::AnswerTo(const Bytes& request) {
     registers_.at(static_cast<std::size_t>(address)) = static_cast<std::uint16_t>(word);
     if (on_write_) on_write_(address, registers_);
   };
-  const int count = WordAt(request, 10);  // of FC03 and FC16; the word of FC06
+  const int count = WordAt(request, 10);  // count for FC03 and FC16, value for FC06
   if (first + (request[7] == 6 ? 1 : count) > static_cast<int>(registers_.size())) {
     pdu = {request[6], static_cast<std::uint8_t>(request[7] | 0x80), 2};
   } else if (request[7] == 3) {

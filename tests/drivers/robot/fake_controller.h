@@ -1,5 +1,5 @@
-// A controller on a real loopback socket that a test makes misbehave. It knows FC03, FC06 and
-// FC16 by itself, without libmodbus, so that the client is not tested against its own library.
+// Fake controller on a loopback socket that can misbehave. It implements FC03, FC06 and FC16
+// without libmodbus, so that the client is not tested against its own library.
 #pragma once
 
 #include <array>
@@ -16,15 +16,19 @@ using Bytes = std::vector<std::uint8_t>;
 
 class FakeController {
  public:
-  /// One request as it came, the answer that would be right, and the socket to misbehave on.
+  /// One received request, its correct response, and the socket to misbehave on.
   struct Exchange {
-    int number = 0;      ///< of requests since the start, from 1
+    int number = 0;      ///< number of the request since the start, from 1
     int connection = 0;  ///< from 1
     int fd = -1;
     Bytes request;
     Bytes answer;
   };
-  enum class Then { kAnswer, kGoOn, kClose };  ///< send the answer; it was dealt with; hang up
+  enum class Then {
+    kAnswer,
+    kGoOn,
+    kClose
+  };  ///< send the response; already handled; close the connection
   using Behaviour = std::function<Then(Exchange&)>;
 
   FakeController();
@@ -36,14 +40,14 @@ class FakeController {
   int requests() const { return requests_; }
   int connections() const { return connections_; }
 
-  void Behave(Behaviour behaviour);  ///< empty: answer rightly
+  void Behave(Behaviour behaviour);  ///< empty: respond correctly
   void Set(int address, std::uint16_t word);
   std::uint16_t Get(int address) const;
 
-  /// Called after each register written, with the address; under the lock of the registers.
+  /// Called with the address after each register write, while the registers are locked.
   void OnWrite(std::function<void(int, std::array<std::uint16_t, 1024>&)> on_write);
 
-  static bool Send(int fd, const Bytes& bytes);  ///< false where the client hung up
+  static bool Send(int fd, const Bytes& bytes);  ///< false if the client closed the connection
 
  private:
   void Run();

@@ -5,7 +5,7 @@
 using plumbline::IsAddress;
 using plumbline::WhyUnresolved;
 
-TEST_CASE("an address is told from a name, for which a name server would be asked") {
+TEST_CASE("a numeric address is distinguished from a host name") {
   for (const char* address : {"192.168.1.10", "127.0.0.1", "::1", "fe80::1"}) {
     INFO(address);
     CHECK(IsAddress(address));

@@ -44,7 +44,7 @@ PushPoint PointAt(double x, int slot = 0, int id = 5) {
   return point;
 }
 
-/// A libmodbus server on a port of the kernel's choice, in a thread.
+/// A libmodbus server on an ephemeral port, in a thread.
 class LibmodbusServer {
  public:
   explicit LibmodbusServer(int port = 0)
@@ -110,7 +110,7 @@ TEST_CASE("a libmodbus server is read and written") {
   CHECK(robot->Push(std::array{PointAt(0.3)}) == LinkResult::kOk);
 }
 
-TEST_CASE("every table of Modbus is read with its function code") {
+TEST_CASE("every Modbus table is read with its function code") {
   struct Row {
     RegisterTable table;
     double value;
@@ -239,7 +239,7 @@ const Fault kFaults[] = {
 
 namespace {
 
-/// Reads until a reading succeeds; the controller may still be busy with the old connection.
+/// Reads until it succeeds; the controller may still be busy with the old connection.
 bool ReadAgain(RobotDevice& robot, RobotState& state) {
   for (int attempt = 0; attempt < 50; ++attempt) {
     Advance(6);
@@ -250,7 +250,8 @@ bool ReadAgain(RobotDevice& robot, RobotState& state) {
 
 }  // namespace
 
-TEST_CASE("a controller that misbehaves is told apart, and is read again without a restart") {
+TEST_CASE(
+    "each misbehaviour of a controller is classified, and reading recovers without a restart") {
   for (const Fault& fault : kFaults) {
     INFO(fault.what);
     FakeController controller;
@@ -280,12 +281,12 @@ TEST_CASE("a controller that misbehaves is told apart, and is read again without
   }
 }
 
-TEST_CASE("what comes after a right answer is never taken for the next one") {
+TEST_CASE("bytes after a correct response are never taken for the next one") {
   const Bytes extras[] = {
       {0x00},
       {0xDE, 0xAD, 0xBE, 0xEF},
       Bytes(300, 0x00),
-      // a complete answer of four registers with the id that comes next
+      // a complete response of four registers with the next transaction id
       {0x00, 0x03, 0x00, 0x00, 0x00, 0x0B, 0x01, 0x03, 0x08, 1, 1, 1, 1, 1, 1, 1, 1}};
   for (const Bytes& extra : extras) {
     FakeController controller;
@@ -311,7 +312,7 @@ TEST_CASE("what comes after a right answer is never taken for the next one") {
   }
 }
 
-TEST_CASE("a delayed answer to an earlier request is never taken for the later one") {
+TEST_CASE("a late response to an earlier request is never taken for the later one") {
   FakeController controller;
   controller.Set(0, 100);
   const auto robot = RobotAt(controller.port());
@@ -336,7 +337,7 @@ TEST_CASE("a delayed answer to an earlier request is never taken for the later o
   CHECK(state.q[0] == Approx(0.3));
 }
 
-TEST_CASE("garbage of every length never becomes a state, a crash or a hang") {
+TEST_CASE("garbage of any length never results in a state, a crash or a hang") {
   FakeController controller;
   const auto robot = RobotAt(controller.port());
   RobotState state;
@@ -356,7 +357,7 @@ TEST_CASE("garbage of every length never becomes a state, a crash or a hang") {
   CHECK(state.sequence == 0);
 }
 
-TEST_CASE("attempts to connect wait longer and longer, up to 1 s, and begin anew after success") {
+TEST_CASE("the back-off between connection attempts doubles up to 1 s and restarts after success") {
   int port = 0;
   {
     const FakeController gone;
@@ -377,7 +378,7 @@ TEST_CASE("attempts to connect wait longer and longer, up to 1 s, and begin anew
   CHECK_THAT(std::string(robot->problem()), Catch::Contains("127.0.0.1:" + std::to_string(port)));
 }
 
-TEST_CASE("a controller that comes back is found without a restart") {
+TEST_CASE("a controller that reappears is found without a restart") {
   int port = 0;
   std::unique_ptr<RobotDevice> robot;
   RobotState state;
@@ -399,7 +400,7 @@ TEST_CASE("a controller that comes back is found without a restart") {
   CHECK(state.q[0] == Approx(0.042));
 }
 
-TEST_CASE("a controller whose own counter stands still gives no new readings") {
+TEST_CASE("a controller whose refresh counter is constant gives no fresh readings") {
   FakeController controller;
   RobotConnection connection = ConnectionTo(controller.port());
   connection.profile.sequence = ValueAt(3, RegisterType::kUint16, 1);
@@ -419,7 +420,7 @@ TEST_CASE("a controller whose own counter stands still gives no new readings") {
   CHECK(state.timestamp_s == TestTime());
 }
 
-TEST_CASE("a pushed point lies in its slot, its sequence written last") {
+TEST_CASE("a pushed point is written to its slot, its sequence last") {
   FakeController controller;
   controller.Set(107, 9);  // left there by an earlier run
   const auto robot = RobotAt(controller.port());
@@ -440,7 +441,7 @@ TEST_CASE("a pushed point lies in its slot, its sequence written last") {
   CHECK(order.empty());  // not due yet
   Advance(0.11);
   CHECK(robot->Push(std::array{PointAt(0.3)}) == LinkResult::kOk);
-  CHECK(order == std::vector{107});  // nothing new but the sequence
+  CHECK(order == std::vector{107});  // only the sequence changes
   CHECK(controller.Get(107) == 11);
 
   PushPoint invalid = PointAt(0.3);
@@ -452,19 +453,19 @@ TEST_CASE("a pushed point lies in its slot, its sequence written last") {
   CHECK(controller.Get(107) == 12);
 }
 
-TEST_CASE("at the end every slot that may hold a point is withdrawn, and no other") {
+TEST_CASE("WithdrawAll() withdraws every slot that may hold a point, and no other") {
   FakeController controller;
   for (const int sequence : {107, 115, 123}) controller.Set(sequence, 9);
   const auto robot = RobotAt(controller.port());
   RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
-  CHECK(controller.requests() == 1);  // nothing was pushed: nothing is ours
+  CHECK(controller.requests() == 1);  // nothing was pushed: no slot is ours
 
-  // Slot 1 is named and waits for its turn; it may hold an earlier run's point.
+  // Slot 1 is requested but not written yet; it may hold a point of an earlier run.
   REQUIRE(robot->Push(std::array{PointAt(0.3), PointAt(0.4, 1, 6)}) == LinkResult::kOk);
   CHECK(controller.Get(107) == 10);
-  SECTION("all goes well") {
+  SECTION("success") {
     CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
     CHECK(controller.Get(107) == 0);
     CHECK(controller.Get(115) == 0);
@@ -487,16 +488,16 @@ TEST_CASE("at the end every slot that may hold a point is withdrawn, and no othe
     const int requests = controller.requests();
     CHECK(robot->WithdrawAll(1) == LinkResult::kTimeout);
     CHECK(controller.requests() == requests + 1);
-    CHECK(robot->WithdrawAll(1) == LinkResult::kWaiting);  // no new connection for it
+    CHECK(robot->WithdrawAll(1) == LinkResult::kWaiting);  // does not connect
     CHECK(controller.connections() == 1);
   }
   CHECK(controller.Get(123) == 9);
 }
 
-TEST_CASE("a long time-out does not make the end long") {
+TEST_CASE("a long time-out does not delay the withdrawal") {
   FakeController controller;
   RobotConnection connection = ConnectionTo(controller.port());
-  connection.timeout_s = 600;  // would outlast the test's patience
+  connection.timeout_s = 600;  // longer than the limit of the test
   auto made = MakeRobot("tcp", connection);
   REQUIRE(made.ok());
   RobotDevice& robot = *made.value();
@@ -507,7 +508,7 @@ TEST_CASE("a long time-out does not make the end long") {
   CHECK(robot.WithdrawAll(0.05) == LinkResult::kTimeout);
 }
 
-TEST_CASE("the sequence skips 0 when it turns over") {
+TEST_CASE("the sequence skips 0 when it wraps") {
   FakeController controller;
   controller.Set(107, 65535);
   const auto robot = RobotAt(controller.port());
@@ -543,7 +544,7 @@ TEST_CASE("registers that read back differently are an error and stay withdrawn"
   CHECK(controller.Get(107) != 0);
 }
 
-TEST_CASE("what must not be pushed is refused and nothing but the withdrawal is written") {
+TEST_CASE("a point that must not be pushed is refused and only the withdrawal is written") {
   FakeController controller;
   RobotState state;
   SECTION("not enabled") {
@@ -586,7 +587,7 @@ TEST_CASE("what must not be pushed is refused and nothing but the withdrawal is 
   }
 }
 
-TEST_CASE("a link that breaks while pushing is reported and begun anew") {
+TEST_CASE("a link that breaks while pushing is reported and reconnected") {
   FakeController controller;
   const auto robot = RobotAt(controller.port());
   RobotState state;
@@ -602,7 +603,7 @@ TEST_CASE("a link that breaks while pushing is reported and begun anew") {
   CHECK(controller.Get(101) == 3000);
 }
 
-TEST_CASE("settings that cannot work are refused before anything is opened") {
+TEST_CASE("invalid settings are rejected before anything is opened") {
   struct Row {
     const char* what;
     const char* transport;
@@ -612,12 +613,12 @@ TEST_CASE("settings that cannot work are refused before anything is opened") {
   const Row rows[] = {
       {"transport", "udp", [](RobotConnection&) {}, "is not one of tcp, rtu, replay"},
       {"unit id", "tcp", [](RobotConnection& c) { c.unit_id = 248; }, "unit id 248"},
-      {"time-out", "tcp", [](RobotConnection& c) { c.timeout_s = 0; }, "time-out of 0"},
+      {"time-out", "tcp", [](RobotConnection& c) { c.timeout_s = 0; }, "time-out 0 s is outside"},
       {"profile", "tcp", [](RobotConnection& c) { c.profile.joints.clear(); }, "0 joints"},
       {"no push slots", "tcp", [](RobotConnection& c) { c.profile.push.reset(); },
-       "no place for it"},
+       "has no [push] registers"},
       {"unsound slots", "tcp", [](RobotConnection& c) { c.profile.push->stride = 3; },
-       "do not fit"},
+       "overlap or exceed"},
       {"baud", "rtu", [](RobotConnection& c) { c.serial.baud = 0; }, "0 baud"},
       {"no rows", "replay", [](RobotConnection&) {}, "no rows"},
   };
@@ -631,7 +632,7 @@ TEST_CASE("settings that cannot work are refused before anything is opened") {
   }
 }
 
-TEST_CASE("a name that does not resolve is a lost link, not an end") {
+TEST_CASE("a name that cannot be resolved is a lost link, not a fatal error") {
   RobotConnection connection = ConnectionTo(502);
   connection.tcp.host = "no-such-host.invalid";
   auto robot = MakeRobot("tcp", connection);

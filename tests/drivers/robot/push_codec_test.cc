@@ -28,7 +28,7 @@ PushProfile Slots() {
 
 }  // namespace
 
-TEST_CASE("a corrected point becomes the words of its slot") {
+TEST_CASE("a corrected point is encoded into the words of its slot") {
   const PushProfile slots = Slots();
   PushPoint point = PointAt({0.51234, -0.3, 1.2});
   point.X_BT.R = RotationFromVector({0.1, -0.2, 3.0});
@@ -40,7 +40,7 @@ TEST_CASE("a corrected point becomes the words of its slot") {
   CHECK(words == expected);
 }
 
-TEST_CASE("32-bit slots carry their words in the order of the profile") {
+TEST_CASE("32-bit slots use the word order of the profile") {
   PushProfile slots = Slots();
   slots.stride = 13;
   slots.id_place = std::nullopt;
@@ -66,7 +66,7 @@ TEST_CASE("32-bit slots carry their words in the order of the profile") {
   CHECK(words[1] == 0x3F80);
 }
 
-TEST_CASE("a point that does not fit is refused, never wrapped") {
+TEST_CASE("a point that does not fit is rejected, never wrapped") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   struct Row {
@@ -103,7 +103,7 @@ TEST_CASE("a point that does not fit is refused, never wrapped") {
   CHECK(RegistersFromPush(fine, point, 1, words) == PushFit::kOutOfRange);
 }
 
-TEST_CASE("slots whose contents overlap or leave the registers are unsound") {
+TEST_CASE("slots whose fields overlap or exceed the registers are unsound") {
   CHECK(IsSound(Slots()));
   struct Row {
     const char* what;
@@ -131,11 +131,11 @@ TEST_CASE("slots whose contents overlap or leave the registers are unsound") {
 
 namespace {
 
-using Action = PushOrder::Action;
+using Action = PushDecision::Action;
 
-/// Asks the gate, and says that what it ordered was done.
-PushOrder AskAndDo(PushGate& gate, const std::vector<PushPoint>& points, double now_s) {
-  PushOrder order = gate.Next(points, now_s);
+/// Requests an action from the gate and confirms it as done.
+PushDecision AskAndDo(PushGate& gate, const std::vector<PushPoint>& points, double now_s) {
+  PushDecision order = gate.Next(points, now_s);
   if (order.action == Action::kWrite) {
     gate.Written(order.point, now_s);
   } else if (order.action != Action::kNothing) {
@@ -146,7 +146,7 @@ PushOrder AskAndDo(PushGate& gate, const std::vector<PushPoint>& points, double 
 
 }  // namespace
 
-TEST_CASE("a slot is written no faster than its period, slots in turn") {
+TEST_CASE("a slot is written no faster than its period, slots round-robin") {
   PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
   const std::vector<PushPoint> points = {PointAt({0, 0, 0}, 0), PointAt({1, 0, 0}, 1),
                                          PointAt({2, 0, 0}, 2)};
@@ -163,12 +163,12 @@ TEST_CASE("a slot is written no faster than its period, slots in turn") {
 TEST_CASE("a jump withdraws the slot; it is written again once two requests agree") {
   PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
   CHECK(AskAndDo(gate, {PointAt({0, 0, 0})}, 0).action == Action::kWrite);
-  const PushOrder jump = AskAndDo(gate, {PointAt({0.006, 0, 0})}, 1);
+  const PushDecision jump = AskAndDo(gate, {PointAt({0.006, 0, 0})}, 1);
   CHECK(jump.action == Action::kHold);
   CHECK(jump.step_m == Approx(0.006));
   SECTION("a real change") {
     CHECK(AskAndDo(gate, {PointAt({0.006, 0, 0})}, 1.01).action == Action::kNothing);
-    const PushOrder settled = AskAndDo(gate, {PointAt({0.007, 0, 0})}, 1.11);
+    const PushDecision settled = AskAndDo(gate, {PointAt({0.007, 0, 0})}, 1.11);
     CHECK(settled.action == Action::kWrite);
     CHECK(settled.point.X_BT.p.x() == Approx(0.007));
   }
@@ -176,7 +176,7 @@ TEST_CASE("a jump withdraws the slot; it is written again once two requests agre
     CHECK(AskAndDo(gate, {PointAt({0, 0, 0})}, 1.2).action == Action::kNothing);
     CHECK(AskAndDo(gate, {PointAt({0, 0, 0})}, 1.4).action == Action::kWrite);
   }
-  SECTION("it never stays") {
+  SECTION("it is never steady") {
     for (int i = 0; i < 10; ++i) {
       const double x = i % 2 == 0 ? 0 : 0.006;
       CHECK(AskAndDo(gate, {PointAt({x, 0, 0})}, 2 + i).action == Action::kNothing);
@@ -193,19 +193,19 @@ TEST_CASE("a jump withdraws the slot; it is written again once two requests agre
   }
 }
 
-TEST_CASE("a change that creeps between two writes is announced as well") {
+TEST_CASE("a slow drift between two writes is announced as well") {
   PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
   REQUIRE(AskAndDo(gate, {PointAt({0, 0, 0})}, 0).action == Action::kWrite);
   for (int i = 1; i <= 5; ++i) {
     const double x = 0.001 * i;
     CHECK(AskAndDo(gate, {PointAt({x, 0, 0})}, 0.01 * i).action == Action::kNothing);
   }
-  const PushOrder held = AskAndDo(gate, {PointAt({0.006, 0, 0})}, 0.06);
+  const PushDecision held = AskAndDo(gate, {PointAt({0.006, 0, 0})}, 0.06);
   CHECK(held.action == Action::kHold);
   CHECK(held.step_m == Approx(0.006));
   CHECK(AskAndDo(gate, {PointAt({0.007, 0, 0})}, 0.07).action == Action::kNothing);
   CHECK(AskAndDo(gate, {PointAt({0.008, 0, 0})}, 0.17).action == Action::kWrite);
-  // A step within the limit is written without.
+  // A step within the limit is written directly.
   CHECK(AskAndDo(gate, {PointAt({0.012, 0, 0})}, 0.28).action == Action::kWrite);
 }
 
@@ -214,33 +214,33 @@ TEST_CASE("an invalid point is withdrawn once, before anything else is written")
   PushPoint invalid = PointAt({0, 0, 0}, 2);
   invalid.valid = false;
   const std::vector<PushPoint> points = {PointAt({0, 0, 0}, 0), invalid};
-  const PushOrder first = AskAndDo(gate, points, 0);
-  CHECK(first.action == Action::kWithdraw);  // whatever an earlier run left there
+  const PushDecision first = AskAndDo(gate, points, 0);
+  CHECK(first.action == Action::kWithdraw);  // left by an earlier run
   CHECK(first.point.slot == 2);
   CHECK(AskAndDo(gate, points, 0.01).action == Action::kWrite);
   CHECK(AskAndDo(gate, points, 0.02).action == Action::kNothing);
-  gate.Forget();
+  gate.Reset();
   CHECK(AskAndDo(gate, points, 0.03).action == Action::kWithdraw);
   CHECK(AskAndDo(gate, points, 0.04).action == Action::kWrite);
 }
 
-TEST_CASE("a slot may hold a point from the first request that names it, until it is withdrawn") {
+TEST_CASE("a slot may hold a point from its first request until it is withdrawn") {
   PushGate gate(2, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
-  CHECK_FALSE(gate.MayHold(0));
+  CHECK_FALSE(gate.MayHoldPoint(0));
   gate.Next(std::vector{PointAt({0, 0, 0}, 0)}, 0);
-  CHECK(gate.MayHold(0));  // what an earlier run left there
-  CHECK_FALSE(gate.MayHold(1));
+  CHECK(gate.MayHoldPoint(0));  // left by an earlier run
+  CHECK_FALSE(gate.MayHoldPoint(1));
   gate.Withdrawn(0, 0);
-  CHECK_FALSE(gate.MayHold(0));
+  CHECK_FALSE(gate.MayHoldPoint(0));
   gate.Written(PointAt({0, 0, 0}), 1);
-  CHECK(gate.MayHold(0));
+  CHECK(gate.MayHoldPoint(0));
   gate.Withdrawn(0, 2);
-  gate.Forget();
-  CHECK(gate.MayHold(0));
-  CHECK_FALSE(gate.MayHold(1));
+  gate.Reset();
+  CHECK(gate.MayHoldPoint(0));
+  CHECK_FALSE(gate.MayHoldPoint(1));
 }
 
-TEST_CASE("points without a slot are passed over") {
+TEST_CASE("points without a slot are ignored") {
   PushGate gate(3, {.enabled = true, .max_step_m = 0.005, .min_period_s = 0.1});
   CHECK(AskAndDo(gate, {PointAt({0, 0, 0}, 3), PointAt({0, 0, 0}, -1)}, 0).action ==
         Action::kNothing);

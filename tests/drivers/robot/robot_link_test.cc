@@ -19,7 +19,7 @@ steady_clock::time_point Soon() {
   return steady_clock::now() + std::chrono::seconds(10);
 }
 
-/// A device that does what the test says, and shows whether two threads use it at once.
+/// Device controlled by the test that detects concurrent use by two threads.
 class ScriptedRobot : public RobotDevice {
  public:
   struct Script {
@@ -52,7 +52,7 @@ LinkResult Count(RobotState& state) {
 
 }  // namespace
 
-TEST_CASE("each request is answered by a reading that began after it") {
+TEST_CASE("each request is served by a reading that started after it") {
   RobotLink link(Scripted({Count, {}}));
   CHECK(link.Latest().sequence == 0);
   link.Start();
@@ -70,7 +70,7 @@ TEST_CASE("each request is answered by a reading that began after it") {
   CHECK_FALSE(link.Status().reconnects > 0);
 }
 
-TEST_CASE("the cycle goes on while the controller does not answer") {
+TEST_CASE("the cycle continues while the controller does not answer") {
   std::mutex gate;
   gate.lock();
   std::atomic<int> asked{0};
@@ -89,10 +89,10 @@ TEST_CASE("the cycle goes on while the controller does not answer") {
   CHECK(link.Latest().sequence == 0);
   gate.unlock();
   CHECK(link.WaitForState(Soon()));
-  CHECK(link.Latest().sequence == 2);  // the second request began while the first was served
+  CHECK(link.Latest().sequence == 2);  // the second request was made while the first was served
 }
 
-TEST_CASE("transitions are counted once, and the last state stays") {
+TEST_CASE("transitions are counted once, and the last state is retained") {
   std::atomic<LinkResult> result{LinkResult::kTimeout};
   RobotLink link(Scripted({[&result](RobotState& state) {
                              if (result == LinkResult::kOk) return Count(state);
@@ -127,7 +127,7 @@ TEST_CASE("transitions are counted once, and the last state stays") {
   CHECK(link.Status().reconnects == 1);
 }
 
-TEST_CASE("queued points reach the device once, after a reading that succeeded") {
+TEST_CASE("queued points are pushed once, after a successful reading") {
   std::mutex mutex;
   std::vector<std::vector<int>> pushed;
   std::atomic<LinkResult> read_result{LinkResult::kLost};
@@ -159,7 +159,7 @@ TEST_CASE("queued points reach the device once, after a reading that succeeded")
   CHECK(ask());
   link.QueuePush(std::vector<PushPoint>(kMaxPushPoints + 1));
   CHECK(ask());
-  CHECK(ask());  // the push after the reading before is done
+  CHECK(ask());  // the push after the previous reading is complete
   const RobotLinkStatus status = link.Status();
   link.Stop();
   REQUIRE(pushed.size() == 2);
@@ -170,7 +170,7 @@ TEST_CASE("queued points reach the device once, after a reading that succeeded")
   CHECK(status.push_problem.view() == "scripted");
 }
 
-TEST_CASE("stopping ends a wait, and a link may be started again") {
+TEST_CASE("Stop() ends a wait, and a link can be restarted") {
   RobotLink link(Scripted({Count, {}}));
   link.Stop();
   link.Start();
@@ -185,8 +185,8 @@ TEST_CASE("stopping ends a wait, and a link may be started again") {
   CHECK(link.WaitForState(Soon()));
 }
 
-TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") {
-  std::vector<std::string> done;  // by the link's thread, read after it ended
+TEST_CASE("Stop() withdraws the pushed points, and nothing is pushed afterwards") {
+  std::vector<std::string> done;  // written by the link's thread, read after it has ended
   LinkResult withdrawn = LinkResult::kOk;
   std::mutex gate;
   std::atomic<int> asked{0};
@@ -216,7 +216,7 @@ TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") 
   link.Stop();
   CHECK(std::count(done.begin(), done.end(), "withdraw") == 1);
 
-  done.clear();  // a reading under way at the stop pushes nothing any more
+  done.clear();  // a reading in progress at the stop pushes nothing
   gate.lock();
   link.Start();
   link.QueuePush(points);
@@ -228,13 +228,14 @@ TEST_CASE("stopping withdraws what was pushed, and nothing is pushed after it") 
     link.Stop();
   });
   while (!began) std::this_thread::yield();
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until Stop() has asked the thread
+  std::this_thread::sleep_for(
+      std::chrono::milliseconds(300));  // until Stop() has signalled the thread
   gate.unlock();
   stopping.join();
   CHECK(done == std::vector<std::string>{"withdraw"});
 }
 
-TEST_CASE("many threads may look on while the link works") {
+TEST_CASE("many threads may read the status while the link works") {
   RobotLink link(Scripted({Count, [](std::span<const PushPoint>) { return LinkResult::kOk; }}));
   link.Start();
   std::atomic<bool> stop{false};
@@ -264,7 +265,7 @@ TEST_CASE("many threads may look on while the link works") {
   CHECK(torn == 0);
 }
 
-TEST_CASE("a link to a controller that resets finds it again by itself") {
+TEST_CASE("a link reconnects by itself after the controller resets") {
   FakeController controller;
   RobotConnection connection;
   connection.tcp = {"127.0.0.1", controller.port()};
@@ -294,7 +295,7 @@ TEST_CASE("a link to a controller that resets finds it again by itself") {
   CHECK(link.Status().reconnects == 1);
 }
 
-TEST_CASE("a replay shows its rows at their rate and holds the last, or begins again") {
+TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") {
   RobotConnection connection;
   connection.clock = TestTime;
   connection.replay.rows_per_s = 10;

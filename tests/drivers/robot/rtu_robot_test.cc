@@ -31,8 +31,8 @@ Bytes WithCrc(Bytes frame) {
   return frame;
 }
 
-/// A controller at the other end of a pseudo-terminal. It answers FC03 of four registers, the
-/// first with `word`; `spoil` may change the frame, or empty it for silence.
+/// Fake controller at the other end of a pseudo-terminal. It answers FC03 with four registers, the
+/// first being `word`; `spoil` may modify the frame, or empty it for silence.
 class SerialController {
  public:
   explicit SerialController(const std::string& path) {
@@ -41,7 +41,7 @@ class SerialController {
     unlockpt(master_);
     char name[128];
     ptsname_r(master_, name, sizeof(name));
-    slave_ = open(name, O_RDWR | O_NOCTTY);  // so that closing the client hangs nothing up
+    slave_ = open(name, O_RDWR | O_NOCTTY);  // so that closing the client causes no hang-up
     termios raw{};
     tcgetattr(slave_, &raw);
     cfmakeraw(&raw);
@@ -117,7 +117,7 @@ std::unique_ptr<RobotDevice> RobotOn(const std::string& device) {
   return std::move(robot).value();
 }
 
-/// On a busy machine the controller's thread may answer after the time-out.
+/// On a busy machine the fake controller may answer after the time-out.
 LinkResult ReadAtLast(RobotDevice& robot, RobotState& state) {
   LinkResult result = robot.Read(state);
   for (int tries = 0; result != LinkResult::kOk && tries < 20; ++tries) {
@@ -130,7 +130,7 @@ LinkResult ReadAtLast(RobotDevice& robot, RobotState& state) {
 
 }  // namespace
 
-TEST_CASE("a controller on a serial line is read, and each fault of the line is survived") {
+TEST_CASE("a controller on a serial line is read, and each line fault is survived") {
   struct Row {
     const char* what;
     std::function<void(Bytes&)> spoil;
@@ -172,7 +172,7 @@ TEST_CASE("a controller on a serial line is read, and each fault of the line is 
   }
 }
 
-TEST_CASE("bytes that lie on the line before a request are not its answer") {
+TEST_CASE("bytes received before a request are not its response") {
   const Folder folder;
   SerialController controller(folder.path + "/tty");
   const auto robot = RobotOn(folder.path + "/tty");
@@ -190,7 +190,7 @@ TEST_CASE("bytes that lie on the line before a request are not its answer") {
   CHECK(state.q[0] == Approx(0.3));
 }
 
-TEST_CASE("a line that is unplugged is tried again with growing waits, and found again") {
+TEST_CASE("an unplugged line is retried with increasing waits, and found again") {
   const Folder folder;
   const std::string device = folder.path + "/tty";
   const auto robot = RobotOn(device);

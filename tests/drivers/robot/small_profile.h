@@ -1,4 +1,4 @@
-// A profile of two joints for tests of the devices: one block, and push slots at 100.
+// Small profile for device tests: two joints in one block, and push slots at 100.
 #pragma once
 
 #include "drivers/robot/profile.h"

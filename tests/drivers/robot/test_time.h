@@ -1,11 +1,11 @@
-// A clock that the test moves, and the patience of a link in real time.
+// A clock controlled by the test, and a real-time limit for the link.
 #pragma once
 
 #include <atomic>
 
 namespace plumbline {
 
-/// An answer takes less, also beside other tests and a build.
+/// Generous limit: also holds while other tests and a build are running.
 inline constexpr double kLinkTimeout_s = 0.3;
 
 inline std::atomic<double> g_test_time_s{1000};

@@ -47,7 +47,7 @@ void FakeViscaCamera::Run() {
     pollfd wait{.fd = fd_, .events = POLLIN, .revents = 0};
     if (poll(&wait, 1, 5) <= 0) continue;
     std::uint8_t byte = 0;
-    if (read(fd_, &byte, 1) != 1) {  // nobody has the line open
+    if (read(fd_, &byte, 1) != 1) {  // the line is not open
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }

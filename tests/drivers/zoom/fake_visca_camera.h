@@ -1,4 +1,4 @@
-// A camera at the far end of a pseudo-terminal; it knows bytes, and nothing of the codec.
+// Fake VISCA camera at the far end of a pseudo-terminal; works on bytes, independent of the codec.
 #pragma once
 
 #include <atomic>
@@ -13,8 +13,8 @@ namespace plumbline::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// One thread. Every request, cut at FF, is shown to `answer`, and what that returns is written as
-/// it stands. CameraAnswers() is what an ordinary camera does.
+/// Runs one thread. Every request, split at FF, is passed to `answer`, whose result is written
+/// unchanged. CameraAnswers() behaves like an ordinary camera.
 class FakeViscaCamera {
  public:
   using Answer = std::function<Bytes(const Bytes& request)>;
@@ -24,10 +24,10 @@ class FakeViscaCamera {
   FakeViscaCamera& operator=(const FakeViscaCamera&) = delete;
 
   const std::string& device() const { return device_; }
-  void Say(const Bytes& bytes) const;  ///< unasked
-  void Become(Answer answer);          ///< from now on
+  void Say(const Bytes& bytes) const;  ///< unsolicited
+  void Become(Answer answer);          ///< replaces the behaviour
   int requests() const { return requests_; }
-  /// How often a request with these first bytes came.
+  /// Number of requests with these first bytes.
   int Heard(const Bytes& beginning) const;
 
  private:
@@ -42,9 +42,9 @@ class FakeViscaCamera {
   std::thread thread_;
 };
 
-/// A lens block as camera 1 sends it.
+/// Lens block as sent by camera 1.
 Bytes BlockOf(int zoom, int focus, bool digital, bool moving);
-/// Addresses itself as cameras do; the lens block as given by `block`.
+/// Behaviour of an ordinary camera with the lens block given by `block`.
 FakeViscaCamera::Answer CameraAnswers(std::function<Bytes()> block);
 
 }  // namespace plumbline::test

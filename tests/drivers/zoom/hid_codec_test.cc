@@ -28,7 +28,7 @@ HidProfile GoodProfile() {
 
 }  // namespace
 
-TEST_CASE("each field by its place, byte order, sign and mask") {
+TEST_CASE("fields are decoded by offset, byte order, sign and mask") {
   const HidProfile profile = GoodProfile();
   REQUIRE_FALSE(FaultOf(profile));
   ZoomReading reading;
@@ -54,7 +54,7 @@ TEST_CASE("each field by its place, byte order, sign and mask") {
   CHECK(reading.zoom_counts == -1);
 }
 
-TEST_CASE("short reports, other reports and those that hold nothing yet leave the reading alone") {
+TEST_CASE("short, other and not yet ready reports leave the reading unchanged") {
   const HidProfile profile = GoodProfile();
   ZoomReading reading;
   const auto read = [&](const Bytes& report) {
@@ -65,10 +65,10 @@ TEST_CASE("short reports, other reports and those that hold nothing yet leave th
   CHECK(read({0x12, 4, 1, 2, 3, 4, 5, 6}) == HidAnswer::kOther);
   CHECK(read({0x13, 3, 1, 2, 3, 4, 5, 6}) == HidAnswer::kNotReady);
   CHECK_FALSE(reading.zoom_counts);
-  CHECK(read({0x13, 4, 1, 2, 3, 4, 5, 6, 7, 8, 9}) == HidAnswer::kRead);  // longer is no harm
+  CHECK(read({0x13, 4, 1, 2, 3, 4, 5, 6, 7, 8, 9}) == HidAnswer::kRead);  // extra bytes are ignored
 }
 
-TEST_CASE("an unsound profile is told") {
+TEST_CASE("faults of a profile are reported") {
   struct Case {
     void (*spoil)(HidProfile&);
     const char* fault;
@@ -79,18 +79,18 @@ TEST_CASE("an unsound profile is told") {
       {[](HidProfile& p) { p.exchanges[0].answer_bytes = 65; }, "is outside 1..64"},
       {[](HidProfile& p) { p.exchanges[0].send = {{}}; }, "report to send of 0 bytes"},
       {[](HidProfile& p) { p.exchanges[0].count_at = 8; }, "the count lies outside"},
-      {[](HidProfile& p) { p.exchanges[0].fields.clear(); }, "tells nothing"},
+      {[](HidProfile& p) { p.exchanges[0].fields.clear(); }, "has no fields"},
       {[](HidProfile& p) { p.exchanges[0].fields[0].bytes = 3; }, "3 bytes is not"},
       {[](HidProfile& p) { p.exchanges[0].fields[0].at = 7; }, "at 7 lies outside"},
       {[](HidProfile& p) { p.exchanges[0].fields[0].at = -1; }, "at -1 lies outside"},
-      {[](HidProfile& p) { p.exchanges[0].fields[0].mask = 0; }, "leaves nothing"},
-      {[](HidProfile& p) { p.exchanges[0].fields[1].meaning = Meaning::kMoved; }, "told twice"},
+      {[](HidProfile& p) { p.exchanges[0].fields[0].mask = 0; }, "the mask of a field is 0"},
+      {[](HidProfile& p) { p.exchanges[0].fields[1].meaning = Meaning::kMoved; }, "reported twice"},
       {[](HidProfile& p) { p.exchanges[0].fields = {p.exchanges[0].fields[3]}; }, "neither"},
       {[](HidProfile& p) {
          p.exchanges.push_back(p.exchanges[0]);
          p.exchanges[0].send.clear();
        },
-       "speaks unasked"},
+       "reports unsolicited"},
   };
   for (const Case& c : cases) {
     HidProfile profile = GoodProfile();
@@ -101,7 +101,7 @@ TEST_CASE("an unsound profile is told") {
   }
 }
 
-TEST_CASE("any report of any length: read, or refused, and nothing else") {
+TEST_CASE("any report of any length is either decoded or rejected") {
   const HidProfile profile = GoodProfile();
   std::mt19937 random(3);
   for (int run = 0; run < 20000; ++run) {

@@ -1,5 +1,5 @@
-// The HID sensor over a device that the test plays: hidapi's functions are taken over by the linker
-// (--wrap). Time passes only while the driver waits.
+// HID sensor against a fake device: hidapi's functions are replaced by the linker (--wrap). Time
+// passes only while the driver waits.
 #include "drivers/zoom/hid_zoom.h"
 
 #include <hidapi/hidapi.h>
@@ -17,7 +17,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 struct Device {
   bool present = true;
-  std::deque<Bytes> answers;  ///< one to each question; empty: silence
+  std::deque<Bytes> answers;  ///< one per request; empty: silence
   std::deque<Bytes> waiting;
   int opened = 0, closed = 0;
   double now_s = 1000;
@@ -84,7 +84,7 @@ int __wrap_hid_read_timeout(hid_device*, unsigned char* data, std::size_t size, 
 }
 }
 
-TEST_CASE("HID: a report that is too short is no reading, and is told with its length") {
+TEST_CASE("HID: a report that is too short is rejected with its length") {
   for (const bool asks : {true, false}) {
     CAPTURE(asks);
     const auto sensor = Sensor(asks);
@@ -99,8 +99,8 @@ TEST_CASE("HID: a report that is too short is no reading, and is told with its l
     CHECK(sensor->Read(reading) == ZoomResult::kProtocol);
     CHECK_THAT(std::string(sensor->problem()), Catch::Contains("test lens (HID 1234:5678)") &&
                                                    Catch::Contains("of 2 bytes is too short"));
-    CHECK(reading.zoom_counts == before.zoom_counts);  // the last good one is not touched
-    CHECK(device.closed == 1);                         // and the rest of the stream not believed
+    CHECK(reading.zoom_counts == before.zoom_counts);  // the last good reading is unchanged
+    CHECK(device.closed == 1);                         // and the rest of the stream is discarded
     if (!asks) continue;
     while (sensor->Read(reading) == ZoomResult::kWaiting) device.now_s += 0.1;
     CHECK(reading.zoom_counts == 0x2000);
@@ -108,7 +108,7 @@ TEST_CASE("HID: a report that is too short is no reading, and is told with its l
   }
 }
 
-TEST_CASE("HID: reports of other numbers alone, silence, and a device that goes away") {
+TEST_CASE("HID: only reports with other ids, silence, and a lost device") {
   const auto sensor = Sensor();
   ZoomReading reading;
   device.answers = {{0x07, 1, 2, 3, 4}};
@@ -121,11 +121,11 @@ TEST_CASE("HID: reports of other numbers alone, silence, and a device that goes 
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   device.present = false;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
-  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("went away"));
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("lost. Check its cable."));
   CHECK(sensor->Read(reading) == ZoomResult::kWaiting);
   device.now_s += 10;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
-  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("is it plugged in"));
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("Check that it is plugged in"));
   device.present = true;
   device.now_s += 10;
   device.answers = {{0x01, 0x00, 0x07, 0, 0}};

@@ -1,5 +1,5 @@
-// HID and GPIO against virtual devices of the kernel, where this machine has them; and the camera
-// that $PLUMBLINE_V4L2_ZOOM names, whose zoom is read.
+// HID and GPIO against virtual kernel devices, if available; and the zoom of the camera named by
+// $PLUMBLINE_V4L2_ZOOM.
 #include <fcntl.h>
 #include <linux/uhid.h>
 #include <poll.h>
@@ -32,7 +32,7 @@ constexpr std::uint8_t kDescriptor[] = {
     0x85, 0x01, 0x09, 0x02, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0x85,
     0x02, 0x09, 0x03, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08, 0x95, 0x01, 0x91, 0x02, 0xC0};
 
-/// A HID device made by the kernel's uhid; answers every output report with `answer`.
+/// HID device created through uhid; answers every output report with `answer`.
 class UhidLens {
  public:
   explicit UhidLens(std::vector<std::uint8_t> answer)
@@ -53,7 +53,7 @@ class UhidLens {
   ~UhidLens() {
     stop_ = true;
     thread_.join();
-    close(fd_);  // takes the device away
+    close(fd_);  // removes the device
   }
 
  private:
@@ -108,7 +108,7 @@ ZoomResult ReadWhenReady(ZoomSensor& sensor, ZoomReading& reading) {
 
 }  // namespace
 
-TEST_CASE("HID: no such device is told with what to do", "[uhid-absent]") {
+TEST_CASE("HID: a missing device is reported with the remedy", "[uhid-absent]") {
   auto sensor = HidZoom::Create(LensOptions(), MonotonicSeconds);
   REQUIRE(sensor);
   ZoomReading reading;
@@ -123,7 +123,7 @@ TEST_CASE("HID: no such device is told with what to do", "[uhid-absent]") {
   CHECK_FALSE(HidZoom::Create(hasty, MonotonicSeconds).ok());
 }
 
-TEST_CASE("GPIO: no such chip is told, wrong settings are refused", "[gpio-absent]") {
+TEST_CASE("GPIO: a missing chip is reported, invalid settings are rejected", "[gpio-absent]") {
   auto sensor = GpioZoom::Create({.chip = "no-such-chip"}, MonotonicSeconds);
   REQUIRE(sensor);
   ZoomReading reading;
@@ -134,7 +134,7 @@ TEST_CASE("GPIO: no such chip is told, wrong settings are refused", "[gpio-absen
   CHECK_FALSE(GpioZoom::Create({.chip = "x", .debounce_s = 2}, MonotonicSeconds).ok());
 }
 
-TEST_CASE("HID: asked and answered, a short report, unplugged and back", "[uhid]") {
+TEST_CASE("HID: request and answer, a short report, unplugged and replugged", "[uhid]") {
   if (access("/dev/uhid", R_OK | W_OK) != 0) {
     std::cout << "SKIPPED: no /dev/uhid\n";
     return;
@@ -176,7 +176,7 @@ TEST_CASE("GPIO: pulses of a simulated line", "[gpio-sim]") {
     auto sensor = std::move(GpioZoom::Create({.chip = name, .line = 1}, MonotonicSeconds)).value();
     ZoomReading reading;
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
-    CHECK(reading.moved);  // nobody watched before
+    CHECK(reading.moved);  // earlier motion is unknown
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK_FALSE(reading.moved);
     put(pull, "pull-up");

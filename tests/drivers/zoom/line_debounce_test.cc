@@ -4,7 +4,7 @@
 
 namespace plumbline {
 
-TEST_CASE("a spike is none, a pulse is a motion, told once") {
+TEST_CASE("a spike is ignored, a pulse is a motion reported once") {
   LineDebounce line(0.005);
   line.Edge(true, 1.000);
   line.Edge(false, 1.004);
@@ -16,7 +16,7 @@ TEST_CASE("a spike is none, a pulse is a motion, told once") {
   CHECK_FALSE(line.TakeMoved(4.1));
 }
 
-TEST_CASE("a level that stays is a motion that goes on") {
+TEST_CASE("a constant active level is a continuing motion") {
   LineDebounce line(0.005);
   line.Edge(true, 1);
   CHECK_FALSE(line.Moving(1.004));
@@ -42,7 +42,7 @@ TEST_CASE("a bouncing contact and a pulsed motor count as one burst; spikes far 
   CHECK_FALSE(spikes.TakeMoved(3));
 }
 
-TEST_CASE("edges to the level that stands change nothing; zero debounce takes everything") {
+TEST_CASE("edges to the current level are ignored; with zero debounce every edge counts") {
   LineDebounce line(0.005);
   line.Edge(false, 0.9);
   line.Edge(true, 1);

@@ -33,7 +33,7 @@ TEST_CASE("a table: columns in any order, empty fields, CRLF, blank lines") {
   CHECK((*rows)[2].lost);
 }
 
-TEST_CASE("a wrong table, with its line") {
+TEST_CASE("a faulty table is rejected with the line") {
   struct Case {
     const char* csv;
     const char* fault;
@@ -41,13 +41,13 @@ TEST_CASE("a wrong table, with its line") {
   for (const Case& c : {Case{"", "unknown column"}, Case{"t_s\n", "zoom_counts is missing"},
                         Case{"zoom_counts\n", "t_s is missing"},
                         Case{"t_s,zoom_counts,colour\n", "unknown column colour"},
-                        Case{"t_s,zoom_counts,t_s\n", "t_s twice"},
+                        Case{"t_s,zoom_counts,t_s\n", "t_s occurs twice"},
                         Case{"t_s,zoom_counts\n1,2\n3\n", "line 3: 1 fields"},
-                        Case{"t_s,zoom_counts\n1,2.5\n", "line 2: 2.5 is no zoom_counts"},
-                        Case{"t_s,zoom_counts\n,2\n", "line 2:  is no t_s"},
-                        Case{"t_s,zoom_counts\nnan,2\n", "line 2: nan is no t_s"},
-                        Case{"t_s,zoom_counts\n1,99999999999\n", "is no zoom_counts"},
-                        Case{"t_s,zoom_counts,moving\n1,2,3\n", "3 is no moving"}}) {
+                        Case{"t_s,zoom_counts\n1,2.5\n", "line 2: 2.5 is not a valid zoom_counts"},
+                        Case{"t_s,zoom_counts\n,2\n", "line 2:  is not a valid t_s"},
+                        Case{"t_s,zoom_counts\nnan,2\n", "line 2: nan is not a valid t_s"},
+                        Case{"t_s,zoom_counts\n1,99999999999\n", "is not a valid zoom_counts"},
+                        Case{"t_s,zoom_counts,moving\n1,2,3\n", "3 is not a valid moving"}}) {
     const auto rows = ZoomRowsFromCsv(c.csv);
     CAPTURE(c.csv);
     REQUIRE_FALSE(rows.ok());
@@ -55,7 +55,7 @@ TEST_CASE("a wrong table, with its line") {
   }
 }
 
-TEST_CASE("rows by the clock; the last one stands; what moved between two readings is told") {
+TEST_CASE("rows follow the clock; the last one is held; motion between two readings is reported") {
   const auto rows = ZoomRowsFromCsv(
       "t_s,zoom_counts,moved,lost\n10,1,0,0\n10.1,2,1,0\n10.2,3,0,0\n10.3,,0,1\n10.4,4,0,0\n");
   REQUIRE(rows);
@@ -83,7 +83,7 @@ TEST_CASE("rows by the clock; the last one stands; what moved between two readin
   CHECK_FALSE(ReplayZoom::Create({ZoomRow{1, {}, false}, ZoomRow{1, {}, false}}, TestClock).ok());
 }
 
-TEST_CASE("the registry makes each kind, and says which there are") {
+TEST_CASE("the registry lists and creates each kind") {
   ZoomConnection connection;
   connection.replay = {ZoomRow{}};
   HidExchange exchange;
@@ -99,7 +99,7 @@ TEST_CASE("the registry makes each kind, and says which there are") {
   CHECK(FindZoomKind("telepathy") == nullptr);
 }
 
-TEST_CASE("after a failure the next attempt waits longer, and begins anew when all is well") {
+TEST_CASE("the back-off grows after each failure and restarts after success") {
   BackOff back_off;
   CHECK(back_off.Due(0));
   double wait_s = 0.1;

@@ -1,5 +1,5 @@
-// The kernel's side of a camera is played here: ioctl() and poll() are taken over by the linker
-// (--wrap), since no virtual driver of the kernel has a zoom control.
+// V4L2 zoom against a fake kernel: ioctl() and poll() are replaced by the linker (--wrap), since no
+// virtual driver has a zoom control.
 #include "drivers/zoom/v4l2_zoom.h"
 
 #include <linux/videodev2.h>
@@ -16,7 +16,7 @@
 
 namespace {
 
-/// A camera as ioctl() shows it.
+/// Simulated camera behind ioctl().
 struct FakeKernel {
   std::map<std::uint32_t, int> controls;
   std::map<std::uint32_t, int> subscribed;
@@ -92,7 +92,7 @@ double TestClock() {
   return now_s;
 }
 
-/// A sensor on a file that stands for the device.
+/// Sensor on a file that represents the device.
 struct Camera {
   Camera() {
     kernel = FakeKernel{};
@@ -109,7 +109,7 @@ struct Camera {
 
 }  // namespace
 
-TEST_CASE("v4l2: subscribed, read at once, then by events, then by reading") {
+TEST_CASE("v4l2: read at once, then updated by events, then by polling") {
   Camera camera;
   REQUIRE(camera.sensor->Read(camera.reading) == ZoomResult::kOk);
   CHECK(camera.reading.zoom_counts == 100);
@@ -133,15 +133,15 @@ TEST_CASE("v4l2: subscribed, read at once, then by events, then by reading") {
   CHECK(camera.reading.time_s == 5);
 }
 
-TEST_CASE("v4l2: what is no path names a camera, as [camera] does") {
+TEST_CASE("v4l2: anything that is not a path names a camera, as in [camera]") {
   kernel = FakeKernel{};
   const auto sensor = std::move(V4l2Zoom::Create({.device = "NOSUCH1"}, TestClock)).value();
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
-  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no camera here is NOSUCH1"));
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no camera NOSUCH1 found"));
 }
 
-TEST_CASE("v4l2: a camera without focus, without zoom, unplugged and back, and none") {
+TEST_CASE("v4l2: a camera without focus, without zoom, unplugged and replugged, and missing") {
   Camera camera;
   kernel.controls.erase(V4L2_CID_FOCUS_ABSOLUTE);
   REQUIRE(camera.sensor->Read(camera.reading) == ZoomResult::kOk);
@@ -167,7 +167,7 @@ TEST_CASE("v4l2: a camera without focus, without zoom, unplugged and back, and n
   CHECK_FALSE(V4l2Zoom::Create({.device = "", .timeout_s = 0}, TestClock).ok());
 }
 
-TEST_CASE("v4l2: only a changed value of zoom or focus is a reading") {
+TEST_CASE("v4l2: only a changed zoom or focus value counts as a reading") {
   ZoomReading reading;
   v4l2_event event = ValueEvent(V4L2_CID_ZOOM_ABSOLUTE, 5);
   event.u.ctrl.changes = V4L2_EVENT_CTRL_CH_FLAGS;

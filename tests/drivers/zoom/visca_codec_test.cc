@@ -33,7 +33,7 @@ TEST_CASE("requests, byte by byte") {
   CHECK(BytesOf(LensBlock(2)) == Bytes{0x82, 0x09, 0x7E, 0x7E, 0x00, 0xFF});
 }
 
-TEST_CASE("each kind of packet, and what is none") {
+TEST_CASE("each kind of packet, and malformed ones") {
   struct Case {
     Bytes packet;
     Kind kind;
@@ -42,7 +42,7 @@ TEST_CASE("each kind of packet, and what is none") {
   const Case cases[] = {
       {{0x88, 0x30, 0x02, 0xFF}, Kind::kAddressed, 1, 0},
       {{0x88, 0x30, 0x08, 0xFF}, Kind::kAddressed, 7, 0},
-      {{0x88, 0x30, 0x01, 0xFF}, Kind::kMalformed, 0, 0},  // our own, sent back by a bare cable
+      {{0x88, 0x30, 0x01, 0xFF}, Kind::kMalformed, 0, 0},  // our own, echoed by a loopback
       {{0x88, 0x30, 0x09, 0xFF}, Kind::kMalformed, 0, 0},
       {{0x88, 0x01, 0x00, 0x01, 0xFF}, Kind::kCleared, 0, 0},
       {{0x88, 0x01, 0x00, 0xFF}, Kind::kMalformed, 0, 0},
@@ -55,7 +55,7 @@ TEST_CASE("each kind of packet, and what is none") {
       {{0xA0, 0x61, 0x41, 0xFF}, Kind::kError, 2, 0x41},
       {{0x90, 0x60, 0xFF}, Kind::kMalformed, 1, 0},
       {{0x90, 0x60, 0x02, 0x02, 0xFF}, Kind::kMalformed, 1, 0},
-      {{0x81, 0x09, 0x04, 0x47, 0xFF}, Kind::kMalformed, 0, 0},  // a controller's
+      {{0x81, 0x09, 0x04, 0x47, 0xFF}, Kind::kMalformed, 0, 0},  // sent by a controller
       {{0x91, 0x41, 0xFF}, Kind::kMalformed, 0, 0},
       {{0x80, 0x41, 0xFF}, Kind::kMalformed, 0, 0},
       {{0x90, 0xFF}, Kind::kMalformed, 0, 0},
@@ -112,7 +112,7 @@ TEST_CASE("lens block: zoom, focus, digital zoom, motion") {
   CHECK_FALSE(untouched.focus_counts);
 }
 
-TEST_CASE("a stream without end is thrown away up to the next one; the one after is read") {
+TEST_CASE("an overlong packet is discarded up to its FF; the next one is decoded") {
   Bytes stream(1000, 0x90);
   stream.push_back(0xFF);
   stream.insert(stream.end(), {0x90, 0x41, 0xFF});
@@ -131,7 +131,7 @@ TEST_CASE("a stream without end is thrown away up to the next one; the one after
   }
 }
 
-TEST_CASE("any bytes: no packet is longer than a packet, and no value outside its range") {
+TEST_CASE("any bytes: packets stay within the maximum size and values within their range") {
   std::mt19937 random(7);
   const std::uint8_t favourites[] = {0x90, 0x50, 0xFF, 0x00, 0x0F, 0x60, 0x41, 0x88, 0x30, 0x02};
   for (int run = 0; run < 2000; ++run) {
@@ -140,9 +140,9 @@ TEST_CASE("any bytes: no packet is longer than a packet, and no value outside it
       byte = random() % 2 == 0 ? favourites[random() % 10] : static_cast<std::uint8_t>(random());
     }
     for (const Reply& reply : Received(stream)) {
-      REQUIRE(reply.size <= kLongestPacket);
+      REQUIRE(reply.size <= kMaxPacketBytes);
       REQUIRE(reply.address >= 0);
-      REQUIRE(reply.address <= kMostCameras);
+      REQUIRE(reply.address <= kMaxCameras);
       const auto counts = PositionFrom(reply);
       REQUIRE((!counts || (*counts >= 0 && *counts <= 0xFFFF)));
     }

@@ -16,8 +16,8 @@ using test::Bytes;
 using test::CameraAnswers;
 using test::FakeViscaCamera;
 
-constexpr double kPatience_s = 5;  // where an answer comes
-constexpr double kHurry_s = 0.05;  // where none comes
+constexpr double kPatience_s = 5;  // time-out if an answer is expected
+constexpr double kHurry_s = 0.05;  // time-out if none is expected
 
 std::unique_ptr<ZoomSensor> Sensor(const std::string& device, double timeout_s = kPatience_s,
                                    int address = 1) {
@@ -39,7 +39,7 @@ Bytes operator+(Bytes a, const Bytes& b) {
 
 }  // namespace
 
-TEST_CASE("a camera with a lens block: addressed once, then asked") {
+TEST_CASE("a camera with a lens block is addressed once, then queried") {
   std::atomic<int> zoom{0x1606};
   FakeViscaCamera camera(
       CameraAnswers([&zoom] { return BlockOf(zoom, 0x1234, false, zoom == 7); }));
@@ -62,7 +62,7 @@ TEST_CASE("a camera with a lens block: addressed once, then asked") {
   CHECK(camera.Heard(kAddressSet) == 1);
 }
 
-TEST_CASE("a camera that does not know the lens block, nor its focus") {
+TEST_CASE("a camera without lens block and without focus inquiry") {
   FakeViscaCamera camera([](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, 0x02, 0xFF};
     if (request == Bytes{0x81, 0x09, 0x04, 0x47, 0xFF}) return {0x90, 0x50, 3, 2, 1, 0, 0xFF};
@@ -77,18 +77,18 @@ TEST_CASE("a camera that does not know the lens block, nor its focus") {
     CHECK(reading.digital_zoom == false);
     CHECK(reading.motion == LensMotion::kUnknown);
   }
-  CHECK(camera.Heard(kAskBlock) == 1);  // what it does not know it is asked once
+  CHECK(camera.Heard(kAskBlock) == 1);  // an unsupported inquiry is sent only once
   CHECK(camera.Heard({0x81, 0x09, 0x04, 0x48}) == 1);
 }
 
-TEST_CASE("what may come before the answer is passed over") {
+TEST_CASE("other packets before the answer are ignored") {
   const Bytes before[] = {
       {0xA0, 0x50, 1, 2, 3, 4, 0xFF},        // another camera's position
       {0xA0, 0x60, 0x41, 0xFF},              // another camera's error
       {0x90, 0x41, 0xFF, 0x90, 0x51, 0xFF},  // a command's ack and completion
       {0x90, 0x50, 1, 2, 3, 4, 0xFF},        // an answer of another length
       {0x12, 0x34, 0x56, 0xFF},              // garbage
-      Bytes(100, 0x55) + Bytes{0xFF},        // more garbage than any buffer
+      Bytes(100, 0x55) + Bytes{0xFF},        // garbage longer than any buffer
       {0xFF, 0xFF, 0xFF},
       {0x90, 0x38, 0xFF},  // a network change
   };
@@ -103,27 +103,27 @@ TEST_CASE("what may come before the answer is passed over") {
   }
 }
 
-TEST_CASE("answers of another address alone are no reading, and its address is told") {
+TEST_CASE("answers from another address are ignored, and that address is reported") {
   FakeViscaCamera camera([](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, 0x04, 0xFF};
     Bytes block = BlockOf(0x2222, 5, false, false);
-    block[0] = 0xB0;  // whatever is asked, camera 3 answers
+    block[0] = 0xB0;  // camera 3 answers every request
     return block;
   });
   const auto sensor = Sensor(camera.device(), kHurry_s);
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()),
-             Catch::Contains("camera 1: no answer, but camera 3 speaks"));
+             Catch::Contains("camera 1: no answer, but camera 3 answered"));
   CHECK_FALSE(reading.zoom_counts);
 }
 
-TEST_CASE("an answer in pieces, and one with another packet behind it") {
+TEST_CASE("an answer in pieces, and one followed by another packet") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
   camera.Become([&camera](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, 0x02, 0xFF};
     for (const std::uint8_t byte : BlockOf(0x1357, 1, false, false)) camera.Say({byte});
-    return {0x90, 0x50, 9, 9, 9, 9, 0xFF};  // stays in the line, and is not the next answer
+    return {0x90, 0x50, 9, 9, 9, 9, 0xFF};  // left over, must not be taken for the next answer
   });
   const auto sensor = Sensor(camera.device());
   for (int i = 0; i < 5; ++i) {
@@ -133,7 +133,7 @@ TEST_CASE("an answer in pieces, and one with another packet behind it") {
   }
 }
 
-TEST_CASE("error replies are no readings, and are told in words") {
+TEST_CASE("error replies are reported as text") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{0x90, 0x61, 0x41, 0xFF}; }));
   const auto sensor = Sensor(camera.device());
   ZoomReading reading;
@@ -145,7 +145,7 @@ TEST_CASE("error replies are no readings, and are told in words") {
   CHECK(sensor->Read(reading) == ZoomResult::kOk);
 }
 
-TEST_CASE("a lens block of the right length that holds no nibbles is refused") {
+TEST_CASE("a lens block of the right length with invalid nibbles is rejected") {
   FakeViscaCamera camera(CameraAnswers([] {
     Bytes block = BlockOf(1, 2, false, false);
     block[3] = 0x77;
@@ -157,7 +157,7 @@ TEST_CASE("a lens block of the right length that holds no nibbles is refused") {
   CHECK_FALSE(reading.zoom_counts);
 }
 
-TEST_CASE("silence and garbage end at the time-out; what was asked then is not believed later") {
+TEST_CASE("silence and garbage end at the time-out; the late answer is discarded") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
   const auto sensor = Sensor(camera.device(), kHurry_s);
   ZoomReading reading;
@@ -168,8 +168,8 @@ TEST_CASE("silence and garbage end at the time-out; what was asked then is not b
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("baud"));
   CHECK_FALSE(reading.zoom_counts);
 
-  // The answer to the question that timed out comes just before that to AddressSet: a camera
-  // answers in turn. Only what comes after it counts.
+  // The late answer arrives just before the reply to AddressSet, because a camera answers in order.
+  // Only packets after that reply count.
   camera.Become([](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return BlockOf(0x0001, 0, false, false) + Bytes{0x88, 0x30, 2, 0xFF};
     return BlockOf(0x0002, 0, false, false);
@@ -181,7 +181,7 @@ TEST_CASE("silence and garbage end at the time-out; what was asked then is not b
   CHECK(camera.Heard(kAddressSet) > addressed);
 }
 
-TEST_CASE("a network change, or too few cameras: the line is addressed again") {
+TEST_CASE("after a network change, or with too few cameras, addresses are assigned again") {
   std::atomic<int> cameras{2};
   FakeViscaCamera camera([&cameras](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, static_cast<std::uint8_t>(cameras + 1), 0xFF};
@@ -202,7 +202,7 @@ TEST_CASE("a network change, or too few cameras: the line is addressed again") {
   CHECK(camera.Heard(kAddressSet) == 3);
 }
 
-TEST_CASE("unplugged and plugged in again, under the same name") {
+TEST_CASE("an adapter is unplugged and replugged under the same name") {
   const test::TemporaryFolder folder;
   const std::string link = folder.path() + "/tty";
   const auto sensor = Sensor(link);
@@ -216,7 +216,7 @@ TEST_CASE("unplugged and plugged in again, under the same name") {
         CameraAnswers([round] { return BlockOf(round, 0, false, false); }));
     std::filesystem::remove(link);
     std::filesystem::create_symlink(camera.device(), link);
-    // The former camera's hang-up may be met first.
+    // The hang-up of the previous camera may be seen first.
     while (sensor->Read(reading) != ZoomResult::kOk) {
     }
     CHECK(reading.zoom_counts == round);
@@ -226,7 +226,7 @@ TEST_CASE("unplugged and plugged in again, under the same name") {
   CHECK(result == ZoomResult::kLost);
 }
 
-TEST_CASE("what is no serial line, and wrong settings, each with its message") {
+TEST_CASE("a device that is not a serial line, and each invalid setting, have their message") {
   const auto sensor = Sensor("/dev/null");
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
