@@ -1,4 +1,5 @@
-// The whole daemon from socket to socket: a robot register changes, a corrected point changes.
+// Benchmark of the daemon from socket to socket: latency from a robot register to a corrected
+// point.
 #include <fmt/core.h>
 #include <modbus/modbus.h>
 #include <sys/wait.h>
@@ -22,7 +23,7 @@ constexpr double kCycle_ms = 10;
 constexpr std::uint16_t kLight_g = 20000, kHeavy_g = 60000;
 constexpr double kLeastChange_mm = 0.05;
 
-/// point_x of the first point; an unanswered request is counted.
+/// point_x of the first point; counts a failed request in `bad`.
 double PointX_mm(modbus_t* plc, int& bad) {
   std::uint16_t words[2] = {};
   bad += modbus_read_registers(plc, 2003, 2, words) != 2;
@@ -55,7 +56,7 @@ int main(int argc, char** argv) {
   modbus_t* plc = modbus_new_tcp("127.0.0.1", port);
   std::uint16_t block[20];
   int bad = modbus_connect(plc);
-  for (int wait = 0; wait < 200; ++wait) {  // until the point is valid
+  for (int wait = 0; wait < 200; ++wait) {  // wait until the point is valid
     if (modbus_read_registers(plc, 2000, 20, block) == 20 && (block[1] & 1) != 0) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
@@ -64,8 +65,8 @@ int main(int argc, char** argv) {
     return 1;
   }
 
-  // Round trips: to the robot (a second client cannot be had here, so the PLC side's stands for
-  // both; both are loopback) and to the daemon.
+  // Round-trip time to the daemon. It also represents the round trip to the robot, which cannot be
+  // measured with a second client; both are loopback.
   std::vector<double> round_trips;
   for (int k = 0; k < 2000; ++k) {
     const double start = Now_ms();
@@ -83,7 +84,7 @@ int main(int argc, char** argv) {
     robot.SetPayload(k % 2 == 0 ? kHeavy_g : kLight_g);
     const double start = Now_ms();
     while (bad == 0 && std::abs(PointX_mm(plc, bad) - before_mm) < kLeastChange_mm) {
-      if (Now_ms() - start > 1000) bad = 1;  // the cell does not yield: nothing is measured
+      if (Now_ms() - start > 1000) bad = 1;  // the cell does not deflect: nothing to measure
     }
     latencies.push_back(Now_ms() - start);
   }
@@ -106,7 +107,7 @@ int main(int argc, char** argv) {
   row("worst", Quantile(latencies, 1));
   fmt::print("| resident memory of the daemon | {:.1f} MB | | | <= 30 MB | {} |\n", memory_mb,
              memory_mb <= 30 ? "yes" : "NO");
-  fmt::print("| failed requests; daemon's exit code | {}; {} | | | 0; 0 | {} |\n", bad,
+  fmt::print("| failed requests; exit code of the daemon | {}; {} | | | 0; 0 | {} |\n", bad,
              WEXITSTATUS(status), bad == 0 && status == 0 ? "yes" : "NO");
   return bad == 0 && status == 0 ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-// A daemon under measurement: the robot that it reads, its start, its memory.
+// Fixture for daemon benchmarks: a fake robot, start of the daemon, its memory.
 #pragma once
 
 #include <fcntl.h>
@@ -27,12 +27,12 @@ inline double Now_ms() {
                                     std::chrono::nanoseconds(1));
 }
 
-inline double Quantile(std::vector<double> values, double share) {
+inline double Quantile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
 }
 
-/// A robot controller by libmodbus: joints as int32 microradians at 0, payload in grams at 12.
+/// Fake robot controller on libmodbus: joints as int32 microradians at 0, payload in grams at 12.
 class BenchRobot {
  public:
   BenchRobot() : link_(modbus_new_tcp("127.0.0.1", 0)), map_(modbus_mapping_new(0, 0, 16, 0)) {
@@ -57,7 +57,7 @@ class BenchRobot {
     modbus_free(link_);
   }
   int port() const { return port_; }
-  /// When each request of the daemon came [ms], since the last call.
+  /// Arrival times of the requests from the daemon [ms] since the last call.
   std::vector<double> TakeRequests_ms() {
     const std::lock_guard lock(mutex_);
     return std::exchange(requests_ms_, {});
@@ -127,7 +127,7 @@ inline double ResidentMb(pid_t pid) {
   return 0;
 }
 
-/// Starts the daemon with its log in `folder`/log; the port is read from its first lines.
+/// Starts the daemon with its log in `folder`/log and reads the port from the first log lines.
 inline pid_t StartDaemon(const char* program, const std::string& folder, int& port) {
   const std::string log = folder + "/log", config = folder + "/plumbline.toml";
   const pid_t pid = fork();

@@ -1,5 +1,5 @@
-// A picture of the overlay on one core without a GPU, beside the same picture drawn by plain
-// OpenGL: 1080p, a new camera image each time, 50,000 triangles, read back. ./dev bench
+// Benchmark of the overlay on one CPU core without a GPU against the same picture in plain OpenGL:
+// 1080p, a new camera image each time, 50,000 triangles, read back. ./dev bench
 #include <GLES3/gl3.h>
 #include <fmt/format.h>
 #include <sched.h>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr ImageSize kPicture{1920, 1080};
 
-/// Time that all threads computed, whatever else the machine was doing.
+/// CPU time of all threads, independent of other load on the machine.
 double Milliseconds(const std::function<void()>& work) {
   const auto now_ms = [] {
     timespec now{};
@@ -44,7 +44,7 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// A round bar of 50,000 triangles along z.
+/// A round bar along z with 50,000 triangles.
 TriangleMesh Bar(double radius_m, double length_m) {
   constexpr int kRings = 250, kAround = 100;
   TriangleMesh mesh;
@@ -68,10 +68,10 @@ TriangleMesh Bar(double radius_m, double length_m) {
   return mesh;
 }
 
-/// The peer: the image as it is, the mesh straight, with the same light, and nothing else.
+/// Peer: the distorted image and the straight mesh with the same light, nothing else.
 class PlainPicture {
  public:
-  explicit PlainPicture(const TriangleMesh& mesh) : lit_(WithNormals(mesh)) {
+  explicit PlainPicture(const TriangleMesh& mesh) : lit_(ComputeNormals(mesh)) {
     image_program_ = GlProgram::Build(
                          "out vec2 at; void main() { vec2 c = vec2(gl_VertexID == 1 ? 3.0 : -1.0, "
                          "gl_VertexID == 2 ? 3.0 : -1.0); at = 0.5 * c + 0.5; "
@@ -132,10 +132,10 @@ class PlainPicture {
     Eigen::Matrix4f pose = Eigen::Matrix4f::Identity();
     pose.topLeftCorner<3, 3>() = drawn.X_CF.R.cast<float>();
     pose.topRightCorner<3, 1>() = drawn.X_CF.p.cast<float>();
-    glUniformMatrix4fv(mesh_program_.At("u_pose"), 1, GL_FALSE, pose.data());
+    glUniformMatrix4fv(mesh_program_.UniformLocation("u_pose"), 1, GL_FALSE, pose.data());
     const Eigen::Matrix4f clip = ClipOfCamera(list.pinhole, list.size);
-    glUniformMatrix4fv(mesh_program_.At("u_clip"), 1, GL_FALSE, clip.data());
-    glUniform4f(mesh_program_.At("u_colour"), 1, 0.5F, 0, 1);
+    glUniformMatrix4fv(mesh_program_.UniformLocation("u_clip"), 1, GL_FALSE, clip.data());
+    glUniform4f(mesh_program_.UniformLocation("u_colour"), 1, 0.5F, 0, 1);
     glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * lit_.triangles.size()), GL_UNSIGNED_INT,
                    nullptr);
     glBindVertexArray(0);
@@ -153,11 +153,11 @@ class PlainPicture {
   std::vector<std::uint8_t> pixels_;
 };
 
-/// The largest distance of a vertex from where the beam's finite elements carry it [mm].
+/// Largest deviation of a vertex from the finite elements of the beam [mm].
 double BendError(Renderer& renderer, const DisplayList& list, const TriangleMesh& mesh,
                  const BeamSolution& beam) {
   const DrawnMesh& drawn = list.meshes[0];
-  const std::vector<Vec3f> placed = renderer.PlacedVertices(list, drawn);
+  const std::vector<Vec3f> placed = renderer.TransformedVertices(list, drawn);
   const double length_m = beam.NodeZ(beam.node_count() - 1);
   double worst_m = placed.empty() ? 1 : 0;
   for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -175,7 +175,7 @@ int Run(bool quick) {
   CPU_ZERO(&one);
   CPU_SET(sched_getcpu(), &one);
   sched_setaffinity(0, sizeof one, &one);
-  setenv("LP_NUM_THREADS", "1", 1);  // read when the context is made
+  setenv("LP_NUM_THREADS", "1", 1);  // read when the context is created
   auto context = GlContext::Create();
   if (!context) {
     fmt::print("SKIPPED: {}\n", context.error());
@@ -183,7 +183,7 @@ int Run(bool quick) {
   }
   auto renderer = Renderer::Create(**context);
   if (!renderer) {
-    fmt::print("the renderer cannot be made: {}\n", renderer.error());
+    fmt::print("the renderer cannot be created: {}\n", renderer.error());
     return 1;
   }
 
@@ -219,32 +219,32 @@ int Run(bool quick) {
   list.meshes = {drawn};
   PlainPicture plain(mesh);
 
-  const auto with_both = [&] {
+  const auto draw_ours = [&] {
     ++list.background.sequence;
     if ((*renderer)->Draw(list) != DrawResult::kDrawn) std::abort();
-    ReadInParts(**renderer, [](int, const PictureView&) {});
+    ReadInStrips(**renderer, [](int, const PictureView&) {});
   };
-  const auto with_neither = [&] { plain.Draw(grey, list); };
+  const auto draw_plain = [&] { plain.Draw(grey, list); };
   std::vector<double> ours_ms, plain_ms;
   const int pictures = quick ? 30 : 200;
   for (int i = -5; i < pictures; ++i) {
-    const double ours = Milliseconds(with_both), other = Milliseconds(with_neither);
+    const double ours = Milliseconds(draw_ours), other = Milliseconds(draw_plain);
     if (i < 0) continue;
     ours_ms.push_back(ours);
     plain_ms.push_back(other);
   }
   const double ratio = Median(ours_ms) / Median(plain_ms);
-  fmt::print("{}, one core; 1920x1080, {} triangles, {} pictures, median of the time computed\n",
+  fmt::print("{}, one core; 1920x1080, {} triangles, {} pictures, median CPU time\n",
              (*context)->description(), mesh.triangles.size(), pictures);
   fmt::print("  undistorted background, bent mesh, drawn and read back   {:6.2f} ms\n",
              Median(ours_ms));
-  fmt::print("  plain OpenGL, neither undistorted nor bent               {:6.2f} ms\n",
+  fmt::print("  plain OpenGL, without undistortion and bending           {:6.2f} ms\n",
              Median(plain_ms));
   fmt::print(
       "  ratio                                                    {:6.2f}     (goal <= 1.5)\n",
       ratio);
   fmt::print(
-      "  a vertex from where the finite elements carry it, worst  {:6.4f} mm  (goal <= 0.01)\n",
+      "  largest deviation of a vertex from the finite elements   {:6.4f} mm  (goal <= 0.01)\n",
       BendError(**renderer, list, mesh, beam));
   return 0;
 }

@@ -1,5 +1,5 @@
-// The publisher: an hour of outage forwarded to Debian's broker, and what it costs when idle.
-// fleet_bench PLUMBLINE_FLEET CONFIG
+// Benchmark of the publisher: forwarding an hour of queued messages to Mosquitto, and the idle
+// load. fleet_bench PLUMBLINE_FLEET CONFIG
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ pid_t Start(const std::vector<std::string>& command, const std::string& log,
   _exit(127);
 }
 
-/// A child, ended when it is left, whichever way.
+/// Child process, terminated when the object is destroyed.
 class Child {
  public:
   explicit Child(pid_t pid) : pid_(pid) {}
@@ -85,7 +85,7 @@ int FreePort() {
   return bound ? ntohs(address.sin_port) : 0;
 }
 
-/// Counts what arrives below a topic, and when the first and the newest did.
+/// Counts messages below a topic, with the times of the first and the last.
 struct Counter {
   std::atomic<std::size_t> count{0};
   std::atomic<double> first_s{0}, newest_s{0};
@@ -98,7 +98,7 @@ struct Counter {
   }
 };
 
-/// Two points move each minute, an alarm comes and goes each two minutes.
+/// Two points move every minute, an alarm is raised and cleared every two minutes.
 ViewState StateAt(double time_s) {
   ViewState state;
   state.utc_s = 1.8e9 + time_s;
@@ -120,7 +120,7 @@ ViewState StateAt(double time_s) {
   return state;
 }
 
-std::vector<Message> AnHour() {
+std::vector<Message> MessagesOfOneHour() {
   MqttConfig config;
   FleetCell cell{"bench", "cell", "bench", std::vector<Joint>(6), {}};
   Changes changes(config, cell, "");
@@ -172,7 +172,7 @@ bool Within(double seconds, Condition holds) {
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
   if (access("/usr/sbin/mosquitto", X_OK) != 0) {
-    fmt::print("SKIPPED: no mosquitto here (apt install mosquitto)\n");
+    fmt::print("SKIPPED: mosquitto is not installed (apt install mosquitto)\n");
     return 0;
   }
   char pattern[] = "/tmp/plumbline-bench-XXXXXX";
@@ -194,7 +194,7 @@ int main(int argc, char** argv) {
   mosquitto_subscribe(client, nullptr, "+/bench/+/#", 1);
   SleepSeconds(0.5);
 
-  const std::vector<Message> messages = AnHour();
+  const std::vector<Message> messages = MessagesOfOneHour();
   std::size_t bytes = 0;
   std::filesystem::create_directories(folder + "/state/fleet");
   {
@@ -227,7 +227,7 @@ int main(int argc, char** argv) {
   }
   counter.count = 0;
   Child fleet(Start({argv[1], folder + "/plumbline.toml"}, log));
-  // The birth comes first; what the feed gives comes after all that waited.
+  // The birth message comes first; the live feed follows after all queued messages.
   if (!Within(60, [&] { return counter.count >= 1 + messages.size(); })) return 1;
   const double ours_s = counter.newest_s - counter.first_s;
 
@@ -241,7 +241,7 @@ int main(int argc, char** argv) {
   SleepSeconds(3);
   const double before_s = CpuSeconds(fleet.pid());
   SleepSeconds(kIdle_s);
-  const double share = (CpuSeconds(fleet.pid()) - before_s) / kIdle_s,
+  const double cpu_share = (CpuSeconds(fleet.pid()) - before_s) / kIdle_s,
                memory_MB = ResidentMB(fleet.pid());
   stop = true;
   feed.join();
@@ -252,17 +252,17 @@ int main(int argc, char** argv) {
 
   fmt::print("| what | ours | peer | ratio |\n|---|---|---|---|\n");
   fmt::print(
-      "| an hour's {} messages ({:.2f} MB) forwarded, each off the disk when acknowledged | "
-      "{:.0f} ms | {:.0f} ms (mosquitto_pub -l -q 1, from a file, nothing kept) | {:.2f} |\n",
+      "| {} messages of one hour ({:.2f} MB) forwarded, each deleted from disk when acknowledged | "
+      "{:.0f} ms | {:.0f} ms (mosquitto_pub -l -q 1 from a file, nothing stored) | {:.2f} |\n",
       messages.size(), 1e-6 * static_cast<double>(bytes), 1e3 * ours_s, 1e3 * peer_s,
       ours_s / peer_s);
-  fmt::print("| 64 MB of queue last at that rate | {:.1f} days | | |\n",
+  fmt::print("| capacity of a 64 MB queue at that rate | {:.1f} days | | |\n",
              64e6 /
                  (static_cast<double>(bytes) +
                   FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
                  24);
-  fmt::print("| processor time, idle, 5 states a second looked at | {:.2f} % of a core | | |\n",
-             100 * share);
+  fmt::print("| CPU time when idle, checking 5 states a second | {:.2f} % of a core | | |\n",
+             100 * cpu_share);
   fmt::print("| resident memory | {:.1f} MB | | |\n", memory_MB);
   return 0;
 }

@@ -1,5 +1,5 @@
-// The lens calibration: corners, the solve, what is claimed against what is true, and what is
-// accepted; OpenCV and mrcal in the same run as the peers. lens_bench [--quick | --adversarial]
+// Benchmark of the lens calibration: corner detection, solving, claimed against true uncertainty,
+// and acceptance; OpenCV and mrcal as peers in the same run. lens_bench [--quick | --adversarial]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace {
 constexpr ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
-/// Time that this thread computed, whatever else the machine was doing.
-double Computed_ms() {
+/// CPU time of this thread, independent of other load on the machine.
+double CpuTime_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
@@ -39,14 +39,14 @@ double Rms(const std::vector<double>& values) {
   return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Per cent of the values within -2..2.
-double ShareWithin2(const std::vector<double>& z) {
+/// Percentage of the values within -2..2.
+double PercentWithin2(const std::vector<double>& z) {
   const auto within =
       std::count_if(z.begin(), z.end(), [](double value) { return std::abs(value) < 2; });
   return z.empty() ? 0 : 100.0 * static_cast<double>(within) / static_cast<double>(z.size());
 }
 
-/// Squared errors of all corners; the board may be found turned by half a turn.
+/// Errors of all corners [px]; the board may be detected rotated by 180 degrees.
 void AddErrors(const std::vector<Vec2>& found, const std::vector<bool>& seen,
                const std::vector<Vec2>& truth, std::vector<double>& errors) {
   std::array<std::vector<double>, 2> both;
@@ -71,10 +71,10 @@ void BoardCorners(int frames) {
   for (const DrawnView& view : DrawViews(capture, board, 77)) {
     const renderer::Image image = renderer::Render(view.camera, {view.sheet}, {}, 500 + k++);
     const std::vector<Vec2> truth = TrueCorners(view, board);
-    double start = Computed_ms();
+    double start = CpuTime_ms();
     const auto corners =
         DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
-    ours.push_back(Computed_ms() - start);
+    ours.push_back(CpuTime_ms() - start);
     if (corners) {
       ++found;
       AddErrors(corners->corners_px, corners->seen, truth, our_errors);
@@ -82,9 +82,9 @@ void BoardCorners(int frames) {
     const cv::Mat grey(image.height, image.width, CV_8U,
                        const_cast<std::uint8_t*>(image.grey.data()));
     std::vector<cv::Point2f> points;
-    start = Computed_ms();
+    start = CpuTime_ms();
     const bool peer = cv::findChessboardCornersSB(grey, {board.columns, board.rows}, points);
-    theirs.push_back(Computed_ms() - start);
+    theirs.push_back(CpuTime_ms() - start);
     if (!peer) continue;
     ++peer_found;
     std::vector<Vec2> pixels;
@@ -115,10 +115,10 @@ double OpenCvSolve(const Board& board, const std::vector<BoardView>& views, doub
   }
   cv::Mat K, distortion;
   std::vector<cv::Mat> turns, places;
-  const double start = Computed_ms();
+  const double start = CpuTime_ms();
   cv::calibrateCamera(objects, images, {kSize.width, kSize.height}, K, distortion, turns, places);
   fx = K.at<double>(0, 0);
-  return Computed_ms() - start;
+  return CpuTime_ms() - start;
 }
 
 void Solve(int seeds) {
@@ -133,18 +133,18 @@ void Solve(int seeds) {
       for (int seed = 1; seed <= seeds; ++seed) {
         const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
         const renderer::Camera truth = renderer::ZoomLens(f);
-        double start = Computed_ms();
+        double start = CpuTime_ms();
         const auto fit = FitLens(board, views, kSize);
-        ours.push_back(Computed_ms() - start);
+        ours.push_back(CpuTime_ms() - start);
         if (!fit) {
           fmt::print("f {}, seed {}: {}\n", f, seed, fit.error());
           continue;
         }
         errors.push_back(100 * (fit->shared[kFx] / truth.fx - 1));
         z.push_back((fit->shared[kFx] - truth.fx) / std::sqrt(fit->covariance(kFx, kFx)));
-        start = Computed_ms();
+        start = CpuTime_ms();
         const LensCalibration c = CalibrateLens(board, views, kSize);
-        whole.push_back(Computed_ms() - start);
+        whole.push_back(CpuTime_ms() - start);
         image_z.push_back(LargestDifference(TrueLens(truth), c.lens, kSize) / c.uncertainty.max_px);
         if (const auto mrcal =
                 SolveWithMrcal(board, views, kSize, LensOfShared(fit->shared), fit->X_CK)) {
@@ -160,25 +160,24 @@ void Solve(int seeds) {
       fmt::print(
           "solve, f {:5.0f} {}   {:.1f} ms with covariance | OpenCV {:.1f} ms | ratio {:.2f} (goal "
           "0.7); fx error {:.4f} % | {:.4f} %; z of fx {:.2f} (goal 0.9..1.15); largest image "
-          "error "
-          "over claimed: median {:.2f}; frames to answer {:.0f} ms (goal 250)\n",
+          "error over claimed: median {:.2f}; complete calibration {:.0f} ms (goal 250)\n",
           f, kind == Capture::Kind::kVaried ? "varied" : "burst ", Median(ours), Median(theirs),
           Median(ours) / Median(theirs), Rms(errors), Rms(their_errors), Rms(z), Median(image_z),
           Median(whole));
       if (!HasMrcal()) {
-        fmt::print("  mrcal: SKIPPED, not installed when this was built (libmrcal-dev)\n");
+        fmt::print("  mrcal: SKIPPED, not installed at build time (libmrcal-dev)\n");
         continue;
       }
       fmt::print(
           "  mrcal, same corners     fx error {:.4f} % | ours {:.4f} %; spread of z {:.2f} | ours "
-          "{:.2f}; within two claimed deviations {:.1f} % | ours {:.1f} % (95.4 % is right)\n",
-          Rms(mrcal_errors), Rms(our_errors_there), Rms(mrcal_z), Rms(z), ShareWithin2(mrcal_z),
-          ShareWithin2(z));
+          "{:.2f}; within two claimed sigma {:.1f} % | ours {:.1f} % (95.4 % expected)\n",
+          Rms(mrcal_errors), Rms(our_errors_there), Rms(mrcal_z), Rms(z), PercentWithin2(mrcal_z),
+          PercentWithin2(z));
     }
   }
 }
 
-/// Uncertainty of a lens whose standstill nobody doubts [px].
+/// Uncertainty under the assumption that the lens did not move [px].
 double ClaimedByViews(const Board& board, const std::vector<BoardView>& views) {
   const auto fit = FitLens(board, views, kSize);
   if (!fit) return 1e9;
@@ -186,13 +185,13 @@ double ClaimedByViews(const Board& board, const std::vector<BoardView>& views) {
   return UncertaintyOf(LensOfShared(fit->shared), covariance, kSize).max_px;
 }
 
-/// What is accepted among honest views, bursts, bowed boards and lenses that move.
+/// Acceptance of varied views, bursts, bowed boards and moving lenses.
 void Acceptance(int runs) {
   struct Kind {
     const char* name;
     Capture::Kind kind;
     double bow, creep, step;
-    bool any_frame = false;  ///< the jump; true is then the lens after it
+    bool any_frame = false;  ///< the lens jumps at any frame; the truth is the lens after it
   };
   constexpr double kVaried = 0.2;
   const Kind kinds[] = {{"varied views", Capture::Kind::kVaried, 0, 0, 0},
@@ -206,8 +205,8 @@ void Acceptance(int runs) {
   const Board board;
   int all = 0, all_false = 0;
   for (const Kind& kind : kinds) {
-    int accepted = 0, false_accepted = 0, bad = 0, bad_refused = 0, good = 0, good_accepted = 0;
-    int held = 0;
+    int accepted = 0, false_accepted = 0, bad = 0, bad_rejected = 0, good = 0, good_accepted = 0;
+    int claimed_by_views = 0;
     for (int run = 0; run < runs; ++run) {
       std::mt19937_64 random(run + 9000);
       std::uniform_real_distribution<double> U(-1, 1);
@@ -234,26 +233,28 @@ void Acceptance(int runs) {
         ++false_accepted;
       if (error > 3 * CalibrationOptions{}.acceptable_px) {
         ++bad;
-        bad_refused += !c.accepted;
+        bad_rejected += !c.accepted;
       } else if (lens_still && claimed < CalibrationOptions{}.acceptable_px) {
         ++good;
         good_accepted += c.accepted;
       }
-      held += lens_still && ClaimedByViews(board, views) < CalibrationOptions{}.acceptable_px;
+      claimed_by_views +=
+          lens_still && ClaimedByViews(board, views) < CalibrationOptions{}.acceptable_px;
       ++all;
     }
     all_false += false_accepted;
     fmt::print(
-        "{:20}  accepted {:4} of {}; falsely {}; bad ones (over 1.5 px) refused {}/{}; good "
-        "ones (claimed below 0.5 px) accepted {}/{}; below that but for the doubt of a moving "
-        "lens {}\n",
-        kind.name, accepted, runs, false_accepted, bad_refused, bad, good_accepted, good, held);
+        "{:20}  accepted {:4} of {}; falsely accepted {}; bad (over 1.5 px) rejected {}/{}; good "
+        "(claimed below 0.5 px) accepted {}/{}; claimed below 0.5 px if the lens is assumed "
+        "fixed {}\n",
+        kind.name, accepted, runs, false_accepted, bad_rejected, bad, good_accepted, good,
+        claimed_by_views);
   }
   fmt::print("false acceptance           {} of {} (goal 0 of 1000)\n", all_false, all);
 }
 
-/// Frames made to take long: noise, stripes, fine chessboards of all sizes, boards in clutter.
-/// Every tenth is also searched for the other kinds of board.
+/// Adversarial frames: noise, stripes, fine chessboards of all sizes, boards in clutter. Every
+/// tenth is also searched for the other kinds of board.
 void Adversarial(int frames) {
   const Board board;
   const Board others[] = {{9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
@@ -285,21 +286,20 @@ void Adversarial(int frames) {
             static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
       }
     }
-    const double start = Computed_ms();
+    const double start = CpuTime_ms();
     static_cast<void>(DetectBoard({image.data(), 1920, 1080, 1920}, board));
-    times.push_back(Computed_ms() - start);
+    times.push_back(CpuTime_ms() - start);
     worst = std::max(worst, times.back());
-    if (k % 10 != k / 10 % 10) continue;  // of each kind of frame in turn
+    if (k % 10 != k / 10 % 10) continue;  // cycles through the kinds of frame
     for (const Board& other : others) {
-      const double then = Computed_ms();
+      const double then = CpuTime_ms();
       static_cast<void>(DetectBoard({image.data(), 1920, 1080, 1920}, other));
-      worst_other = std::max(worst_other, Computed_ms() - then);
+      worst_other = std::max(worst_other, CpuTime_ms() - then);
     }
   }
   fmt::print(
-      "adversarial frames         {} of them: median {:.1f} ms, worst {:.1f} ms (goal 200); a "
-      "tenth "
-      "for ChArUco and circles: worst {:.1f} ms\n",
+      "adversarial frames         {}: median {:.1f} ms, worst {:.1f} ms (goal 200); every tenth "
+      "searched for ChArUco and circles: worst {:.1f} ms\n",
       frames, Median(times), worst, worst_other);
 }
 

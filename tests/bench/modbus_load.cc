@@ -36,14 +36,14 @@ constexpr std::size_t AnswerBytes(int count) {
   return 9 + 2 * static_cast<std::size_t>(count);
 }
 
-// ---- The hostile clients; each function is one thread's life.
+// ---- Hostile clients; each function is the body of one thread.
 
 void SendPartialFrames(int port) {
   for (;;) {
     const Connection connection(port);
     if (connection.ok()) connection.Send(std::array<std::uint8_t, 5>{0, 1, 0, 0, 0});
     std::array<std::uint8_t, 16> nothing;
-    connection.Receive(nothing);  // until closed, or a second
+    connection.Receive(nothing);  // until closed, or for one second
   }
 }
 
@@ -76,7 +76,7 @@ void NeverRead(int port) {
   }
 }
 
-void AskForUnknownFunctions(int port) {
+void RequestUnknownFunctions(int port) {
   const std::array<std::uint8_t, 12> frame = {0, 1, 0, 0, 0, 6, 1, 0x55, 1, 2, 3, 4};
   for (;;) {
     const Connection connection(port);
@@ -90,7 +90,7 @@ void OpenAndAbandon(int port) {
   std::vector<Connection> abandoned;
   for (int i = 0;; ++i) {
     Connection connection(port);
-    const linger reset{.l_onoff = 1, .l_linger = 0};  // no ports left waiting
+    const linger reset{.l_onoff = 1, .l_linger = 0};  // avoids TIME_WAIT
     ::setsockopt(connection.fd(), SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
     if (i % 2 == 0) abandoned.push_back(std::move(connection));
     if (abandoned.size() == 100) abandoned.clear();
@@ -98,10 +98,10 @@ void OpenAndAbandon(int port) {
   }
 }
 
-/// A connection whose connect() is not waited for.
+/// Starts a non-blocking connect().
 int BeginConnection(int port) {
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const linger reset{.l_onoff = 1, .l_linger = 0};  // no ports left waiting
+  const linger reset{.l_onoff = 1, .l_linger = 0};  // avoids TIME_WAIT
   ::setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -111,7 +111,7 @@ int BeginConnection(int port) {
   return fd;
 }
 
-/// As many at once as the listener's queue takes, again and again: it is full most of the time.
+/// Repeated bursts that keep the accept queue full most of the time.
 void FillAcceptQueue(int port) {
   constexpr int kTotal = 30'000, kBurst = 600;
   std::vector<int> open;
@@ -124,7 +124,7 @@ void FillAcceptQueue(int port) {
   }
 }
 
-/// 10,000 connections that stay until the server ends them, and say nothing.
+/// 10,000 silent connections that stay open until the server closes them.
 void TenThousandConnections(int port) {
   constexpr int kTotal = 10'000, kHeld = 800;
   std::deque<int> open;
@@ -138,12 +138,12 @@ void TenThousandConnections(int port) {
   for (;;) ::pause();
 }
 
-struct Crowd {
+struct ClientGroup {
   int count;
-  void (*life)(int port);
+  void (*run)(int port);
 };
 
-std::vector<Crowd> CrowdOf(Attack attack) {
+std::vector<ClientGroup> GroupsOf(Attack attack) {
   switch (attack) {
     case Attack::kAcceptQueue:
       return {{1, FillAcceptQueue}};
@@ -157,7 +157,7 @@ std::vector<Crowd> CrowdOf(Attack attack) {
   return {{4, SendPartialFrames},
           {4, DripBytes},
           {2, NeverRead},
-          {2, AskForUnknownFunctions},
+          {2, RequestUnknownFunctions},
           {1, OpenAndAbandon}};
 }
 
@@ -170,9 +170,9 @@ Bytes ReadRequest(int count) {
 Connection::Connection(int port, int receive_buffer_bytes)
     : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   const int on = 1;
-  const timeval patience{.tv_sec = 1, .tv_usec = 0};
+  const timeval timeout{.tv_sec = 1, .tv_usec = 0};
   ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   if (receive_buffer_bytes > 0) {
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof receive_buffer_bytes);
   }
@@ -212,7 +212,7 @@ RoundTrips MeasureRoundTrips(int port, int polls) {
   Bytes answer(AnswerBytes(10));
   std::vector<double> times_us;
   times_us.reserve(static_cast<std::size_t>(polls));
-  for (int i = -polls / 10; i < polls; ++i) {  // the first tenth warms up
+  for (int i = -polls / 10; i < polls; ++i) {  // the first tenth is warm-up
     const auto start = Clock::now();
     if (!connection.Send(request) || !connection.Receive(answer)) {
       throw std::runtime_error("round trip failed");
@@ -250,12 +250,12 @@ GoodClient PollEveryMillisecond(int port, std::size_t answer_bytes, double durat
   connection.emplace_back(port);
   const auto begin = Clock::now();
   auto next = begin;
-  while (Seconds(next - begin) < duration_s && !good.refused_for_good) {
+  while (Seconds(next - begin) < duration_s && !good.locked_out) {
     std::this_thread::sleep_until(next += std::chrono::milliseconds(1));
     const auto start = Clock::now();
     for (int tries = 0; !connection[0].Send(request) || !connection[0].Receive(answer); ++tries) {
-      good.refused_for_good = tries == 10;
-      if (good.refused_for_good) break;
+      good.locked_out = tries == 10;
+      if (good.locked_out) break;
       ++good.reconnections;
       connection.clear();
       connection.emplace_back(port);
@@ -271,14 +271,14 @@ GoodClient PollEveryMillisecond(int port, std::size_t answer_bytes, double durat
 constexpr int kHostileNice = 19;
 
 HostileClients::HostileClients(int port, Attack attack) : pid_(::fork()) {
-  if (pid_ < 0) throw std::runtime_error("no process for the hostile clients");
+  if (pid_ < 0) throw std::runtime_error("cannot fork the hostile clients");
   if (pid_ > 0) return;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // In the field they run on machines of their own. Here they yield to the server and to the client
-  // that is measured: else the figure is the scheduler's, not the server's.
+  // In the field hostile clients run on other machines. Here they get low priority so that the
+  // server is measured, not the scheduler.
   static_cast<void>(::setpriority(PRIO_PROCESS, 0, kHostileNice));
-  for (const auto& [count, life] : CrowdOf(attack)) {
-    for (int i = 0; i < count; ++i) std::thread(life, port).detach();
+  for (const auto& [count, run] : GroupsOf(attack)) {
+    for (int i = 0; i < count; ++i) std::thread(run, port).detach();
   }
   for (;;) ::pause();
 }
@@ -289,21 +289,21 @@ HostileClients::~HostileClients() {
 }
 
 TornReads ReadBlocks(int port, int reads) {
-  constexpr int kRegisters = 40, kUnderWay = 8;
+  constexpr int kRegisters = 40, kOutstanding = 8;
   const Connection connection(port);
   Bytes requests;
-  for (int i = 0; i < kUnderWay; ++i) {
+  for (int i = 0; i < kOutstanding; ++i) {
     const Bytes request = ReadRequest(kRegisters);
     requests.insert(requests.end(), request.begin(), request.end());
   }
-  Bytes answers(kUnderWay * AnswerBytes(kRegisters));
+  Bytes answers(kOutstanding * AnswerBytes(kRegisters));
   TornReads result;
   int last = -1;
   while (result.reads < reads) {
     if (!connection.Send(requests) || !connection.Receive(answers)) {
       throw std::runtime_error("block read failed");
     }
-    for (std::size_t k = 0; k < kUnderWay; ++k) {
+    for (std::size_t k = 0; k < kOutstanding; ++k) {
       const std::uint8_t* data = answers.data() + k * AnswerBytes(kRegisters) + 9;
       const auto word = [data](std::size_t i) { return (data[2 * i] << 8) | data[2 * i + 1]; };
       bool whole = true;

@@ -1,4 +1,4 @@
-// What the Modbus benchmark does to a server: well-behaved polls, many clients, hostile ones.
+// Load generators of the Modbus benchmark: well-behaved polling, many clients, hostile clients.
 #pragma once
 
 #include <sys/types.h>
@@ -26,7 +26,7 @@ class Connection {
   int fd() const { return fd_; }
   bool ok() const { return fd_ >= 0; }
   bool Send(std::span<const std::uint8_t> bytes) const;
-  /// Fills `bytes` whole, or gives up after a second without progress.
+  /// Fills `bytes` completely, or gives up after a second without progress.
   bool Receive(std::span<std::uint8_t> bytes) const;
 
  private:
@@ -37,32 +37,32 @@ struct RoundTrips {
   double p50_us = 0, p99_us = 0;
 };
 
-/// One client, one request at a time.
+/// Round trips of one client with one request at a time.
 RoundTrips MeasureRoundTrips(int port, int polls);
 
-/// Requests a second of `clients` connections, each with one request under way.
+/// Requests per second over `clients` connections, each with one outstanding request.
 double MeasureRate(int port, int clients, int requests);
 
 struct GoodClient {
   double worst_ms = 0;
   int polls = 0, reconnections = 0;
-  bool refused_for_good = false;  ///< ten connections in a row without an answer
+  bool locked_out = false;  ///< ten connections in a row without an answer
 };
 
-/// A client that polls every millisecond and reconnects where it was cut off; that time counts.
-/// @param answer_bytes  the size of the server's answer
+/// Polls every millisecond and reconnects if disconnected; reconnection time counts.
+/// @param answer_bytes  size of the response
 GoodClient PollEveryMillisecond(int port, std::size_t answer_bytes, double duration_s);
 
 enum class Attack {
   kMixed,        ///< partial frames, dripped bytes, unread answers, unknown functions, abandoned
                  ///< connections, all at once
-  kAcceptQueue,  ///< bursts of connections beyond what the listener's queue takes
-  kTenThousand,  ///< 10,000 connections that say nothing
-  kAbandon,      ///< connections reset or left at once
+  kAcceptQueue,  ///< bursts of connections that overflow the accept queue
+  kTenThousand,  ///< 10,000 silent connections
+  kAbandon,      ///< connections reset or abandoned at once
 };
 
-/// One attack on a server of this machine, from another process, until the object ends. Bounded in
-/// connections; to 127.0.0.1 only.
+/// Attacks a server on 127.0.0.1 from another process during the lifetime of the object, with a
+/// bounded number of connections.
 class HostileClients {
  public:
   explicit HostileClients(int port, Attack attack = Attack::kMixed);
@@ -75,10 +75,11 @@ class HostileClients {
 };
 
 struct TornReads {
-  int reads = 0, torn = 0, images = 0;  ///< images: how often the content changed
+  int reads = 0, torn = 0, images = 0;  ///< images: number of content changes
 };
 
-/// Block reads of 40 registers whose content must be n, n + 1, ..., eight requests under way.
+/// Reads blocks of 40 registers, whose contents must be n, n + 1, ..., with eight outstanding
+/// requests.
 TornReads ReadBlocks(int port, int reads);
 
 }  // namespace plumbline::bench

@@ -34,7 +34,7 @@ using modbus::RegisterImage;
 
 constexpr int kRegisters = 200;
 
-/// The cores this process was given, as they were before any pinning.
+/// CPU affinity of this process before any pinning.
 const cpu_set_t& StartCpus() {
   static const cpu_set_t start = [] {
     cpu_set_t set;
@@ -48,7 +48,7 @@ void Report(int fd, int port) {
   if (::write(fd, &port, sizeof port) != sizeof port) ::_exit(1);
 }
 
-void WaitForParentsEnd(int life_fd) {
+void WaitForParentExit(int life_fd) {
   char byte = 0;
   while (::read(life_fd, &byte, 1) > 0) {
   }
@@ -89,7 +89,7 @@ void RunPlumbline(int report_fd, int life_fd, int publish_hz) {
     });
   }
   Report(report_fd, (*server)->port());
-  WaitForParentsEnd(life_fd);
+  WaitForParentExit(life_fd);
   stop = true;
   if (writer.joinable()) writer.join();
 }
@@ -112,7 +112,7 @@ struct LibmodbusServer {
     ::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
     Report(report_fd, ntohs(address.sin_port));
   }
-  /// @return false when the client has gone
+  /// @return false if the client has disconnected
   bool ServeOne() const {
     std::uint8_t query[MODBUS_TCP_MAX_ADU_LENGTH];
     const int size = modbus_receive(context, query);
@@ -191,7 +191,7 @@ void RunEcho(int report_fd) {
       const ssize_t got = ::recv(fd, bytes, sizeof bytes, 0);
       if (got <= 0 || ::send(fd, bytes, static_cast<std::size_t>(got), MSG_NOSIGNAL) < 0) {
         if (got < 0 && errno == EAGAIN) continue;
-        if (got > 0 && errno == EAGAIN) continue;  // it does not read: its answer is lost
+        if (got > 0 && errno == EAGAIN) continue;  // client does not read: drop the response
         ::close(fd);
       }
     }
@@ -204,10 +204,10 @@ ServerProcess::ServerProcess(ServerKind kind, int cpu, int publish_hz) {
   StartCpus();
   int report[2], life[2];
   if (::pipe2(report, O_CLOEXEC) != 0 || ::pipe2(life, O_CLOEXEC) != 0) {
-    throw std::runtime_error("no pipe for a server process");
+    throw std::runtime_error("cannot create a pipe for a server process");
   }
   pid_ = ::fork();
-  if (pid_ < 0) throw std::runtime_error("no server process");
+  if (pid_ < 0) throw std::runtime_error("cannot fork a server process");
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     ::close(report[0]);
@@ -241,7 +241,7 @@ ServerProcess::~ServerProcess() {
   ::close(life_fd_);
   pollfd none{.fd = -1, .events = 0, .revents = 0};
   for (int tries = 0; tries < 50 && ::waitpid(pid_, nullptr, WNOHANG) == 0; ++tries) {
-    if (tries == 10) ::kill(pid_, SIGKILL);  // the peers know no other end
+    if (tries == 10) ::kill(pid_, SIGKILL);  // the peers cannot be stopped otherwise
     ::poll(&none, 1, 20);
   }
 }

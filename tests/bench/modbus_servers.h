@@ -1,4 +1,4 @@
-// The servers that the Modbus benchmark compares, each in a process of its own.
+// Servers compared by the Modbus benchmark, each in a separate process.
 #pragma once
 
 #include <sys/types.h>
@@ -6,16 +6,16 @@
 namespace plumbline::bench {
 
 enum class ServerKind {
-  kPlumbline,        ///< the product's TcpServer over an image
+  kPlumbline,        ///< our TcpServer with a register image
   kLibmodbus,        ///< modbus_receive / modbus_reply, one client at a time
-  kLibmodbusSelect,  ///< the same behind select(), as libmodbus's own example has it
-  kEcho,             ///< epoll, what comes goes back
+  kLibmodbusSelect,  ///< same with select(), as in libmodbus's example
+  kEcho,             ///< bare echo server with epoll
 };
 
 /// Registers 0..199 are readable; register k holds n + k, where n counts the publications.
 class ServerProcess {
  public:
-  /// @param cpu           the core it is pinned to; negative: any
+  /// @param cpu           CPU it is pinned to; negative: any
   /// @param publish_hz    rate at which a writer publishes new images (kPlumbline only); 0: never
   explicit ServerProcess(ServerKind kind, int cpu = -1, int publish_hz = 0);
   ~ServerProcess();
@@ -27,13 +27,13 @@ class ServerProcess {
  private:
   pid_t pid_ = -1;
   int port_ = 0;
-  int life_fd_ = -1;  ///< closed: the child ends
+  int life_fd_ = -1;  ///< closing it ends the child
 };
 
-/// Keeps this process on one core; negative: gives it all back that it had at the start.
+/// Pins this process to one CPU; negative: restores the affinity it had at start.
 void PinToCpu(int cpu);
 
-/// The last core that this process may use.
+/// Last CPU that this process may use.
 int LastCpu();
 
 }  // namespace plumbline::bench

@@ -1,4 +1,5 @@
-// What the drift monitor reaches: probes until a step alarms, false alarms in simulated years.
+// Benchmark of the drift monitor: probes until a step raises an alarm, false alarms in simulated
+// years.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,11 +16,11 @@ namespace {
 
 class Residuals {
  public:
-  Residuals(unsigned seed, double sigma_m, double outlier_share)
-      : random_(seed), sigma_m_(sigma_m), outlier_share_(outlier_share) {}
+  Residuals(unsigned seed, double sigma_m, double outlier_fraction)
+      : random_(seed), sigma_m_(sigma_m), outlier_fraction_(outlier_fraction) {}
   Vec3 Next() {
     const Vec3 noise(normal_(random_), normal_(random_), normal_(random_));
-    return (uniform_(random_) < outlier_share_ ? 20 : 1) * sigma_m_ * noise;
+    return (uniform_(random_) < outlier_fraction_ ? 20 : 1) * sigma_m_ * noise;
   }
   Vec3 Direction() {
     return Vec3(normal_(random_), normal_(random_), normal_(random_)).normalized();
@@ -29,19 +30,20 @@ class Residuals {
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   std::uniform_real_distribution<double> uniform_{0, 1};
-  double sigma_m_, outlier_share_;
+  double sigma_m_, outlier_fraction_;
 };
 
 void Delays(int runs) {
-  fmt::print("## Probes until a step alarms, {} runs, random directions\n\n", runs);
+  fmt::print("## Probes until a step raises an alarm, {} runs, random directions\n\n", runs);
   fmt::print(
-      "| sigma mm | step mm | probes a day | reference | wild | threshold | median | 95 % |\n");
+      "| sigma mm | step mm | probes per day | reference | outliers | threshold | median | 95 % "
+      "|\n");
   fmt::print("|---|---|---|---|---|---|---|---|\n");
   for (const double sigma_mm : {0.05, 0.1}) {
     for (const double step_mm : {0.1, 0.3}) {
       for (const double probes_per_day : {1.0, 24.0, 1440.0}) {
         for (const int reference : {0, 20}) {
-          for (const double wild : {0.0, 0.05}) {
+          for (const double outliers : {0.0, 0.05}) {
             MonitorWish wish;
             wish.sigma_m = 1e-3 * sigma_mm;
             wish.probes_per_day = probes_per_day;
@@ -49,11 +51,11 @@ void Delays(int runs) {
             const MonitorDesign design = MonitorDesignFor(wish);
             std::vector<int> delays;
             for (int run = 0; run < runs; ++run) {
-              Residuals residuals(static_cast<unsigned>(run), wish.sigma_m, wild);
+              Residuals residuals(static_cast<unsigned>(run), wish.sigma_m, outliers);
               DriftMonitor monitor(design);
               const Vec3 step_m = 1e-3 * step_mm * residuals.Direction();
               for (int i = 0; i < reference + 30; ++i) monitor.Update(residuals.Next());
-              if (monitor.alarm()) continue;  // counted below
+              if (monitor.alarm()) continue;  // false alarms are counted below
               int delay = 0;
               while (!monitor.alarm() && delay < 100000) {
                 monitor.Update(residuals.Next() + step_m);
@@ -62,14 +64,14 @@ void Delays(int runs) {
               delays.push_back(delay);
             }
             std::sort(delays.begin(), delays.end());
-            const auto at = [&](double share) {
-              return delays[static_cast<std::size_t>(share *
+            const auto at = [&](double fraction) {
+              return delays[static_cast<std::size_t>(fraction *
                                                      static_cast<double>(delays.size() - 1))];
             };
             fmt::print("| {} | {} | {} | {} | {:.0f} % | {:.2f} | {} | {} |\n", sigma_mm, step_mm,
                        probes_per_day,
-                       reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * wild,
-                       design.threshold, at(0.5), at(0.95));
+                       reference == 0 ? "model" : fmt::format("{} probes", reference),
+                       100 * outliers, design.threshold, at(0.5), at(0.95));
           }
         }
       }
@@ -77,10 +79,10 @@ void Delays(int runs) {
   }
 }
 
-/// Median delay of a 0.3 mm step in random directions, of monitors that learnt from this scatter.
-int MedianDelay(const MonitorDesign& design, double sigma_m, double wild) {
+/// Median delay in probes for a 0.3 mm step in random directions, after learning from this scatter.
+int MedianDelay(const MonitorDesign& design, double sigma_m, double outliers) {
   DriftMonitor monitor(design);
-  Residuals residuals(7, sigma_m, wild);
+  Residuals residuals(7, sigma_m, outliers);
   std::vector<int> delays;
   for (int run = 0; run < 501; ++run) {
     monitor.Restart();
@@ -96,13 +98,13 @@ int MedianDelay(const MonitorDesign& design, double sigma_m, double wild) {
 
 void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
   for (const int reference : {0, 20}) {
-    for (const double wild : {0.0, 0.02, 0.05}) {
+    for (const double outliers : {0.0, 0.02, 0.05}) {
       MonitorWish wish;
       wish.probes_per_day = probes_per_day;
       wish.reference_probes = reference;
       DriftMonitor monitor(MonitorDesignFor(wish));
       const double sigma_m = true_over_declared * wish.sigma_m;
-      Residuals residuals(99, sigma_m, wild);
+      Residuals residuals(99, sigma_m, outliers);
       int alarms = 0, worst = 0, at_most_one = 0;
       for (int year = 0; year < years; ++year) {
         monitor.Restart();
@@ -118,9 +120,10 @@ void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
       }
       fmt::print("| {} | {} | {} | {:.0f} % | {} | {:.2f} | {:.3f} | {:.1f} % | {} | {} |\n",
                  true_over_declared, probes_per_day,
-                 reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * wild, years,
-                 monitor.design().threshold, static_cast<double>(alarms) / years,
-                 100.0 * at_most_one / years, worst, MedianDelay(monitor.design(), sigma_m, wild));
+                 reference == 0 ? "model" : fmt::format("{} probes", reference), 100 * outliers,
+                 years, monitor.design().threshold, static_cast<double>(alarms) / years,
+                 100.0 * at_most_one / years, worst,
+                 MedianDelay(monitor.design(), sigma_m, outliers));
     }
   }
 }
@@ -130,10 +133,10 @@ void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
 int main(int argc, char** argv) {
   const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
   Delays(quick ? 200 : 2000);
-  fmt::print("\n## False alarms, one a year asked for, sigma 0.05 mm declared\n\n");
+  fmt::print("\n## False alarms, designed for one per year, declared sigma 0.05 mm\n\n");
   fmt::print(
-      "| true / declared sigma | probes a day | reference | wild | years | threshold | a year | "
-      "years with at most one | worst | median delay of 0.3 mm |\n");
+      "| true / declared sigma | probes per day | reference | outliers | years | threshold | per "
+      "year | years with at most one | worst year | median delay for 0.3 mm |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|\n");
   for (const double scale : {1.0, 1.2, 1.4}) {
     FalseAlarms(1, quick ? 100 : 2000, scale);

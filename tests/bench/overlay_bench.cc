@@ -1,11 +1,11 @@
-// Registration of the overlay in a scene whose truth shares no code with the product: the virtual
-// cell's physics say where the loaded arm really holds a plate with a tag, the truth renderer draws
-// it and the cell's marks through a lens with distortion. From the image on everything is the
-// product's: tags, the cell's pose, the loaded arm by its joints, the bent mesh in the vertex
-// shader, the undistorted background. Compared are, in the drawn picture:
-//   - the mesh's corners, and where the truth has them;
-//   - the same without the deflection: what an overlay would be off that knows of no load;
-//   - the image's corners in the undistorted background, and where the truth has them.
+// Benchmark of the overlay registration in a scene whose ground truth shares no code with the
+// product: the physics of the virtual cell place a tagged plate on the loaded arm, and the truth
+// renderer draws it and the reference tags through a distorted lens. From the image on the
+// product's own code is used: tags, cell pose, loaded arm, bent mesh in the vertex shader,
+// undistorted background. Errors in the drawn picture:
+//   - corners of the mesh against the truth;
+//   - the same without deflection: the error of an overlay that ignores loads;
+//   - corners in the undistorted background against the truth.
 #include <fmt/core.h>
 
 #include <chrono>
@@ -26,10 +26,10 @@ namespace {
 
 constexpr double kDistance_m = 1.5, kFocal_px = 1700, kSide_m = 0.12;
 constexpr int kPlateTag = 40;
-const Vec3 kPlate_T(0.05, -0.04, 0.0);  ///< of the tag's centre, on a plate at the tip
+const Vec3 kPlate_T(0.05, -0.04, 0.0);  ///< centre of the tag, on a plate at the tip
 
-/// Marks of 120 mm around the field of view at different depths.
-Body Marks() {
+/// Reference tags of 120 mm around the field of view at different depths.
+Body ReferenceTags() {
   const Vec3 places[] = {{-0.55, -0.28, 0.00}, {0.55, -0.26, 0.20}, {0.52, 0.28, 0.02},
                          {-0.54, 0.27, 0.18},  {0.00, -0.30, 0.30}, {-0.1, 0.30, 0.25}};
   Body cell{"cell", {}};
@@ -81,7 +81,7 @@ class Scene {
     now.payload_kg = payload_kg_ = 40 + 15 * u(random_);
     const virtual_cell::Truth truth = world.Settle(now);
     X_WT_ = {truth.X_WT.linear(), truth.X_WT.translation()};
-    // The plate faces the camera about; its tag's x to the right.
+    // The plate roughly faces the camera, with the x axis of its tag to the right.
     R_TP_ = X_WT_.R.transpose() * kFacing.transpose() *
             RotationFromVector(0.35 * Vec3(u(random_), u(random_), u(random_)));
     X_CW_.R = RotationFromVector(0.1 * Vec3(u(random_), u(random_), u(random_))) * kFacing;
@@ -92,7 +92,7 @@ class Scene {
     camera_ = renderer::ZoomLens(kFocal_px);
     const TagFamily family = TagFamilyOfName("36h11").value();
     std::vector<renderer::Sheet> sheets;
-    for (const BodyTag& tag : Marks().tags) {
+    for (const BodyTag& tag : ReferenceTags().tags) {
       sheets.push_back(
           test::TagSheet(family, tag.id, tag.side_m, Isometry(X_CW_ * X_WK_ * tag.X_KM)));
     }
@@ -106,7 +106,7 @@ class Scene {
     model.config.vision.tags.cell = "cell";
     model.config.vision.tags.X_WK = X_WK_;
     TagDatabase database;
-    database.bodies = {Marks()};
+    database.bodies = {ReferenceTags()};
     Tracker tracker(TagFamilyOfName("36h11").value(), database, {});
     KnownLens lens;
     lens.lens = test::LensOfCamera(camera_);
@@ -144,7 +144,7 @@ class Scene {
     plate.bends = true;
     table.objects = {plate};
     facts.table = &table;
-    PictureLayout layout;  // the whole picture is image
+    PictureLayout layout;  // the image fills the picture
     layout.size = {camera_.width, camera_.height};
     layout.image = {0, 0, static_cast<float>(camera_.width), static_cast<float>(camera_.height)};
     DisplayList list;
@@ -158,11 +158,11 @@ class Scene {
   }
 
  private:
-  static const Mat3 kFacing;  ///< R_CW of a camera that looks along W's y
+  static const Mat3 kFacing;  ///< R_CW of a camera looking along the y axis of W
 
   Pose X_CM() const { return X_CW_ * X_WT_ * Pose{R_TP_, kPlate_T}; }
 
-  /// The corners of the tag in the flange frame of the straight tool.
+  /// Corners of the tag in the flange frame of the unloaded tool.
   TriangleMesh PlateMesh(const ViewModel& model) const {
     TriangleMesh mesh;
     for (const Eigen::Vector3d& corner : test::TagCorners(kSide_m)) {
@@ -182,7 +182,7 @@ class Scene {
   void Compare(Renderer& renderer, const DisplayList& list, const Carriers& carriers,
                Results& results) const {
     const auto corners = test::TagCorners(kSide_m);
-    const auto placed = renderer.PlacedVertices(list, list.meshes.at(0));
+    const auto placed = renderer.TransformedVertices(list, list.meshes.at(0));
     const ToolNow& tool = *carriers.tool;
     const Pose X_CF_nominal = carriers.world->X_CK * tool.X_WF_nominal;
     const TriangleMesh plate = PlateMesh(model_);
@@ -196,7 +196,7 @@ class Scene {
     }
     results.deflection_m += (tool.tip_W - tool.tip_nominal_W).norm();
 
-    // The background alone, as it is drawn, and where its corners are.
+    // The background alone: detect the tag corners in it.
     DisplayList plain = list;
     plain.meshes.clear();
     plain.lines.clear();
@@ -216,7 +216,7 @@ class Scene {
 
   const ViewModel& model_;
   std::mt19937_64 random_;
-  const double time_s_;  ///< of the image
+  const double time_s_;  ///< time of the image
   JointVector q_;
   double payload_kg_ = 0;
   Pose X_WT_, X_CW_, X_WK_;
@@ -254,19 +254,19 @@ int main(int argc, char** argv) {
   for (int k = 0; k < scenes; ++k) {
     Scene(*model, world, static_cast<std::uint64_t>(k) + 1).Measure(**renderer, results);
   }
-  fmt::print("{} scenes at {} m, f {} px, {:.1f} mm of deflection on average, by {}\n", scenes,
-             kDistance_m, kFocal_px, 1e3 * results.deflection_m / (scenes - results.lost),
+  fmt::print("{} scenes at {} m, f {} px, mean deflection {:.1f} mm, on {}\n", scenes, kDistance_m,
+             kFocal_px, 1e3 * results.deflection_m / (scenes - results.lost),
              (*context)->description());
   fmt::print("| what | RMS px | largest px |\n|---|---|---|\n");
   const auto row = [](const char* what, const Rms& rms) {
     fmt::print("| {} | {:.3f} | {:.3f} |\n", what, rms.px(), rms.largest);
   };
-  row("overlay against the truth, deflection included", results.overlay);
-  row("the same tool drawn without load", results.unloaded);
-  row("the undistorted background against the truth", results.background);
-  fmt::print("cell not seen in {} of {}; state to display list {:.2f} ms\n", results.lost, scenes,
+  row("overlay with deflection against the truth", results.overlay);
+  row("overlay without deflection against the truth", results.unloaded);
+  row("undistorted background against the truth", results.background);
+  fmt::print("cell not found in {} of {}; state to display list {:.2f} ms\n", results.lost, scenes,
              1e3 * results.compose_s / scenes);
   const bool reached = results.lost == 0 && results.overlay.px() <= 0.5;
-  if (!reached) fmt::print("overlay: above 0.5 px RMS, or the cell was not seen\n");
+  if (!reached) fmt::print("overlay: above 0.5 px RMS, or the cell was not found\n");
   return reached ? 0 : 1;
 }

@@ -1,5 +1,5 @@
-// Distance and interference of two meshes of 50,000 triangles in the bent state, against plain FCL
-// in the same run, and what it takes for a mesh to follow the bending.
+// Benchmark of distance and interference between two meshes of 50,000 triangles in the bent state
+// against plain FCL in the same run, and of updating a mesh for a new bending state.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
@@ -19,8 +19,8 @@ using namespace plumbline;
 
 namespace {
 
-/// Time that this thread computed, whatever else the machine was doing.
-double Computed_ms() {
+/// CPU time of this thread, independent of other load on the machine.
+double CpuTime_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
@@ -39,7 +39,7 @@ void BenchRow(const char* what, double ours, double peer, double target) {
              : fmt::print("- | - |\n");
 }
 
-/// A ball with waves, so that it is not convex: 50,244 triangles.
+/// A wavy, non-convex sphere of 50,244 triangles.
 TriangleMesh Wavy() {
   TriangleMesh mesh = test::Sphere(0.3F, 160, 158);
   for (Vec3f& p : mesh.vertices_O) {
@@ -100,22 +100,22 @@ int main(int argc, char** argv) {
   const BendField field = Hanging(0.02F);
 
   Interference scene;
-  double start = Computed_ms();
+  double start = CpuTime_ms();
   const std::size_t a = scene.Add(*checked, X_FO, 1, true);
-  const double ours_build = Computed_ms() - start;
+  const double ours_build = CpuTime_ms() - start;
   const std::size_t b = scene.Add(*checked, {}, 1, false);
   scene.Bend(field);
 
   const std::vector<Vec3> straight = BentVertices(mesh, X_FO, {});
   const std::vector<Vec3> bent = BentVertices(mesh, X_FO, field);
-  Model fcl_refit, fcl_b, fcl_bent;  // the peer's tool is built bent: its tree fits best
-  start = Computed_ms();
+  Model fcl_refit, fcl_b, fcl_bent;  // the peer is built in the bent state, which is its best case
+  start = CpuTime_ms();
   Build(fcl_refit, straight, mesh);
-  const double peer_build = Computed_ms() - start;
+  const double peer_build = CpuTime_ms() - start;
   Build(fcl_b, BentVertices(mesh, {}, {}), mesh);
   Build(fcl_bent, bent, mesh);
 
-  fmt::print("{} triangles each, the first one bent by 20 mm at 1 m; peer: FCL alone\n\n",
+  fmt::print("{} triangles each, the first bent by 20 mm at 1 m; peer: plain FCL\n\n",
              mesh.triangles.size());
   fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
   std::mt19937 random(1);
@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
       Times times;
       Vec3 rpy = any(), away = any().normalized(), place = any();
       for (int round = 0; round < rounds; ++round) {
-        // From look to look a robot moves by millimetres; and anywhere.
+        // Between measurements the robot moves by millimetres, or to an arbitrary pose.
         rpy = moving ? Vec3(rpy + 2e-3 * any()) : Vec3(3 * any());
         away = moving ? Vec3(away + 2e-3 * any()).normalized() : any().normalized();
         place = moving ? Vec3(place + 2e-3 * any()) : any();
@@ -136,10 +136,10 @@ int main(int argc, char** argv) {
         const Pose X_Wb{RotationFromRollPitchYaw(-rpy), middle + (0.6 + 1e-3 * gap_mm) * away};
         scene.Place(a, X_WF);
         scene.Place(b, X_Wb);
-        start = Computed_ms();
+        start = CpuTime_ms();
         const Separation found = scene.Measure(a, b, false);
-        times.ours.push_back(Computed_ms() - start);
-        start = Computed_ms();
+        times.ours.push_back(CpuTime_ms() - start);
+        start = CpuTime_ms();
         fcl::CollisionResultd crossing;
         fcl::DistanceResultd distance;
         const auto X = TransformOf(X_WF), Y = TransformOf(X_Wb);
@@ -147,37 +147,37 @@ int main(int argc, char** argv) {
         if (!crossing.isCollision()) {
           fcl::distance(&fcl_bent, X, &fcl_b, Y, fcl::DistanceRequestd(true), distance);
         }
-        times.peer.push_back(Computed_ms() - start);
+        times.peer.push_back(CpuTime_ms() - start);
         const double apart = crossing.isCollision() ? 0 : distance.min_distance;
         if (std::abs(apart - found.distance_m) > 1e-6) ++disagree;
         if (!found.touching) continue;
-        start = Computed_ms();
+        start = CpuTime_ms();
         scene.Measure(a, b);
-        times.depth.push_back(Computed_ms() - start);
+        times.depth.push_back(CpuTime_ms() - start);
       }
-      const char* const how = moving ? "moving by 2 mm a look" : "anywhere";
+      const char* const how = moving ? "moving by 2 mm per measurement" : "arbitrary poses";
       BenchRow(fmt::format("interference and distance at {:g} mm, {}", gap_mm, how).c_str(),
                MedianOf(times.ours), MedianOf(times.peer), 1.5);
       if (!times.depth.empty()) {
-        BenchRow("the same with depth and way out", MedianOf(times.depth), 0, 0);
+        BenchRow("same, with penetration depth and direction", MedianOf(times.depth), 0, 0);
       }
     }
   }
   std::vector<double> ours, peer;
   for (int round = 0; round < (quick ? 5 : 30); ++round) {
     const BendField other = Hanging(round % 2 == 0 ? 0.01F : 0.02F);
-    start = Computed_ms();
+    start = CpuTime_ms();
     scene.Bend(other);
-    ours.push_back(Computed_ms() - start);
-    start = Computed_ms();
+    ours.push_back(CpuTime_ms() - start);
+    start = CpuTime_ms();
     const std::vector<Vec3> vertices = BentVertices(mesh, X_FO, other);
     fcl_refit.beginReplaceModel();
     fcl_refit.replaceSubModel(vertices);
     fcl_refit.endReplaceModel(true, false);
-    peer.push_back(Computed_ms() - start);
+    peer.push_back(CpuTime_ms() - start);
   }
-  BenchRow("following the bending: vertices and tree; peer: FCL's top-down refit", MedianOf(ours),
-           MedianOf(peer), 0);
+  BenchRow("update for a new bending state: vertices and tree; peer: FCL's top-down refit",
+           MedianOf(ours), MedianOf(peer), 0);
   BenchRow("building the tree", ours_build, peer_build, 0);
   fcl_refit.beginReplaceModel();
   fcl_refit.replaceSubModel(straight);
@@ -191,10 +191,10 @@ int main(int argc, char** argv) {
     return 1e3 * fcl::distance(&model, here, &fcl_b, away, fcl::DistanceRequestd(), result);
   };
   fmt::print(
-      "| of FCL: distance by a tree built, and by the same refitted from the bottom up | "
+      "| FCL: distance with a newly built tree, and with the same refitted bottom-up | "
       "{:.3f} mm | {:.3f} mm | | | |\n",
       distance_mm(fcl_straight), distance_mm(fcl_refit));
-  fmt::print("| distances that differ by over 1 um | {} | | | 0 | {} |\n", disagree,
+  fmt::print("| distances that differ by more than 1 um | {} | | | 0 | {} |\n", disagree,
              disagree == 0 ? "yes" : "NO");
   return 0;
 }

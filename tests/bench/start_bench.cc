@@ -1,4 +1,4 @@
-// Start of the programs: what --version takes, most of it the dynamic loader.
+// Benchmark of the start-up time of the programs (--version), which is mostly the dynamic loader.
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <spawn.h>
@@ -17,7 +17,7 @@ constexpr int kRuns = 20;
 constexpr double kGoal_ms = 20;
 
 struct Times {
-  double elapsed_ms = 0, processor_ms = 0;
+  double elapsed_ms = 0, cpu_ms = 0;
 };
 
 double Median(std::vector<double> values) {
@@ -29,7 +29,7 @@ double Milliseconds(const timeval& time) {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
 }
 
-/// One start with its outputs discarded; false where the program fails.
+/// Starts a program once with its output discarded. Returns false if it fails.
 bool Start(const std::string& program, const char* argument, Times& times) {
   posix_spawn_file_actions_t outputs;
   posix_spawn_file_actions_init(&outputs);
@@ -51,9 +51,9 @@ bool Start(const std::string& program, const char* argument, Times& times) {
   return WIFEXITED(status) && WEXITSTATUS(status) != 127;
 }
 
-/// Medians of kRuns starts, after one that reads the files from the disk.
+/// Medians of kRuns starts, after one warm-up start that loads the files into the page cache.
 bool Measure(const std::string& program, const char* argument, Times& medians) {
-  std::vector<double> elapsed_ms, processor_ms;
+  std::vector<double> elapsed_ms, cpu_ms;
   for (int k = 0; k <= kRuns; ++k) {
     Times times;
     if (!Start(program, argument, times)) {
@@ -62,9 +62,9 @@ bool Measure(const std::string& program, const char* argument, Times& medians) {
     }
     if (k == 0) continue;
     elapsed_ms.push_back(times.elapsed_ms);
-    processor_ms.push_back(times.processor_ms);
+    cpu_ms.push_back(times.cpu_ms);
   }
-  medians = {Median(elapsed_ms), Median(processor_ms)};
+  medians = {Median(elapsed_ms), Median(cpu_ms)};
   return true;
 }
 
@@ -72,14 +72,14 @@ bool Measure(const std::string& program, const char* argument, Times& medians) {
 
 int main(int argc, char** argv) {
   if (argc != 2) {
-    fmt::print(stderr, "usage: start_bench FOLDER-OF-THE-PROGRAMS\n");
+    fmt::print(stderr, "usage: start_bench PROGRAM_FOLDER\n");
     return 2;
   }
   const std::string folder = argv[1];
   Times peer, ours;
   if (!Measure("/bin/true", "", peer)) return 1;
   fmt::print(
-      "| what, median of {} starts | ours | of it processor | peer | ratio | target | met |\n",
+      "| what, median of {} starts | ours | CPU time of it | peer | ratio | target | met |\n",
       kRuns);
   fmt::print("|---|---|---|---|---|---|---|\n");
   for (const auto& [program, argument] : {std::pair("plumbline", "--version"),
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
     if (!Measure(folder + "/" + program, argument, ours)) return 1;
     fmt::print(
         "| {} {} | {:.1f} ms | {:.1f} ms | {:.1f} ms (/bin/true) | {:.0f} | <= {} ms | {} |\n",
-        program, argument, ours.elapsed_ms, ours.processor_ms, peer.elapsed_ms,
+        program, argument, ours.elapsed_ms, ours.cpu_ms, peer.elapsed_ms,
         ours.elapsed_ms / peer.elapsed_ms, kGoal_ms, ours.elapsed_ms <= kGoal_ms ? "yes" : "NO");
   }
   return 0;

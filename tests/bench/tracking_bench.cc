@@ -1,5 +1,5 @@
-// Tags: time, corners and poses in rendered scenes, with AprilTag (decimate 2) and OpenCV's ArUco
-// on the same images in the same run. One core.
+// Benchmark of tag tracking in rendered scenes: time, corners and poses, against AprilTag (decimate
+// 2) and OpenCV's ArUco on the same images in the same run. One CPU core.
 extern "C" {
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
@@ -22,8 +22,8 @@ using namespace plumbline;
 
 namespace {
 
-/// Time that this thread computed, whatever else the machine was doing.
-double Computed_ms() {
+/// CPU time of this thread, independent of other load on the machine.
+double CpuTime_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
@@ -32,9 +32,9 @@ double Computed_ms() {
 double Median_ms(int times, const std::function<void()>& work) {
   std::vector<double> ms;
   for (int k = 0; k < times; ++k) {
-    const double start = Computed_ms();
+    const double start = CpuTime_ms();
     work();
-    ms.push_back(Computed_ms() - start);
+    ms.push_back(CpuTime_ms() - start);
   }
   std::nth_element(ms.begin(), ms.begin() + times / 2, ms.end());
   return ms[times / 2];
@@ -84,7 +84,7 @@ struct Peers {
     for (int i = 0; i < zarray_size(found); ++i) {
       apriltag_detection_t* tag = nullptr;
       zarray_get(found, i, &tag);
-      Corners corners;  // anticlockwise from the bottom left there, half a pixel further
+      Corners corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
       for (int c = 0; c < 4; ++c) corners[c] = Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
       seen.emplace_back(tag->id, corners);
     }
@@ -99,7 +99,7 @@ struct Peers {
     cv::aruco::detectMarkers(view, dictionary, found, ids, parameters);
     Seen seen;
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      Corners corners;  // turned by half a turn there
+      Corners corners;  // ArUco: rotated by 180 degrees
       for (int c = 0; c < 4; ++c)
         corners[c] = Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
       seen.emplace_back(ids[i], corners);
@@ -138,7 +138,7 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
     bool whole = false;
     tracked.ms +=
         Median_ms(times, [&] { whole |= tracker.Update(view, t += 0.04, &known).whole_frame; });
-    if (whole) fmt::print("(a tag was lost while tracking)\n");
+    if (whole) fmt::print("(a tag was lost during tracking)\n");
     Seen by;
     april.ms += Median_ms(times, [&] { by = peers.April(image); });
     april.Add(scene, by);
@@ -161,13 +161,12 @@ Vec2 Middle(const Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
-/// How far a spread of z may be from 1 by chance, one standard deviation.
-/// @param count  of whitened errors with three coordinates each
-double SpreadOfSpread(int count) {
+/// Standard deviation of the spread of z for `count` whitened errors of three coordinates each.
+double SigmaOfSpread(int count) {
   return 1 / std::sqrt(2.0 * 3 * count);
 }
 
-/// A tip 300 mm from a body of six tags (400 x 200 mm) at 1.5 m, f 5000.
+/// Tip 300 mm from a body of six tags (400 x 200 mm) at 1.5 m, f 5000.
 void TipOfBody(int scenes) {
   const TagFamily family = *TagFamilyOfName("36h11");
   Body body{"gripper", {}};
@@ -211,10 +210,11 @@ void TipOfBody(int scenes) {
       "{:.4f} deg RMS (0.02), z spread {:.2f} (1 +- {:.2f})\n",
       seen_count, scenes, 1e3 * std::sqrt(squares / seen_count),
       std::sqrt(turns / seen_count) * 180 / std::numbers::pi, std::sqrt(whitened / seen_count),
-      SpreadOfSpread(seen_count));
+      SigmaOfSpread(seen_count));
 }
 
-/// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where a bound means something.
+/// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where the covariance bound is
+/// meaningful.
 void SingleTags(int scenes) {
   const TagFamily family = *TagFamilyOfName("36h11");
   double squares = 0, bound = 0, whitened = 0;
@@ -230,7 +230,7 @@ void SingleTags(int scenes) {
       for (std::size_t k = 0; k < scene.ids.size(); ++k) {
         const Eigen::Isometry3d& X = scene.sheets[k].X_CK;
         if (tag.id != scene.ids[k] || std::abs(X.linear()(2, 2)) > 0.94) continue;
-        // Two tags of a scene may have one number.
+        // Two tags in a scene may have the same id.
         if ((Middle(tag.corners_px) - Middle(scene.corners[k])).norm() > 6) continue;
         const auto poses = PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
         if (!poses) continue;
@@ -247,13 +247,13 @@ void SingleTags(int scenes) {
     }
   }
   fmt::print(
-      "Single tags of 80 mm, {}: position error {:.3f} mm RMS, {:.2f} of the bound by their "
-      "corners (1.2), z spread {:.2f} (1 +- {:.2f}), {} flips, {} told as ambiguous\n",
+      "Single tags of 80 mm, {}: position error {:.3f} mm RMS, {:.2f} of the bound from their "
+      "corners (1.2), z spread {:.2f} (1 +- {:.2f}), {} flips, {} reported as ambiguous\n",
       count, 1e3 * std::sqrt(squares / count), std::sqrt(squares / bound),
-      std::sqrt(whitened / count), SpreadOfSpread(count), flips, ambiguous);
+      std::sqrt(whitened / count), SigmaOfSpread(count), flips, ambiguous);
 }
 
-/// The slowest of frames made to be slow: noise, checkers of every size, bars, random blocks.
+/// Worst time over adversarial frames: noise, checkers of every size, bars, random blocks.
 void SlowFrames(int frames) {
   TagDetector detector(*TagFamilyOfName("36h11"), {});
   std::mt19937_64 random(9);
@@ -276,13 +276,13 @@ void SlowFrames(int frames) {
       }
     }
     SeenTags seen;
-    const double start = Computed_ms();
+    const double start = CpuTime_ms();
     detector.Detect({grey.data(), 1920, 1080, 1920}, nullptr, seen);
-    worst = std::max(worst, Computed_ms() - start);
+    worst = std::max(worst, CpuTime_ms() - start);
     limited += seen.limited ? 1 : 0;
   }
-  fmt::print("Frames made to be slow, {}: {:.0f} ms at worst (200), {} with regions left out\n",
-             frames, worst, limited);
+  fmt::print("Adversarial frames, {}: worst {:.0f} ms (200), {} with regions skipped\n", frames,
+             worst, limited);
 }
 
 }  // namespace
@@ -290,8 +290,9 @@ void SlowFrames(int frames) {
 int main(int argc, char** argv) {
   const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
   const int scenes = quick ? 2 : 10, times = quick ? 3 : 5;
-  fmt::print("Six 36h11 tags, 1920 x 1080, one core; ratio to AprilTag's time\n\n");
-  fmt::print("| scene | who | ms | ratio | found | corner RMSE px |\n|---|---|---|---|---|---|\n");
+  fmt::print("Six 36h11 tags, 1920 x 1080, one core; ratio to the time of AprilTag\n\n");
+  fmt::print(
+      "| scene | detector | ms | ratio | found | corner RMSE px |\n|---|---|---|---|---|---|\n");
   SixTagScenes("90 px", {}, 90, scenes, times);
   renderer::Conditions dim;
   dim.black = 100;

@@ -1,6 +1,6 @@
-// The monitor as a whole: the real daemon with recorded cameras, and the viewer in a process of its
-// own, with a card that this file plays (60 Hz). From a camera's frame to the flip that shows it;
-// memory of all; what drawing does to the machine's cycle. All on two cores.
+// End-to-end benchmark of the display: the real daemon with recorded cameras, and the viewer in a
+// separate process with a fake 60 Hz card. Latency from a camera frame to its flip, memory of all
+// processes, and the effect of drawing on the control cycle. Everything runs on two CPU cores.
 #include <sched.h>
 #include <sys/signalfd.h>
 
@@ -18,9 +18,9 @@ namespace {
 constexpr double kRefresh_Hz = 60;
 constexpr int kUnitsNice = 10;  ///< systemd/plumbline-view.service
 
-/// The viewer: what plumbline-view does, on a card of this process. Prints, at its end, the times
-/// of each frame that was shown.
-int BeViewer(const std::string& config_file) {
+/// Runs the viewer like plumbline-view, on a fake card in this process. Prints the times of each
+/// shown frame when it ends.
+int RunViewer(const std::string& config_file) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
@@ -75,7 +75,8 @@ int BeViewer(const std::string& config_file) {
   stop = true;
   screen.join();
   for (const ShownFrame& one : frames) {
-    fmt::print("{:.3f} {:.3f} {:.3f} {:.3f}\n", one.told, one.begun, one.committed, one.flipped);
+    fmt::print("{:.3f} {:.3f} {:.3f} {:.3f}\n", one.received, one.begun, one.committed,
+               one.flipped);
   }
   return 0;
 }
@@ -84,20 +85,20 @@ const char* Met(bool met) {
   return met ? "yes" : "NO";
 }
 
-/// The share of beginnings between two looks that was no later than the answer [ms].
-double QuantileBetween(const LatenessCounts& from, const LatenessCounts& to, double share) {
+/// Quantile of the start lateness between two readings of the counters [ms].
+double QuantileBetween(const LatenessCounts& from, const LatenessCounts& to, double fraction) {
   std::array<double, LatenessCounts::kClasses> count{};
   double all = 0;
   for (std::size_t k = 0; k < count.size(); ++k) {
     all += count[k] = static_cast<double>(to.began[k] - from.began[k]);
   }
-  double wanted = share * all, low_s = 0;
+  double remaining = fraction * all, low_s = 0;
   for (std::size_t k = 0; k < LatenessCounts::kBounds_s.size(); ++k) {
     const double high_s = LatenessCounts::kBounds_s[k];
-    if (count[k] > 0 && wanted <= count[k]) {
-      return 1e3 * (low_s + wanted / count[k] * (high_s - low_s));
+    if (count[k] > 0 && remaining <= count[k]) {
+      return 1e3 * (low_s + remaining / count[k] * (high_s - low_s));
     }
-    wanted -= count[k];
+    remaining -= count[k];
     low_s = high_s;
   }
   return 1e3 * low_s;
@@ -109,14 +110,15 @@ double StartP99_ms(const ViewStation& station, double seconds) {
   return QuantileBetween(from, station.Starts(), 0.99);
 }
 
-/// From a frame to its flip, and where the time goes.
+/// Latency from a frame to its flip, and its contributions.
 void MeasureFlips(const std::string& folder, const char* program, int cameras, double run_s) {
   const ViewStation station(folder, program, cameras);
   const pid_t viewer = station.StartViewer(0);
   SleepSeconds(run_s);
   const std::vector<ShownFrame> shown = station.EndViewer(viewer);
   if (shown.size() < 20) {
-    fmt::print("SKIPPED: {} frames were shown; see {}/view.log and log\n", shown.size(), folder);
+    fmt::print("SKIPPED: only {} frames were shown; see {}/view.log and log\n", shown.size(),
+               folder);
     return;
   }
   const auto quantile = [&](double share, auto&& of) {
@@ -125,8 +127,8 @@ void MeasureFlips(const std::string& folder, const char* program, int cameras, d
     return Quantile(values, share);
   };
   const double limit_ms = 1e3 / kFrames_Hz;
-  const auto told = [](const ShownFrame& one) { return one.told; };
-  const auto waited = [](const ShownFrame& one) { return one.begun - one.told; };
+  const auto tracked = [](const ShownFrame& one) { return one.received; };
+  const auto waited = [](const ShownFrame& one) { return one.begun - one.received; };
   const auto drawn = [](const ShownFrame& one) { return one.committed - one.begun; };
   const auto screen = [](const ShownFrame& one) { return one.flipped - one.committed; };
   const auto flipped = [](const ShownFrame& one) { return one.flipped; };
@@ -134,28 +136,28 @@ void MeasureFlips(const std::string& folder, const char* program, int cameras, d
     const double ms = quantile(share, flipped), drawn_ms = quantile(share, drawn);
     fmt::print(
         "| frame to flip, {} camera{}, {:.0f} % of {} ({:.1f} a second) | {:.1f} ms | tags {:.1f}, "
-        "newer wanted {:.1f}, drawn {:.1f}, refresh {:.1f} | <= {:.1f} + {:.1f} ms (a frame + "
+        "waiting {:.1f}, drawing {:.1f}, refresh {:.1f} | <= {:.1f} + {:.1f} ms (a frame + "
         "drawing) | {} |\n",
         cameras, cameras > 1 ? "s" : "", 100 * share, shown.size(),
-        static_cast<double>(shown.size()) / run_s, ms, quantile(share, told),
+        static_cast<double>(shown.size()) / run_s, ms, quantile(share, tracked),
         quantile(share, waited), drawn_ms, quantile(share, screen), limit_ms, drawn_ms,
         Met(ms <= limit_ms + drawn_ms));
   }
 }
 
-/// Both at their most: meshes read, pictures remembered, pages touched.
+/// Peak memory of daemon and viewer together.
 void MeasureMemory(const ViewStation& station, double run_s) {
   const pid_t viewer = station.StartViewer(0);
-  double most_mb = 0;
-  const auto look_for = [&](double seconds, auto&& enough) {
+  double peak_mb = 0;
+  const auto sample_for = [&](double seconds, auto&& done) {
     for (const double until_s = MonotonicSeconds() + seconds; MonotonicSeconds() < until_s;) {
-      most_mb = std::max(most_mb, PssOfAllMb(station.daemon()) + PssOfAllMb(viewer));
-      if (enough()) return;
+      peak_mb = std::max(peak_mb, PssOfAllMb(station.daemon()) + PssOfAllMb(viewer));
+      if (done()) return;
       SleepSeconds(0.02);
     }
   };
-  look_for(60, [&] { return station.ViewerSays(" triangles"); });
-  look_for(8, [] { return false; });
+  sample_for(60, [&] { return station.ViewerSays(" triangles"); });
+  sample_for(8, [] { return false; });
   double daemon_mb = 0, viewer_mb = 0;
   for (const double until_s = MonotonicSeconds() + run_s; MonotonicSeconds() < until_s;) {
     const double daemon_now_mb = PssOfAllMb(station.daemon()), viewer_now_mb = PssOfAllMb(viewer);
@@ -168,14 +170,14 @@ void MeasureMemory(const ViewStation& station, double run_s) {
   station.EndViewer(viewer);
   const double sum_mb = daemon_mb + viewer_mb;
   fmt::print(
-      "| memory, two cameras (PSS of daemon, monitor and their children, the most of {:.0f} s) | "
+      "| memory, two cameras (PSS of daemon, viewer and their children, peak in {:.0f} s) | "
       "{:.0f} MB | {:.0f} + {:.0f} | <= 220 MB | {} |\n",
       run_s, sum_mb, daemon_mb, viewer_mb, Met(sum_mb <= 220));
-  fmt::print("| the same while meshes are read and shaders compiled | {:.0f} MB | | | |\n",
-             most_mb);
+  fmt::print("| same, while meshes are read and shaders compiled | {:.0f} MB | | | |\n", peak_mb);
 }
 
-/// The cycle without and with the monitor by turns, and twice without: what the machine adds.
+/// Lateness of the control cycle alternately without and with the viewer, and once more without, to
+/// show the noise of the machine.
 void MeasureCycle(const ViewStation& station, double run_s) {
   std::vector<double> without_ms, with_ms, again_ms;
   for (int run = 0; run < 5; ++run) {
@@ -189,16 +191,17 @@ void MeasureCycle(const ViewStation& station, double run_s) {
   const double a = Quantile(without_ms, 0.5), b = Quantile(with_ms, 0.5),
                c = Quantile(again_ms, 0.5);
   fmt::print(
-      "| start of the cycle, 99 %: with the monitor, and without (medians of five) | {:.3f} ms "
+      "| start lateness of the cycle, 99 %: with and without the viewer (medians of five) | {:.3f} "
+      "ms "
       "| {:.3f} ms | <= 0.2 ms more: {:+.3f} | {} |\n",
       b, a, b - a, Met(b - a <= 0.2));
   fmt::print(
-      "| the same, without and without: the machine's own noise | {:.3f} ms | {:.3f} ms | "
+      "| same, without the viewer twice: noise of the machine | {:.3f} ms | {:.3f} ms | "
       "{:+.3f} | |\n",
       c, a, c - a);
 }
 
-/// This process and all that it starts, on the first two cores that it may use.
+/// Restricts this process and its children to the first two CPU cores that it may use.
 void TakeTwoCores() {
   cpu_set_t may, two;
   CPU_ZERO(&two);
@@ -212,7 +215,7 @@ void TakeTwoCores() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc == 3 && std::strcmp(argv[1], "--viewer") == 0) return BeViewer(argv[2]);
+  if (argc == 3 && std::strcmp(argv[1], "--viewer") == 0) return RunViewer(argv[2]);
   if (argc < 2) {
     fmt::print(stderr, "usage: view_bench PLUMBLINED [--quick | --hold SECONDS]\n");
     return 2;

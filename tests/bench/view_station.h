@@ -1,5 +1,5 @@
-// A cell under measurement with its monitor: the real daemon, one or two recorded cameras that see
-// marks and gripper, two meshes of 50,000 triangles; the viewer is a process of its own.
+// Fixture for view_bench: the real daemon, one or two recorded cameras that see reference tags and
+// gripper, two meshes of 50,000 triangles, and the viewer in a separate process.
 #pragma once
 
 #include <sys/resource.h>
@@ -17,19 +17,19 @@
 
 namespace plumbline::bench {
 
-/// In the configuration, until there is a card to be named.
+/// Placeholder in the configuration for the card.
 inline constexpr std::string_view kCard = "/dev/dri/card0";
 inline constexpr double kFrames_Hz = 30;
 
-/// Of a shown frame, from when it was taken [ms].
+/// Times of a shown frame, relative to its capture [ms].
 struct ShownFrame {
-  double told = 0;       ///< the daemon has looked for tags, and tells it
-  double begun = 0;      ///< the picture of it is begun
-  double committed = 0;  ///< and handed to the card
+  double received = 0;   ///< its tags have been tracked and the state was received
+  double begun = 0;      ///< drawing of its picture has started
+  double committed = 0;  ///< the picture was passed to the card
   double flipped = 0;
 };
 
-/// Proportional set size: shared pages count in parts. @return  0: the process is gone
+/// Proportional set size [MB]. @return 0 if the process is gone
 inline double PssMb(pid_t pid) {
   std::ifstream file(fmt::format("/proc/{}/smaps_rollup", pid));
   std::string word;
@@ -40,7 +40,7 @@ inline double PssMb(pid_t pid) {
   return 0;
 }
 
-/// Of the process with its children: a mesh's or a board's reader.
+/// Proportional set size of the process and its children [MB].
 inline double PssOfAllMb(pid_t pid) {
   double sum_mb = PssMb(pid);
   std::error_code error;
@@ -86,7 +86,7 @@ class ViewStation {
   ViewStation(const ViewStation&) = delete;
   ViewStation& operator=(const ViewStation&) = delete;
 
-  /// This program again, as the viewer. @param nice  of the process: 10 is the unit's
+  /// Starts this program as the viewer. @param nice  of the process; the systemd unit uses 10
   pid_t StartViewer(int nice) const {
     const std::string out = folder_ + "/shown", log = folder_ + "/view.log",
                       config = folder_ + "/plumbline.toml";
@@ -100,13 +100,13 @@ class ViewStation {
     }
     return pid;
   }
-  /// @return  the frames that it showed
+  /// Stops the viewer. @return the frames that it showed
   std::vector<ShownFrame> EndViewer(pid_t viewer) const {
     kill(viewer, SIGTERM);
     waitpid(viewer, nullptr, 0);
     std::ifstream file(folder_ + "/shown");
     std::vector<ShownFrame> shown;
-    for (ShownFrame one; file >> one.told >> one.begun >> one.committed >> one.flipped;) {
+    for (ShownFrame one; file >> one.received >> one.begun >> one.committed >> one.flipped;) {
       shown.push_back(one);
     }
     return shown;
@@ -118,21 +118,21 @@ class ViewStation {
     return text.find(words) != std::string::npos;
   }
 
-  /// How late cycles began until now, as the daemon counts it. Looks for a moment only.
+  /// Start lateness of the control cycle so far, as counted by the daemon. Connects only briefly.
   LatenessCounts Starts() const {
     ViewClient client(ViewSocketOf(folder_ + "/state"), false);
     View view;
     for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {
       if (client.Read(0.1, view)) return view.state.cycle.starts;
     }
-    fmt::print(stderr, "the daemon tells no state; see {}/log\n", folder_);
+    fmt::print(stderr, "the daemon reports no state; see {}/log\n", folder_);
     std::exit(1);
   }
   pid_t daemon() const { return daemon_; }
   const std::string& folder() const { return folder_; }
 
  private:
-  /// The rear one stands 0.35 m beside the side one; both see the same.
+  /// The rear camera is 0.35 m beside the side one; both see the same scene.
   std::string AddCamera(const std::string& name, int k) {
     const renderer::Camera camera = renderer::ZoomLens(1700);
     const std::string serial = name + " camera";

@@ -1,4 +1,5 @@
-// From a turn of the zoom ring to "stale" at the PLC's mailbox, the images' thread at work.
+// Benchmark of the latency from a zoom change to "stale" in the PLC mailbox while frames are
+// tracked.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -15,14 +16,12 @@ namespace {
 using namespace plumbline;
 
 constexpr int kHere = 4000, kThere = 6000;
-constexpr double kAnswer_s =
-    0.004;  ///< of a HID bridge: two reports of the host, two of the device
+constexpr double kAnswer_s = 0.004;  ///< answer time of a HID bridge: two reports each way
 
-/// Stands in the process for a lens by HID, or a control that reports its change: no device and no
-/// kernel, only the time of an answer.
-class QuickSensor : public ZoomSensor {
+/// In-process substitute for a HID lens or V4L2 control that only models the answer time.
+class FastSensor : public ZoomSensor {
  public:
-  explicit QuickSensor(const std::atomic<int>& zoom) : zoom_(zoom) {}
+  explicit FastSensor(const std::atomic<int>& zoom) : zoom_(zoom) {}
   ZoomResult Read(ZoomReading& reading) override {
     std::this_thread::sleep_for(std::chrono::duration<double>(kAnswer_s));
     reading = {};
@@ -36,7 +35,7 @@ class QuickSensor : public ZoomSensor {
   const std::atomic<int>& zoom_;
 };
 
-/// Fills the folder of the state: a lens for both zooms and the image that fits it.
+/// Fills the state directory with a lens for both zooms and a matching image.
 void MakeState(const std::string& folder) {
   auto store = LensStore::Open(folder + "/lenses.sqlite");
   for (const int zoom : {kHere, kThere}) {
@@ -53,8 +52,8 @@ void MakeState(const std::string& folder) {
       test::DrawCell(renderer::ZoomLens(2600), test::CellInCamera(), test::GripperInCamera()));
 }
 
-bool Await(CameraLink& link, bool stale, double patience_s) {
-  const double give_up_s = MonotonicSeconds() + patience_s;
+bool Await(CameraLink& link, bool stale, double timeout_s) {
+  const double give_up_s = MonotonicSeconds() + timeout_s;
   while (MonotonicSeconds() < give_up_s) {
     if (link.status.Read()->lens_stale == stale) return true;
     std::this_thread::sleep_for(std::chrono::microseconds(200));
@@ -63,7 +62,7 @@ bool Await(CameraLink& link, bool stale, double patience_s) {
 }
 
 void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period_s,
-             std::atomic<int>& zoom, int changes, double reach_ms) {
+             std::atomic<int>& zoom, int changes, double limit_ms) {
   std::vector<double> waits_ms;
   {
     const test::TemporaryFolder state;
@@ -98,18 +97,18 @@ void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period
     std::exit(1);
   }
   fmt::print("{:<48} {:>8.1f} {:>8.1f} {:>8.0f} {:>8}\n", name, waits_ms[waits_ms.size() / 2],
-             waits_ms.back(), reach_ms, waits_ms.back() <= reach_ms ? "yes" : "NO");
+             waits_ms.back(), limit_ms, waits_ms.back() <= limit_ms ? "yes" : "NO");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const int changes = argc > 1 && std::strcmp(argv[1], "--quick") == 0 ? 50 : 200;
-  fmt::print("zoom change to \"stale\", {} changes at random moments, 1080p tracked at 20 Hz\n",
+  fmt::print("zoom change to \"stale\", {} changes at random times, 1080p tracked at 20 Hz\n",
              changes);
-  fmt::print("{:<48} {:>8} {:>8} {:>8} {:>8}\n", "", "median", "max ms", "reach", "kept");
+  fmt::print("{:<48} {:>8} {:>8} {:>8} {:>8}\n", "", "median", "max ms", "limit", "met");
   std::atomic<int> zoom{kHere};
-  Measure("in-process stand-in for HID, V4L2: 20 Hz, 4 ms", std::make_unique<QuickSensor>(zoom),
+  Measure("in-process substitute for HID, V4L2: 20 Hz, 4 ms", std::make_unique<FastSensor>(zoom),
           0.05, zoom, changes, 150);
   test::FakeViscaCamera camera(test::CameraAnswers([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(22));  // 5 + 16 bytes at 9600 baud
@@ -119,6 +118,6 @@ int main(int argc, char** argv) {
   options.device = camera.device();
   auto visca = ViscaZoom::Create(options, MonotonicSeconds);
   if (!visca) std::abort();
-  Measure("VISCA at 10 Hz, pty, 22 ms for an answer", std::move(visca).value(), kZoomPeriod_s, zoom,
+  Measure("VISCA at 10 Hz, pty, 22 ms per answer", std::move(visca).value(), kZoomPeriod_s, zoom,
           changes, 250);
 }

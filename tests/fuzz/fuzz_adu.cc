@@ -1,4 +1,4 @@
-// Any bytes as a TCP stream and as what passes on a serial line, in pieces of any size.
+// Fuzzer: arbitrary bytes as a TCP stream and as serial line traffic, in pieces of any size.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -17,9 +17,9 @@ void Require(bool condition) {
 
 void CutTcpStream(std::span<const std::uint8_t> stream) {
   for (;;) {
-    const TcpFrame frame = CutTcpFrame(stream);
+    const TcpFrame frame = ParseTcpFrame(stream);
     if (frame.state != TcpFrame::State::kComplete) {
-      // A server's buffer holds the longest frame: an incomplete one must fit.
+      // The server's buffer holds the longest frame, so an incomplete one must fit.
       if (frame.state == TcpFrame::State::kIncomplete) Require(stream.size() < kMaxTcpFrameBytes);
       return;
     }

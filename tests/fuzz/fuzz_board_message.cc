@@ -1,5 +1,5 @@
-// Any bytes as what the daemon and its board worker say to each other: refused, or the same bytes
-// again.
+// Fuzzer: arbitrary bytes as messages between the daemon and its board process: rejected, or
+// encoded to the same bytes again.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Any bytes as one of the camera's files, the first tells which: a recorded zoom, a lens, tags and
-// bodies, the marks that are kept over a restart. Values that make sense, or a reason.
+// Fuzzer: arbitrary bytes as one of the camera files, chosen by the first byte: zoom recording,
+// lens, tags and bodies, stored reference tags. The result is plausible values or a reason.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Any bytes as a table: rows, faults and warnings that add up, never a crash.
+// Fuzzer: arbitrary bytes as a table: rows, faults and warnings are consistent, never a crash.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto table = plumbline::TableFromCsv(text, "measured.csv", joints, faults);
   if (table.has_value() == faults.HasFaults()) std::abort();
   if (!table) return 0;
-  // Nothing is dropped silently: every line but the header is a row or has its warning.
+  // No line is dropped silently: every line except the header is a row or has a warning.
   const auto ends = std::count(text.begin(), text.end(), '\n');
   const auto lines = ends + (text.back() == '\n' ? 0 : 1);
   const auto& unreadable = table->unreadable_lines;

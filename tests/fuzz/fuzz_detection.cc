@@ -1,4 +1,5 @@
-// Any pixels, looked at for boards of all kinds and for tags: what is found lies in the image.
+// Fuzzer: arbitrary pixels searched for boards of all kinds and for tags: detections lie in the
+// image.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -12,7 +13,7 @@ namespace {
 using namespace plumbline;  // NOLINT(google-build-using-namespace)
 
 constexpr std::size_t kHeader = 4;
-constexpr int kSide = 384;  // larger images are slow and not different
+constexpr int kSide = 384;  // larger images are slower without new cases
 
 void Require(bool condition) {
   if (!condition) std::abort();
@@ -33,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }};
   static const TagFamily family = TagFamilyOfName("aruco-4x4-50").value();
   if (size <= kHeader) return 0;
-  // The pixels of the input, each enlarged to a square.
+  // Each input byte becomes a square of pixels.
   const int columns = 1 + data[1] % 96, rows = 1 + data[2] % 96, enlarged = 1 + data[3] % 16;
   const LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
                             std::min(kSide, rows * enlarged), 0};

@@ -1,5 +1,5 @@
-// Any profile text that can be read decodes any report: the reader and the codec agree on what a
-// sound profile is. The input up to a zero byte is the profile, the rest reports.
+// Fuzzer: any profile accepted by the reader decodes any report, so reader and codec agree on what
+// a valid profile is. The input up to a zero byte is the profile, the rest are reports.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -41,7 +41,7 @@ mask = 2
 )";
 
 void Decode(const HidProfile& profile, const std::uint8_t* data, std::size_t size) {
-  if (FaultOf(profile)) std::abort();  // the reader let pass what the codec refuses
+  if (FaultOf(profile)) std::abort();  // the reader accepted what the codec rejects
   while (size > 0) {
     const std::size_t length = std::min<std::size_t>(data[0], size - 1);
     for (const HidExchange& exchange : profile.exchanges) {

@@ -1,5 +1,5 @@
-// Any bytes as a request to the page: its parser and all that is behind it. Without the token
-// nothing of the cell's state may come out.
+// Fuzzer: arbitrary bytes as a request to the page, through its parser and handlers. Without the
+// token no cell state may be returned.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -23,7 +23,7 @@ struct Served {
   Served() {
     auto state = std::make_shared<ViewState>();
     state->cell = kSecret;
-    state->now_s = MonotonicSeconds() + 1e9;  // never old
+    state->now_s = MonotonicSeconds() + 1e9;  // never stale
     auto now = std::make_shared<ShownNow>();
     now->state = state;
     shown.Put(std::shared_ptr<const ShownNow>(now));
@@ -45,13 +45,13 @@ struct Served {
     HttpResponse response;
     page->Answer(parsed.request, response);
     const std::string answer = HeadOf(response);
-    // Nothing of a request starts a header of its own.
+    // A request must not inject a header.
     if (EndOfHead(answer) != answer.size()) std::abort();
     return answer + response.body;
   }
 };
 
-/// Whether the bytes may hold the token in any of its forms: plain, as a cookie, or %-encoded.
+/// True if the bytes may contain the token: plain, as a cookie, or %-encoded.
 bool MayKnow(const std::string& bytes) {
   return bytes.find(kToken) != std::string::npos ||
          bytes.find(CookieValueOf(kToken)) != std::string::npos ||

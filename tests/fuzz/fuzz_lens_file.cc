@@ -1,6 +1,6 @@
-// A lens store's file with bytes changed anywhere (three of input a change: place and value), or
-// cut at an odd place: every lens as it was, from the file or from the copy beside it, or a refusal
-// that says what to do.
+// Fuzzer: a lens store file with arbitrary byte changes (three input bytes per change: position and
+// value) or truncated: every lens is recovered from the file or its backup, or it is rejected with
+// the remedy.
 #include <unistd.h>
 
 #include <cstdint>
@@ -34,7 +34,7 @@ LensEntry EntryOf(int number) {
   return entry;
 }
 
-/// A folder of its own, removed at the end.
+/// Temporary folder, removed by the destructor.
 struct Place {
   std::string folder = (std::filesystem::temp_directory_path() / "lensesXXXXXX").string();
   std::string sound;
@@ -72,7 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   const auto count = store.value().Count();
-  if (content.empty() && count && *count == 0) return 0;  // as if it had never been
+  if (content.empty() && count && *count == 0) return 0;  // same as a missing file
   const auto entries = store.value().Entries("SN", "GREY 64x48@20");
   Require(entries.ok() && entries->size() == kLenses);
   for (int k = 0; k < kLenses; ++k) {

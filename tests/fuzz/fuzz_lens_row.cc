@@ -1,5 +1,6 @@
-// Any values of any type as a row of the lens store, as if its checksum were right: refused, or a
-// lens that can be kept, drawn into a curve and written to a file; and any bytes as its views.
+// Fuzzer: arbitrary values of any type as a row of the lens store with a valid checksum: rejected,
+// or a lens that can be stored, used in a curve and written to a file; and arbitrary bytes as its
+// views.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -26,7 +27,7 @@ Database Opened(const char* schema) {
   return std::move(database).value();
 }
 
-/// Takes values off the front; zeros where there are no more bytes.
+/// Takes values from the front of the input; zeros at its end.
 class Values {
  public:
   explicit Values(std::span<const std::uint8_t> bytes) : rest_(bytes) {}

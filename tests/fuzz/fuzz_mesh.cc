@@ -1,7 +1,7 @@
-// Any bytes as a mesh file of any format: the reading process may die, its caller gets a checked
-// mesh, a reason, or nothing. Inputs are parsed in a process of its own, forked from this one and
-// again whenever it died, because Coin and Assimp do crash; what is tested is that nothing of that
-// comes out.
+// Fuzzer: arbitrary bytes as a mesh file of any format: the reading process may crash, its caller
+// gets a validated mesh, a reason, or nothing. Inputs are parsed in a forked process that is
+// restarted after a crash, because Coin and Assimp do crash; the test is that the caller is not
+// affected.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -27,8 +27,8 @@ using namespace plumbline;
 
 constexpr MeshLimits kLimits{.triangles = 20'000};
 constexpr int kPatience_ms = 5000;
-constexpr suseconds_t kComputing_us = 50'000;  ///< some inputs keep Assimp busy for ever
-constexpr int kMostInputs = 300;               ///< of one process: it leaks
+constexpr suseconds_t kComputing_us = 50'000;  ///< some inputs keep Assimp busy forever
+constexpr int kMaxInputs = 300;                ///< per process, because it leaks
 
 bool Put(int to, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
@@ -55,7 +55,7 @@ bool Take(int from, void* data, std::size_t size) {
 }
 
 [[noreturn]] void ServeInChild(int link) {
-  // Not the sanitizer's report: a crash of these libraries is expected, and slow to tell.
+  // Suppress the sanitizer report: crashes of these libraries are expected, and reporting is slow.
   for (const int end : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPROF, SIGALRM}) {
     signal(end, SIG_DFL);
   }
@@ -79,10 +79,10 @@ bool Take(int from, void* data, std::size_t size) {
   }
 }
 
-/// The process that parses, and its replacement.
+/// The parsing process, restarted after a crash.
 class Reader {
  public:
-  /// Nothing where it died or said nothing.
+  /// nullopt if the process died or did not answer.
   std::vector<std::uint8_t> Ask(MeshFormat format, std::span<const std::uint8_t> bytes) {
     if (pid_ < 0) Start();
     const std::array<std::uint32_t, 2> about{static_cast<std::uint32_t>(format),
@@ -95,7 +95,7 @@ class Reader {
       answer.resize(size);
       good = Take(link_, answer.data(), size);
     }
-    if (!good || ++inputs_ >= kMostInputs) End();
+    if (!good || ++inputs_ >= kMaxInputs) End();
     return good ? answer : std::vector<std::uint8_t>();
   }
 
@@ -126,7 +126,7 @@ class Reader {
 
 }  // namespace
 
-/// What Coin keeps until the end.
+/// Memory that Coin holds until exit.
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libCoin\n";
 }
@@ -140,7 +140,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 2) return 0;
   const auto format = static_cast<MeshFormat>(data[0] % 6);
   const std::span bytes(data + 1, size - 1);
-  AnnouncedTriangles(format, bytes);  // here too, where the fuzzer sees which way they go
+  AnnouncedTriangles(format, bytes);  // also in this process, where the fuzzer sees the coverage
   IsTruncated(format, bytes);
   static Reader reader;
   const auto answer = MeshAnswerOfBytes(reader.Ask(format, bytes), kLimits);

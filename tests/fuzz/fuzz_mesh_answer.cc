@@ -1,4 +1,4 @@
-// Any bytes as the answer of the process that reads meshes: a mesh, a reason, or no answer.
+// Fuzzer: arbitrary bytes as the answer of the mesh process: a mesh, a reason, or no answer.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (answer->error().empty()) std::abort();
     return 0;
   }
-  // Whole: the same bytes again, unless a text held what cannot be printed.
+  // A complete answer encodes to the same bytes, unless a text contained unprintable characters.
   if (BytesOfMeshAnswer(*answer).size() != size) std::abort();
   RawMesh raw = answer->value();
   const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);

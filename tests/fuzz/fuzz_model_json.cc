@@ -1,5 +1,5 @@
-// Any text as the model store's small files and as a diagnosis: refused, or values that are written
-// and read again the same.
+// Fuzzer: arbitrary text as the JSON files of the model store and as a diagnosis: rejected, or
+// values that survive writing and reading.
 #include <cstdint>
 #include <cstdlib>
 #include <string>

@@ -1,4 +1,4 @@
-// Any bytes as a sequence of requests (a length byte, then the PDU) to one device.
+// Fuzzer: arbitrary bytes as a sequence of requests (a length byte, then the PDU) to one device.
 #include <algorithm>
 #include <array>
 #include <cstddef>

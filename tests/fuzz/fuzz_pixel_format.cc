@@ -1,6 +1,6 @@
-// Any bytes as a camera's frame: format, width, height and stride, then what the camera sent. Every
-// pixel of what is read lies in the frame or in the buffer, and luma and colour agree on what can
-// be read.
+// Fuzzer: arbitrary bytes as a camera frame: format, width, height and stride, then the data. Every
+// pixel of the result lies in the frame or in the buffer, and luma and colour accept the same
+// frames.
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -12,7 +12,7 @@ namespace {
 using namespace plumbline;  // NOLINT(google-build-using-namespace)
 
 constexpr std::size_t kHeader = 7;
-constexpr int kSide = 0x1FF;  // larger images are slow and not different
+constexpr int kSide = 0x1FF;  // larger images are slower without new cases
 
 void Require(bool condition) {
   if (!condition) std::abort();
@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Require(!view.error().empty());
   }
   const bool converted = BgrOf(image, bgr).ok();
-  // A JPEG may have damage in its colours alone, or colours that make no luma.
+  // A JPEG may be damaged only in its chroma, or have a colour space without luma.
   if (image.format != PixelFormat::kMjpeg) Require(view.ok() == converted);
   if (converted) {
     const auto pixels =

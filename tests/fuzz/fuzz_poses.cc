@@ -1,4 +1,4 @@
-// Any bytes as the robot's poses of a hand-eye calibration: poses, or faults that say why not.
+// Fuzzer: arbitrary bytes as the robot poses of a hand-eye calibration: poses, or faults.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

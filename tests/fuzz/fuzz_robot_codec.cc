@@ -1,5 +1,5 @@
-// Any profile text that can be read decodes any registers: the reader and the codec agree on what
-// a sound profile is, and no register image crashes the decoder or the push.
+// Fuzzer: any profile accepted by the reader decodes any registers, so reader and codec agree on
+// what a valid profile is, and no register image crashes the decoder or the push.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
@@ -13,7 +13,7 @@ namespace {
 
 using plumbline::RobotProfile;
 
-/// A fixed profile with every kind of value, so that decoding is reached at once.
+/// Fixed profile with every kind of value, so that decoding is reached immediately.
 constexpr std::string_view kProfile = R"(schema = 1
 name = "fuzz"
 source = "none"
@@ -79,7 +79,7 @@ convention = "abc"
 
 void Decode(const RobotProfile& profile, const std::uint8_t* data, std::size_t size) {
   const auto codec = plumbline::RobotCodec::Create(profile);
-  if (!codec) std::abort();  // the reader let pass what the codec refuses
+  if (!codec) std::abort();  // the reader accepted what the codec rejects
   std::vector<std::uint16_t> words(static_cast<std::size_t>(codec->word_count()));
   for (std::size_t i = 0; i < words.size() && size > 1; ++i) {
     const std::size_t at = 2 * i % (size - 1);

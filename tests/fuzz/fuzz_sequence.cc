@@ -1,4 +1,4 @@
-// Any bytes as a recording: frames whose times ascend, or a PGM with all its pixels.
+// Fuzzer: arbitrary bytes as a recording: frames with ascending times, or a complete PGM.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

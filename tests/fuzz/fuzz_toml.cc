@@ -1,5 +1,6 @@
-// Any bytes as cell, configuration, robot profile, object table, zoom profile or bodies: faults,
-// never a crash or a hang, and no tree that is deeper than the scan before the parser allows.
+// Fuzzer: arbitrary bytes as cell, configuration, robot profile, object table, zoom profile or
+// bodies: faults, never a crash or a hang, and no tree deeper than the scan before the parser
+// allows.
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -60,7 +61,7 @@ int DepthOf(const toml::node& node) {
   return deepest;
 }
 
-/// A part of a header may stand for two levels: a list of tables and its newest table.
+/// One part of a header may mean two levels: an array of tables and its last table.
 void CompareDepth(std::string_view text) {
   if (plumbline::LineNestedTooDeepInToml(text)) return;
   try {
@@ -100,7 +101,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     default:
       read = plumbline::TagDatabaseFromText(text, "bodies.toml", faults).has_value();
   }
-  // Either a value or a fault that says why not, never both or neither.
+  // Either a value or a fault, never both or neither.
   if (read == faults.HasFaults()) std::abort();
   return plumbline::FaultsText(faults).empty() && !read ? 1 : 0;
 }

@@ -1,5 +1,6 @@
-// Any bytes between daemon and viewer: what a viewer says (24 bytes of a scene), and what the
-// daemon shows (its state as text). Refused, or within the limits and the same again.
+// Fuzzer: arbitrary bytes between daemon and viewer: scene messages of the viewer (24 bytes) and
+// state messages of the daemon (text). Rejected, or within the limits and unchanged by a round
+// trip.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

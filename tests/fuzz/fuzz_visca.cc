@@ -1,4 +1,4 @@
-// Any bytes as what passes on a VISCA line.
+// Fuzzer: arbitrary bytes on a VISCA line.
 #include <cstdint>
 #include <cstdlib>
 
@@ -14,8 +14,8 @@ void Require(bool condition) {
 
 void Judge(const visca::Reply& reply) {
   using Kind = visca::Reply::Kind;
-  Require(reply.size <= visca::kLongestPacket);
-  Require(reply.address >= 0 && reply.address <= visca::kMostCameras);
+  Require(reply.size <= visca::kMaxPacketBytes);
+  Require(reply.address >= 0 && reply.address <= visca::kMaxCameras);
   if (reply.kind != Kind::kMalformed) Require(reply.bytes[reply.size - 1] == 0xFF);
   if (reply.kind == Kind::kError) Require(visca::ErrorText(reply.error) != nullptr);
   const auto counts = visca::PositionFrom(reply);
