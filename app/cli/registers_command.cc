@@ -45,8 +45,8 @@ outside the blocks, and writes outside the command window, are answered with exc
 | float32 | 2 | IEEE 754, always finite | keeps its previous value |
 | u64 | 4 | 0 to 18446744073709551615 | never |
 
-Values of more than one register are sent high word first (ABCD), or low word first (CDAB) if
-`plc.word_order` says so; registers 4-7 let you check your setting. A scaled integer counts the
+Values of more than one register are sent high word first (ABCD) or low word first (CDAB), as
+configured by `plc.word_order`; registers 4-7 let you check your setting. A scaled integer counts the
 unit that is given for it: 123 in a register with unit 0.1 mm is 12.3 mm.
 
 NaN and infinity never occur. Use the values of a block only if bit 0 of its validity register is

@@ -20,8 +20,8 @@ struct CameraSettings {
 
 /// A control of the camera with its range.
 struct V4l2Control {
-  std::string
-      name;  ///< "exposure_s", "gain_counts", "white_balance_K", "focus_counts", "zoom_counts"
+  /// "exposure_s", "gain_counts", "white_balance_K", "focus_counts" or "zoom_counts".
+  std::string name;
   double smallest = 0, largest = 0, standard = 0, value = 0;
 };
 

@@ -47,8 +47,8 @@ struct TcpServerOptions {
   std::uint8_t unit_id = 1;           ///< answered in addition to 0, 1 and 255
   int max_clients = 32;               ///< raised to the size of `allow` if that is larger
   std::vector<std::string> allow{};   ///< client addresses; empty: any
-  std::function<void(const TcpServerEvent&)>
-      on_event{};  ///< called in the server's thread, or in Start()
+  /// Called in the server's thread, or in Start().
+  std::function<void(const TcpServerEvent&)> on_event{};
 };
 
 /// Sockets kept open across a restart of the daemon.

@@ -39,7 +39,7 @@ inline constexpr std::array kCommandFields = {
     CommandField{1021, FieldType::kI16, "command_y_scaled", "0.1 mm", ""},
     CommandField{1022, FieldType::kI16, "command_z_scaled", "0.1 mm", ""},
     CommandField{1023, FieldType::kI16, "command_rx_scaled", "mrad",
-                 "target orientation as a rotation vector, whatever register 3 says"},
+                 "target orientation as a rotation vector, independent of register 3"},
     CommandField{1024, FieldType::kI16, "command_ry_scaled", "mrad", ""},
     CommandField{1025, FieldType::kI16, "command_rz_scaled", "mrad", ""},
     CommandField{1030, FieldType::kU16, "plc_heartbeat", "",

@@ -250,7 +250,7 @@ const std::array kMapFields = {
     MapField{205, kI16, "scaled_y", "0.1 mm", "", ScaledPosition<1>},
     MapField{206, kI16, "scaled_z", "0.1 mm", "", ScaledPosition<2>},
     MapField{207, kI16, "scaled_rx", "mrad",
-             "command orientation as a rotation vector, whatever register 3 says", ScaledAngle<0>},
+             "command orientation as a rotation vector, independent of register 3", ScaledAngle<0>},
     MapField{208, kI16, "scaled_ry", "mrad", "", ScaledAngle<1>},
     MapField{209, kI16, "scaled_rz", "mrad", "", ScaledAngle<2>},
     MapField{210, kI32, "scaled_x_fine", "0.001 mm", "command position at 1 um resolution",

@@ -27,8 +27,7 @@ const char* NameOf(FieldType type);
 struct PlcMasters {
   std::uint16_t executed = 0;       ///< client whose command was executed last
   std::uint16_t executed_port = 0;  ///< its TCP port
-  std::uint16_t other =
-      0;  ///< second client that writes commands, while warning::kTwoMasters is set
+  std::uint16_t other = 0;  ///< second client that writes commands; 0 without warning::kTwoMasters
 };
 
 /// Values in the registers that are not part of the snapshot.
@@ -121,10 +120,9 @@ inline constexpr std::uint16_t kCoils = 1000, kCoilsSize = 2;
 /// Bits of a validity register.
 inline constexpr std::uint16_t kValid = 1 << 0;         ///< the values may be used
 inline constexpr std::uint16_t kExtrapolated = 1 << 1;  ///< outside the calibrated range
-inline constexpr std::uint16_t kEverValid =
-    1 << 2;  ///< has been valid before; the values are the last valid ones
-inline constexpr std::uint16_t kFitsInt16 = 1 << 3;  ///< the position fits the 0.1 mm registers
-inline constexpr int kBasisShift = 4;                ///< bits 4-5: RadiusBasis of the 95 % radius
+inline constexpr std::uint16_t kEverValid = 1 << 2;     ///< holds the last valid values
+inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the position fits the 0.1 mm registers
+inline constexpr int kBasisShift = 4;  ///< bits 4-5: RadiusBasis of the 95 % radius
 inline constexpr std::uint16_t kBasisMask = 3 << kBasisShift;
 /// Basis encoded in a validity register.
 constexpr RadiusBasis BasisOf(int validity) {

@@ -43,7 +43,7 @@ struct HidProfile {
   std::string source;
   std::string unconfirmed;  ///< what the source does not specify; empty: nothing
   int vendor_id = 0, product_id = 0;
-  bool silence_is_unchanged = false;  ///< an unsolicited device reports changes only
+  bool silence_is_unchanged = false;  ///< unsolicited device that reports only changes
   std::vector<HidExchange> exchanges;
 };
 

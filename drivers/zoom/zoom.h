@@ -20,7 +20,7 @@ enum class ZoomResult : std::uint8_t {
   kOk,
   kWaiting,   ///< not connected; the next attempt is not due yet
   kTimeout,   ///< connected, but no answer in time
-  kLost,      ///< cannot be opened, or went away
+  kLost,      ///< cannot be opened, or was disconnected
   kProtocol,  ///< invalid answers
   kRefused,   ///< the device rejects the inquiry
 };

@@ -57,11 +57,11 @@ std::uint32_t RowBytes(const FakeMode& mode, std::uint32_t padding) {
 
 int SetFormat(FakeDevice& device, v4l2_format& format) {
   if (device.busy) return Refuse(EBUSY);
-  const v4l2_pix_format asked = format.fmt.pix;
+  const v4l2_pix_format requested = format.fmt.pix;
   device.set = device.modes.front();
   for (const FakeMode& mode : device.modes) {
-    if (!device.ignores_format && mode.fourcc == asked.pixelformat && mode.width == asked.width &&
-        mode.height == asked.height) {
+    if (!device.ignores_format && mode.fourcc == requested.pixelformat &&
+        mode.width == requested.width && mode.height == requested.height) {
       device.set = mode;
     }
   }

@@ -13,7 +13,7 @@ TEST_CASE("a GPU reset is reported by Draw(), and a new context and renderer wor
     test::Drawing drawing;
     if (!drawing.renderer) return;
     if (!drawing.context->tells_resets()) {
-      std::puts("SKIPPED: this driver tells no resets");
+      std::puts("SKIPPED: this driver does not report resets");
       return;
     }
     CHECK(drawing.renderer->Draw(list) == DrawResult::kDrawn);

@@ -174,7 +174,7 @@ int FakeCard::Answer(unsigned long request, void* argument) {
                  : Refuse(EOPNOTSUPP);
     case DRM_IOCTL_MODE_GETRESOURCES: {
       auto& resources = As<drm_mode_card_res>(argument);
-      ++times_asked_;
+      ++probes_;
       HandOver<std::uint32_t>({kCrtc}, resources.crtc_id_ptr, resources.count_crtcs);
       HandOver<std::uint32_t>({kEncoder}, resources.encoder_id_ptr, resources.count_encoders);
       HandOver<std::uint32_t>({kConnector}, resources.connector_id_ptr, resources.count_connectors);

@@ -41,9 +41,9 @@ class FakeCard {
   void Refresh();
 
   // Queried by the test.
-  int times_asked() const { return times_asked_; }  ///< number of connector probes
-  ImageSize mode() const { return mode_; }          ///< {0, 0}: never set
-  int modes_set() const { return modes_set_; }      ///< number of mode sets
+  int probes() const { return probes_; }        ///< number of connector probes
+  ImageSize mode() const { return mode_; }      ///< {0, 0}: never set
+  int modes_set() const { return modes_set_; }  ///< number of mode sets
   std::size_t buffers() const { return buffers_.size(); }
   /// Pixel on the screen: 0xXXRRGGBB.
   std::uint32_t Pixel(int u, int v) const;
@@ -71,7 +71,7 @@ class FakeCard {
   std::uint32_t on_screen_ = 0, pending_ = 0;  ///< framebuffers
   std::uint64_t pending_user_ = 0;
   ImageSize mode_;
-  int modes_set_ = 0, times_asked_ = 0;
+  int modes_set_ = 0, probes_ = 0;
 };
 
 /// File that holds the pixels of a framebuffer.

@@ -59,7 +59,7 @@ struct Served {
   RawClient From(const std::string& address) const { return RawClient(server->port(), address); }
   static void Write(const RawClient& client, std::uint16_t address, std::uint16_t value) {
     const Bytes frame = WriteFrame(address, value);
-    REQUIRE(client.Ask(frame, frame.size()) == frame);
+    REQUIRE(client.Exchange(frame, frame.size()) == frame);
   }
   std::vector<std::string> Reports() {
     const std::lock_guard lock(mutex);
@@ -133,7 +133,7 @@ TEST_CASE(
     Served::Write(plc, 1039, k);
     Served::Write(plc, 1030, k);
     const Bytes read = {0, 1, 0, 0, 0, 6, 1, 3, 0, 2, 0, 1};
-    CHECK(reader.Ask(read, 11).size() == 11);
+    CHECK(reader.Exchange(read, 11).size() == 11);
   }
   CHECK_FALSE(served.TwoMasters());
   CHECK(served.Reports().empty());

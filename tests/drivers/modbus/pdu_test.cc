@@ -19,7 +19,7 @@ struct Exchange {
   DeviceIdentification identification = TestIdentification();
   PduReply last;
 
-  Bytes Ask(const Bytes& request) {
+  Bytes Handle(const Bytes& request) {
     std::array<std::uint8_t, kMaxPduBytes> response;
     last = HandlePdu(request, image, commands, identification, response);
     return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(last.size)};
@@ -62,7 +62,7 @@ TEST_CASE("PDU: response of each function", "[modbus][pdu]") {
   for (const Case& c : cases) {
     Exchange exchange;
     INFO(c.what);
-    CHECK(exchange.Ask(c.request) == c.answer);
+    CHECK(exchange.Handle(c.request) == c.answer);
   }
 }
 
@@ -131,8 +131,8 @@ TEST_CASE("PDU: every fault returns its exception and changes nothing", "[modbus
   for (const Case& c : cases) {
     Exchange exchange;
     INFO(c.what);
-    CHECK(exchange.Ask(c.request) == Bytes{static_cast<std::uint8_t>(c.request[0] | 0x80),
-                                           static_cast<std::uint8_t>(c.exception)});
+    CHECK(exchange.Handle(c.request) == Bytes{static_cast<std::uint8_t>(c.request[0] | 0x80),
+                                              static_cast<std::uint8_t>(c.exception)});
     CHECK(exchange.last.wrote == PduReply::Wrote::kNothing);
     CHECK(exchange.commands.registers.values == TestCommands().registers.values);
     CHECK(exchange.commands.coils.values == TestCommands().coils.values);
@@ -141,53 +141,53 @@ TEST_CASE("PDU: every fault returns its exception and changes nothing", "[modbus
 
 TEST_CASE("PDU: requests of maximum size", "[modbus][pdu]") {
   Exchange exchange;
-  CHECK(exchange.Ask({3, 0, 100, 0, 125}).size() == 252);
+  CHECK(exchange.Handle({3, 0, 100, 0, 125}).size() == 252);
   exchange.image.bits.assign(2000, 1);
-  const Bytes bits = exchange.Ask({1, 0, 0, 0x07, 0xD0});
+  const Bytes bits = exchange.Handle({1, 0, 0, 0x07, 0xD0});
   CHECK(bits.size() == 252);
   CHECK(bits.back() == 0xFF);
   exchange.commands.registers.values.assign(123, 0);
-  CHECK(exchange.Ask(Join({16, 0x03, 0xE8, 0, 123, 246}, 246, 7)).size() == 5);
+  CHECK(exchange.Handle(Join({16, 0x03, 0xE8, 0, 123, 246}, 246, 7)).size() == 5);
   CHECK(exchange.commands.registers.values.back() == 0x0707);
 }
 
 TEST_CASE("PDU: writes are reported with their addresses", "[modbus][pdu]") {
   Exchange exchange;
-  exchange.Ask({16, 0x03, 0xEA, 0, 2, 4, 1, 2, 3, 4});
+  exchange.Handle({16, 0x03, 0xEA, 0, 2, 4, 1, 2, 3, 4});
   CHECK(exchange.last.wrote == PduReply::Wrote::kRegisters);
   CHECK(exchange.last.first == 1002);
   CHECK(exchange.last.count == 2);
   CHECK(exchange.commands.registers.values[2] == 0x0102);
   CHECK(exchange.commands.registers.values[3] == 0x0304);
   exchange.commands.registers.values[0] = 0x0012;
-  exchange.Ask({22, 0x03, 0xE8, 0, 0xF2, 0, 0x25});
+  exchange.Handle({22, 0x03, 0xE8, 0, 0xF2, 0, 0x25});
   CHECK(exchange.commands.registers.values[0] == 0x0017);  // example from the specification
-  exchange.Ask({15, 0, 20, 0, 8, 1, 0xA5});
+  exchange.Handle({15, 0, 20, 0, 8, 1, 0xA5});
   CHECK(exchange.last.wrote == PduReply::Wrote::kCoils);
   CHECK(exchange.commands.coils.values == Bytes{1, 0, 1, 0, 0, 1, 0, 1});
-  CHECK(exchange.Ask({1, 0, 20, 0, 8}) == Bytes{1, 1, 0xA5});
+  CHECK(exchange.Handle({1, 0, 20, 0, 8}) == Bytes{1, 1, 0xA5});
 }
 
 TEST_CASE("PDU: exception 04 if the image is inconsistent", "[modbus][pdu]") {
   Exchange exchange;
   exchange.image.registers.resize(10);
-  CHECK(exchange.Ask({3, 0, 9, 0, 2}) == Bytes{0x83, 4});
+  CHECK(exchange.Handle({3, 0, 9, 0, 2}) == Bytes{0x83, 4});
   exchange.image.readable.reset();
-  CHECK(exchange.Ask({4, 0, 0, 0, 1}) == Bytes{0x84, 4});
+  CHECK(exchange.Handle({4, 0, 0, 0, 1}) == Bytes{0x84, 4});
 }
 
 TEST_CASE("PDU: device identification by level and by object", "[modbus][pdu]") {
   Exchange exchange;
   const auto text = [](const Bytes& answer) { return std::string(answer.begin(), answer.end()); };
-  const Bytes basic = exchange.Ask({43, 14, 1, 0});
+  const Bytes basic = exchange.Handle({43, 14, 1, 0});
   CHECK(Bytes(basic.begin(), basic.begin() + 7) == Bytes{43, 14, 1, 0x82, 0, 0, 3});
   CHECK(text(basic).find("Product") != std::string::npos);
   CHECK(text(basic).find("Model") == std::string::npos);
-  CHECK(exchange.Ask({43, 14, 2, 0})[6] == 5);
-  CHECK(exchange.Ask({43, 14, 3, 0})[6] == 5);
-  CHECK(exchange.Ask({43, 14, 2, 3})[6] == 2);     // from this object on
-  CHECK(exchange.Ask({43, 14, 2, 0x70})[6] == 5);  // unknown: from the first object
-  CHECK(exchange.Ask({43, 14, 4, 2}) == Bytes{43, 14, 4, 0x82, 0, 0, 1, 2, 3, '1', '.', '0'});
+  CHECK(exchange.Handle({43, 14, 2, 0})[6] == 5);
+  CHECK(exchange.Handle({43, 14, 3, 0})[6] == 5);
+  CHECK(exchange.Handle({43, 14, 2, 3})[6] == 2);     // from this object on
+  CHECK(exchange.Handle({43, 14, 2, 0x70})[6] == 5);  // unknown: from the first object
+  CHECK(exchange.Handle({43, 14, 4, 2}) == Bytes{43, 14, 4, 0x82, 0, 0, 1, 2, 3, '1', '.', '0'});
 }
 
 TEST_CASE("PDU: a long identification is split and can be reassembled", "[modbus][pdu]") {
@@ -201,7 +201,7 @@ TEST_CASE("PDU: a long identification is split and can be reassembled", "[modbus
   int pieces = 0;
   for (bool more = true; more; ++pieces) {
     REQUIRE(pieces < 5);
-    const Bytes answer = exchange.Ask({43, 14, 3, next});
+    const Bytes answer = exchange.Handle({43, 14, 3, next});
     REQUIRE(answer.size() > 7);
     CHECK(answer[3] == 0x83);
     more = answer[4] == 0xFF;

@@ -69,7 +69,7 @@ class RawClient {
     return bytes;
   }
 
-  Bytes Ask(const Bytes& request, std::size_t answer_size) const {
+  Bytes Exchange(const Bytes& request, std::size_t answer_size) const {
     Send(request);
     return Receive(answer_size);
   }

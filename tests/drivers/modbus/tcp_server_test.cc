@@ -71,7 +71,7 @@ const Bytes kReadReply = {3, 2, 0, 2};
 /// True if a new client is served.
 bool Answers(int port, const std::string& from = "127.0.0.1") {
   const RawClient client(port, from);
-  return client.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply);
+  return client.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply);
 }
 
 }  // namespace
@@ -134,11 +134,11 @@ TEST_CASE("TCP server: unit ids", "[modbus][tcp]") {
   const RawClient client(served.port());
   for (const std::uint8_t unit : Bytes{0, 1, 17, 255}) {
     CAPTURE(static_cast<int>(unit));
-    CHECK(client.Ask(Frame(1, kRead, unit), 11) == Frame(1, kReadReply, unit));
+    CHECK(client.Exchange(Frame(1, kRead, unit), 11) == Frame(1, kReadReply, unit));
   }
   for (const std::uint8_t unit : Bytes{2, 16, 247, 254}) {
     CAPTURE(static_cast<int>(unit));
-    CHECK(client.Ask(Frame(1, kRead, unit), 9) == Frame(1, {0x83, 0x0B}, unit));
+    CHECK(client.Exchange(Frame(1, kRead, unit), 9) == Frame(1, {0x83, 0x0B}, unit));
   }
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("TCP server: pipelined frames are answered in order, including invalid
     requests.insert(requests.end(), request.begin(), request.end());
     answers.insert(answers.end(), answer.begin(), answer.end());
   }
-  CHECK(client.Ask(requests, answers.size()) == answers);
+  CHECK(client.Exchange(requests, answers.size()) == answers);
 }
 
 TEST_CASE("TCP server: a frame in pieces", "[modbus][tcp]") {
@@ -192,7 +192,7 @@ TEST_CASE("TCP server: connections with broken framing are closed, others served
     bad.Send(c.bytes);
     CHECK(bad.WaitUntilClosed());
     CHECK(served.Saw(Kind::kBrokenFrame));
-    CHECK(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+    CHECK(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   }
 }
 
@@ -201,7 +201,7 @@ TEST_CASE("TCP server: good frames before a broken one are answered", "[modbus][
   const RawClient client(served.port());
   Bytes bytes = Frame(5, kRead);
   bytes.insert(bytes.end(), {0, 1, 0, 1});
-  CHECK(client.Ask(bytes, 100) == Frame(5, kReadReply));
+  CHECK(client.Exchange(bytes, 100) == Frame(5, kReadReply));
 }
 
 TEST_CASE("TCP server: an incomplete and a dripping frame are closed, others served",
@@ -219,7 +219,7 @@ TEST_CASE("TCP server: an incomplete and a dripping frame are closed, others ser
   });
   int polls = 0;
   while (!closed) {
-    REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+    REQUIRE(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
     ++polls;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -229,7 +229,7 @@ TEST_CASE("TCP server: an incomplete and a dripping frame are closed, others ser
   CHECK(dripping.WaitUntilClosed());
   CHECK(served.server->counters().timeouts == 2);
   CHECK(served.Saw(Kind::kFrameTimeout));
-  CHECK(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  CHECK(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
 }
 
 TEST_CASE("TCP server: a client that never reads is dropped, others served", "[modbus][tcp]") {
@@ -243,7 +243,7 @@ TEST_CASE("TCP server: a client that never reads is dropped, others served", "[m
   }
   while (served.server->counters().not_reading == 0) {
     deaf.Send(flood);
-    REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+    REQUIRE(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   }
   // The counter is incremented before the event is reported and the connection closed.
   const auto soon = [](const auto& holds) {
@@ -286,12 +286,12 @@ TEST_CASE("TCP server: responses reach a client that has shut down its sending s
 TEST_CASE("TCP server: abandoned connections make room for others", "[modbus][tcp]") {
   Served served({.max_clients = 4});
   const RawClient good(served.port());
-  REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   std::vector<RawClient> abandoned;
   for (int i = 0; i < 50; ++i) {
     abandoned.emplace_back(served.port());
     const RawClient closed_at_once(served.port());
-    REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+    REQUIRE(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   }
   CHECK(Answers(served.port()));
   CHECK(served.server->counters().evicted > 0);
@@ -303,7 +303,7 @@ TEST_CASE("TCP server: a connection whose descriptor is kept open is served by t
   TcpServerOptions options{.offers_connections = true, .max_clients = 8};
   auto served = std::make_unique<Served>(options);
   const RawClient plc(served->port()), silent(served->port()), gone(served->port());
-  REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(plc.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   const auto take = [](TcpServer& server, std::size_t count) {
     std::vector<Descriptor> all;
     for (int wait = 0; wait < 500 && all.size() < count; ++wait) {
@@ -315,10 +315,10 @@ TEST_CASE("TCP server: a connection whose descriptor is kept open is served by t
   std::vector<Descriptor> kept = take(*served->server, 1);
   REQUIRE(kept.size() == 1);                        // a client without a request is not offered
   for (const std::uint8_t number : Bytes{2, 22}) {  // the second after the first server has ended
-    REQUIRE(plc.Ask(Frame(number, kRead), 11) == Frame(number, kReadReply));
+    REQUIRE(plc.Exchange(Frame(number, kRead), 11) == Frame(number, kReadReply));
   }
   CHECK(served->server->TakeOffered().empty());  // none is offered twice
-  REQUIRE(gone.Ask(Frame(3, kRead), 11) == Frame(3, kReadReply));
+  REQUIRE(gone.Exchange(Frame(3, kRead), 11) == Frame(3, kReadReply));
   for (Descriptor& one : take(*served->server, 1)) kept.push_back(std::move(one));
   REQUIRE(kept.size() == 2);
 
@@ -329,7 +329,7 @@ TEST_CASE("TCP server: a connection whose descriptor is kept open is served by t
 
   Served next(options, {.connections = std::move(kept)});
   CHECK(plc.Receive(11) == Frame(4, kReadReply));
-  CHECK(plc.Ask(Frame(5, kRead), 11) == Frame(5, kReadReply));
+  CHECK(plc.Exchange(Frame(5, kRead), 11) == Frame(5, kReadReply));
   for (int wait = 0; wait < 500 && next.server->counters().clients != 1; ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -344,7 +344,7 @@ TEST_CASE("TCP server: an inherited connection whose address is no longer allowe
           "[modbus][tcp]") {
   auto served = std::make_unique<Served>(TcpServerOptions{.offers_connections = true});
   const RawClient plc(served->port(), "127.0.0.2");
-  REQUIRE(plc.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(plc.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   std::vector<Descriptor> kept;
   for (int wait = 0; wait < 500 && kept.empty(); ++wait) {
     kept = served->server->TakeOffered();
@@ -361,20 +361,20 @@ TEST_CASE("TCP server: an inherited connection whose address is no longer allowe
 TEST_CASE("TCP server: eviction when all slots are taken", "[modbus][tcp]") {
   Served served({.max_clients = 3});
   const RawClient first(served.port()), second(served.port());
-  REQUIRE(first.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
-  REQUIRE(second.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(first.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(second.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   const RawClient silent(served.port());
   while (served.server->counters().accepted < 3) std::this_thread::yield();
-  REQUIRE(first.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(first.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
 
   const RawClient third(served.port());
-  REQUIRE(third.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(third.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   CHECK(silent.WaitUntilClosed());  // it never sent a request
   const RawClient fourth(served.port());
-  REQUIRE(fourth.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(fourth.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   CHECK(second.WaitUntilClosed());  // idle for longer than the first
-  CHECK(first.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
-  CHECK(third.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  CHECK(first.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  CHECK(third.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   CHECK(served.Saw(Kind::kEvicted));
   CHECK(served.server->counters().evicted == 2);
 }
@@ -389,19 +389,19 @@ TEST_CASE(
   CHECK(served.server->counters().accepted == 0);
 
   const RawClient quiet(served.port(), "127.0.0.2");
-  REQUIRE(quiet.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(quiet.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   for (int i = 0; i < 10; ++i) {
     const RawClient crowd(served.port()), more(served.port()), yet_more(served.port());
-    CHECK(yet_more.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+    CHECK(yet_more.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   }
-  CHECK(quiet.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  CHECK(quiet.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
 }
 
 TEST_CASE("TCP server: without a free descriptor a new client is refused, later ones are not",
           "[modbus][tcp]") {
   Served served;
   const RawClient good(served.port());
-  REQUIRE(good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply));
+  REQUIRE(good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
   // The new client's own descriptor is the last one available.
@@ -421,7 +421,7 @@ TEST_CASE("TCP server: without a free descriptor a new client is refused, later 
       ::connect(newcomer, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   std::uint8_t byte = 0;
   const ssize_t received = ::recv(newcomer, &byte, 1, 0);
-  const bool served_meanwhile = good.Ask(Frame(1, kRead), 11) == Frame(1, kReadReply);
+  const bool served_meanwhile = good.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply);
   ::setrlimit(RLIMIT_NOFILE, &limit);
   for (const int fd : fillers) ::close(fd);
   ::close(newcomer);

@@ -73,16 +73,16 @@ TEST_CASE("each request is served by a reading that started after it") {
 TEST_CASE("the cycle continues while the controller does not answer") {
   std::mutex gate;
   gate.lock();
-  std::atomic<int> asked{0};
+  std::atomic<int> readings{0};
   RobotLink link(Scripted({[&](RobotState& state) {
-                             ++asked;
+                             ++readings;
                              const std::lock_guard wait(gate);
                              return Count(state);
                            },
                            {}}));
   link.Start();
   link.RequestRead();
-  while (asked == 0) std::this_thread::yield();
+  while (readings == 0) std::this_thread::yield();
   CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(5)));
   link.RequestRead();
   CHECK_FALSE(link.WaitForState(steady_clock::now() + std::chrono::milliseconds(5)));
@@ -100,29 +100,29 @@ TEST_CASE("transitions are counted once, and the last state is retained") {
                            },
                            {}}));
   link.Start();
-  const auto ask = [&link] {
+  const auto request_and_wait = [&link] {
     link.RequestRead();
     return link.WaitForState(Soon());
   };
-  CHECK_FALSE(ask());
-  CHECK_FALSE(ask());
+  CHECK_FALSE(request_and_wait());
+  CHECK_FALSE(request_and_wait());
   CHECK(link.Status().changes == 0);
   CHECK(link.Status().failures == 2);
   CHECK(link.Status().problem.view() == "scripted");
   result = LinkResult::kOk;
-  CHECK(ask());
-  CHECK(ask());
+  CHECK(request_and_wait());
+  CHECK(request_and_wait());
   CHECK(link.Status().changes == 1);
   CHECK(link.Status().connected);
   CHECK(link.Status().reconnects == 0);
   result = LinkResult::kLost;
-  CHECK_FALSE(ask());
-  CHECK_FALSE(ask());
+  CHECK_FALSE(request_and_wait());
+  CHECK_FALSE(request_and_wait());
   CHECK(link.Status().changes == 2);
   CHECK(link.Status().result == LinkResult::kLost);
   CHECK(link.Latest().sequence == 2);
   result = LinkResult::kOk;
-  CHECK(ask());
+  CHECK(request_and_wait());
   CHECK(link.Status().changes == 3);
   CHECK(link.Status().reconnects == 1);
 }
@@ -142,7 +142,7 @@ TEST_CASE("queued points are pushed once, after a successful reading") {
                              return LinkResult::kPushRefused;
                            }}));
   link.Start();
-  const auto ask = [&link] {
+  const auto request_and_wait = [&link] {
     link.RequestRead();
     return link.WaitForState(Soon());
   };
@@ -150,16 +150,16 @@ TEST_CASE("queued points are pushed once, after a successful reading") {
   points[0].id = 1;
   points[1].id = 2;
   link.QueuePush(points);
-  CHECK_FALSE(ask());
+  CHECK_FALSE(request_and_wait());
   points[1].id = 3;
   link.QueuePush(points);
   read_result = LinkResult::kOk;
-  CHECK(ask());
-  CHECK(ask());
-  CHECK(ask());
+  CHECK(request_and_wait());
+  CHECK(request_and_wait());
+  CHECK(request_and_wait());
   link.QueuePush(std::vector<PushPoint>(kMaxPushPoints + 1));
-  CHECK(ask());
-  CHECK(ask());  // the push after the previous reading is complete
+  CHECK(request_and_wait());
+  CHECK(request_and_wait());  // the push after the previous reading is complete
   const RobotLinkStatus status = link.Status();
   link.Stop();
   REQUIRE(pushed.size() == 2);
@@ -189,9 +189,9 @@ TEST_CASE("Stop() withdraws the pushed points, and nothing is pushed afterwards"
   std::vector<std::string> done;  // written by the link's thread, read after it has ended
   LinkResult withdrawn = LinkResult::kOk;
   std::mutex gate;
-  std::atomic<int> asked{0};
+  std::atomic<int> readings{0};
   RobotLink link(Scripted({[&](RobotState& state) {
-                             ++asked;
+                             ++readings;
                              const std::lock_guard wait(gate);
                              return Count(state);
                            },
@@ -221,7 +221,7 @@ TEST_CASE("Stop() withdraws the pushed points, and nothing is pushed afterwards"
   link.Start();
   link.QueuePush(points);
   link.RequestRead();
-  while (asked < 2) std::this_thread::yield();
+  while (readings < 2) std::this_thread::yield();
   std::atomic<bool> began{false};
   std::thread stopping([&] {
     began = true;

@@ -23,21 +23,21 @@ FakeViscaCamera::~FakeViscaCamera() {
   close(fd_);
 }
 
-void FakeViscaCamera::Say(const Bytes& bytes) const {
+void FakeViscaCamera::SendBytes(const Bytes& bytes) const {
   if (write(fd_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) std::abort();
 }
 
-void FakeViscaCamera::Become(Answer answer) {
+void FakeViscaCamera::SetAnswer(Answer answer) {
   const std::lock_guard lock(mutex_);
   answer_ = std::move(answer);
 }
 
-int FakeViscaCamera::Heard(const Bytes& beginning) const {
+int FakeViscaCamera::RequestCount(const Bytes& prefix) const {
   const std::lock_guard lock(mutex_);
   return static_cast<int>(
-      std::count_if(heard_.begin(), heard_.end(), [&beginning](const Bytes& request) {
-        return request.size() >= beginning.size() &&
-               std::equal(beginning.begin(), beginning.end(), request.begin());
+      std::count_if(received_.begin(), received_.end(), [&prefix](const Bytes& request) {
+        return request.size() >= prefix.size() &&
+               std::equal(prefix.begin(), prefix.end(), request.begin());
       }));
 }
 
@@ -56,12 +56,12 @@ void FakeViscaCamera::Run() {
     Bytes answer;
     {
       const std::lock_guard lock(mutex_);
-      heard_.push_back(request);
+      received_.push_back(request);
       answer = answer_(request);
     }
     ++requests_;
     request.clear();
-    if (!answer.empty()) Say(answer);
+    if (!answer.empty()) SendBytes(answer);
   }
 }
 

@@ -24,11 +24,11 @@ class FakeViscaCamera {
   FakeViscaCamera& operator=(const FakeViscaCamera&) = delete;
 
   const std::string& device() const { return device_; }
-  void Say(const Bytes& bytes) const;  ///< unsolicited
-  void Become(Answer answer);          ///< replaces the behaviour
+  void SendBytes(const Bytes& bytes) const;  ///< unsolicited
+  void SetAnswer(Answer answer);             ///< replaces the behaviour
   int requests() const { return requests_; }
   /// Number of requests with these first bytes.
-  int Heard(const Bytes& beginning) const;
+  int RequestCount(const Bytes& prefix) const;
 
  private:
   void Run();
@@ -38,7 +38,7 @@ class FakeViscaCamera {
   std::atomic<int> requests_{0};
   mutable std::mutex mutex_;  ///< guards both below
   Answer answer_;
-  std::vector<Bytes> heard_;
+  std::vector<Bytes> received_;
   std::thread thread_;
 };
 

@@ -16,10 +16,10 @@ using test::Bytes;
 using test::CameraAnswers;
 using test::FakeViscaCamera;
 
-constexpr double kPatience_s = 5;  // time-out if an answer is expected
-constexpr double kHurry_s = 0.05;  // time-out if none is expected
+constexpr double kAnswered_s = 5;       // time-out if an answer is expected
+constexpr double kUnanswered_s = 0.05;  // time-out if none is expected
 
-std::unique_ptr<ZoomSensor> Sensor(const std::string& device, double timeout_s = kPatience_s,
+std::unique_ptr<ZoomSensor> Sensor(const std::string& device, double timeout_s = kAnswered_s,
                                    int address = 1) {
   ViscaOptions options;
   options.device = device;
@@ -59,7 +59,7 @@ TEST_CASE("a camera with a lens block is addressed once, then queried") {
   zoom = 0x4001;  // beyond the optical range
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.digital_zoom == true);
-  CHECK(camera.Heard(kAddressSet) == 1);
+  CHECK(camera.RequestCount(kAddressSet) == 1);
 }
 
 TEST_CASE("a camera without lens block and without focus inquiry") {
@@ -77,8 +77,8 @@ TEST_CASE("a camera without lens block and without focus inquiry") {
     CHECK(reading.digital_zoom == false);
     CHECK(reading.motion == LensMotion::kUnknown);
   }
-  CHECK(camera.Heard(kAskBlock) == 1);  // an unsupported inquiry is sent only once
-  CHECK(camera.Heard({0x81, 0x09, 0x04, 0x48}) == 1);
+  CHECK(camera.RequestCount(kAskBlock) == 1);  // an unsupported inquiry is sent only once
+  CHECK(camera.RequestCount({0x81, 0x09, 0x04, 0x48}) == 1);
 }
 
 TEST_CASE("other packets before the answer are ignored") {
@@ -110,7 +110,7 @@ TEST_CASE("answers from another address are ignored, and that address is reporte
     block[0] = 0xB0;  // camera 3 answers every request
     return block;
   });
-  const auto sensor = Sensor(camera.device(), kHurry_s);
+  const auto sensor = Sensor(camera.device(), kUnanswered_s);
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()),
@@ -120,9 +120,9 @@ TEST_CASE("answers from another address are ignored, and that address is reporte
 
 TEST_CASE("an answer in pieces, and one followed by another packet") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
-  camera.Become([&camera](const Bytes& request) -> Bytes {
+  camera.SetAnswer([&camera](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return {0x88, 0x30, 0x02, 0xFF};
-    for (const std::uint8_t byte : BlockOf(0x1357, 1, false, false)) camera.Say({byte});
+    for (const std::uint8_t byte : BlockOf(0x1357, 1, false, false)) camera.SendBytes({byte});
     return {0x90, 0x50, 9, 9, 9, 9, 0xFF};  // left over, must not be taken for the next answer
   });
   const auto sensor = Sensor(camera.device());
@@ -141,7 +141,7 @@ TEST_CASE("error replies are reported as text") {
   CHECK(sensor->Read(reading) == ZoomResult::kRefused);
   CHECK(reading.zoom_counts == 5);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("not executable"));
-  camera.Become(CameraAnswers([] { return BlockOf(1, 2, false, false); }));
+  camera.SetAnswer(CameraAnswers([] { return BlockOf(1, 2, false, false); }));
   CHECK(sensor->Read(reading) == ZoomResult::kOk);
 }
 
@@ -159,26 +159,26 @@ TEST_CASE("a lens block of the right length with invalid nibbles is rejected") {
 
 TEST_CASE("silence and garbage end at the time-out; the late answer is discarded") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
-  const auto sensor = Sensor(camera.device(), kHurry_s);
+  const auto sensor = Sensor(camera.device(), kUnanswered_s);
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no answer"));
-  camera.Become([](const Bytes&) { return Bytes{1, 2, 3, 0xFF}; });
+  camera.SetAnswer([](const Bytes&) { return Bytes{1, 2, 3, 0xFF}; });
   CHECK(sensor->Read(reading) == ZoomResult::kProtocol);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("baud"));
   CHECK_FALSE(reading.zoom_counts);
 
   // The late answer arrives just before the reply to AddressSet, because a camera answers in order.
   // Only packets after that reply count.
-  camera.Become([](const Bytes& request) -> Bytes {
+  camera.SetAnswer([](const Bytes& request) -> Bytes {
     if (request[1] == 0x30) return BlockOf(0x0001, 0, false, false) + Bytes{0x88, 0x30, 2, 0xFF};
     return BlockOf(0x0002, 0, false, false);
   });
-  const int addressed = camera.Heard(kAddressSet);
+  const int addressed = camera.RequestCount(kAddressSet);
   while (sensor->Read(reading) != ZoomResult::kOk) {
   }
   CHECK(reading.zoom_counts == 2);
-  CHECK(camera.Heard(kAddressSet) > addressed);
+  CHECK(camera.RequestCount(kAddressSet) > addressed);
 }
 
 TEST_CASE("after a network change, or with too few cameras, addresses are assigned again") {
@@ -189,17 +189,17 @@ TEST_CASE("after a network change, or with too few cameras, addresses are assign
     block[0] = 0xA0;
     return request[0] == 0x82 ? block : Bytes{};
   });
-  const auto sensor = Sensor(camera.device(), kPatience_s, 2);
+  const auto sensor = Sensor(camera.device(), kAnswered_s, 2);
   ZoomReading reading;
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.zoom_counts == 0x0123);
-  camera.Say({0xA0, 0x38, 0xFF});
+  camera.SendBytes({0xA0, 0x38, 0xFF});
   cameras = 1;
   CHECK(sensor->Read(reading) == ZoomResult::kRefused);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("only 1 cameras"));
   cameras = 2;
   CHECK(sensor->Read(reading) == ZoomResult::kOk);
-  CHECK(camera.Heard(kAddressSet) == 3);
+  CHECK(camera.RequestCount(kAddressSet) == 3);
 }
 
 TEST_CASE("an adapter is unplugged and replugged under the same name") {
