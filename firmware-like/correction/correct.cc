@@ -124,11 +124,11 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
                           theta, outcome);
   correction.iterations = outcome.iterations;
   if (correction.code == CorrectionCode::kOk) {
-    Judge(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
+    CheckSolution(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
   }
 }
 
-void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
+void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
                       const Payload& payload, const Conditions& conditions,
                       const JointVector& theta, Correction& correction) const {
   const PoseTarget target{X_BP, orientation_free};
@@ -160,7 +160,7 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   }
 }
 
-void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
                         const Conditions& conditions, const JointVector& seed, BranchSearch search,
                         Correction& landing) const {
   if (arm_.torques_missing()) {

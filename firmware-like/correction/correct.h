@@ -83,12 +83,12 @@ class Corrector {
 
   /// The reverse: where the loaded tool point lands that is commanded to X_BP (unloaded).
   /// `landing.X_BP_command` then is the pose reached.
-  void Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+  void PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
                const Conditions& conditions, const JointVector& seed, BranchSearch search,
                Correction& landing) const;
 
  private:
-  void Judge(const Pose& X_BP_wanted, const Vec3& p_TP, bool orientation_free,
+  void CheckSolution(const Pose& X_BP_wanted, const Vec3& p_TP, bool orientation_free,
              const Payload& payload, const Conditions& conditions, const JointVector& theta,
              Correction& correction) const;
 

@@ -244,11 +244,11 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
   for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_per_rad[a] * base_;
 }
 
-AssumedError::Answer AssumedError::At(const LoadedArm& arm, const LoadedState& state,
+AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState& state,
                                       const LoadStatement& load, const Conditions& conditions,
                                       const Vec3& p_TP, const Mat3& covariance_W) {
   influence_ = {};
-  AddEffects(arm.effects(), arm.MomentOf(conditions.q, conditions), influence_);
+  AddEffects(arm.effects(), arm.ConditionsAt(conditions.q, conditions), influence_);
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
   const Vec3 g_B = state.posture.X_BF().R * g_F;

@@ -26,7 +26,7 @@ class AssumedError {
  public:
   AssumedError(const CellModel& cell, const LoadedArm& arm, double deflection_sd);
 
-  struct Answer {
+  struct Estimate {
     double radius_m = 0;          ///< holds 95 % of the draws
     double undeclared_share = 0;  ///< of the mean square error, by what only priors describe
   };
@@ -34,7 +34,7 @@ class AssumedError {
   /// @param state         the loaded arm in the posture asked for, of the same arm
   /// @param covariance_W  of the effects' parameters [m^2]; see EffectCovariance
   /// @param p_TP          the tool point in the tip's frame [m]
-  Answer At(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
+  Estimate At(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
             const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   const DeflectionPriors& priors() const { return priors_; }

@@ -30,11 +30,11 @@ Mat3Of<T> RotationFromRpy(const Vec3Of<T>& rpy) {
 }
 
 /// False where a number neither is anything nor carries a derivative.
-inline bool Acts(double value) {
+inline bool IsActive(double value) {
   return value != 0;
 }
 template <int kWidth>
-bool Acts(const ceres::Jet<double, kWidth>& value) {
+bool IsActive(const ceres::Jet<double, kWidth>& value) {
   return value.a != 0 || !value.v.isZero(0);
 }
 
@@ -105,7 +105,7 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   // own size, milliradians, nearer.
   constexpr int kLeanPasses = 5;
   Vec3Of<T> lean = Vec3Of<T>::Zero();
-  if (influence != nullptr && Acts((*influence)[I::kPedestalCompliance])) {
+  if (influence != nullptr && IsActive((*influence)[I::kPedestalCompliance])) {
     const Vec3Of<T> g_still_B = g_B;
     for (int pass = 0; pass < kLeanPasses; ++pass) {
       lean = (*influence)[I::kPedestalCompliance] * (SmallRotation<T>(lean) * base_moment);

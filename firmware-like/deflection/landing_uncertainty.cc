@@ -77,7 +77,7 @@ StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const JointVector
                                          const Vec3& p_TP, const Mat3& covariance_W) {
   Conditions moment = conditions;
   moment.q = q;
-  const AssumedError::Answer error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
+  const AssumedError::Estimate error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
   if (!assumed_->priors().complete) return {error.radius_m, RadiusBasis::kUnknown};
   const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
   return {error.radius_m, propagated ? RadiusBasis::kPropagated : RadiusBasis::kAssumed};

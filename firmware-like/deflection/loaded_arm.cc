@@ -67,7 +67,7 @@ void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
     return;
   }
   // Effects read the command, which is known only with the sag: a few passes settle it.
-  Conditions moment = MomentOf(theta, conditions);
+  Conditions moment = ConditionsAt(theta, conditions);
   for (int pass = 0; pass < 6; ++pass) {
     Influence<double> influence;
     AddEffects(effects_, moment, influence);
@@ -86,7 +86,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
     settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
   } else {
     Influence<double> influence;
-    AddEffects(effects_, MomentOf(q, conditions), influence);
+    AddEffects(effects_, ConditionsAt(q, conditions), influence);
     settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;
@@ -115,7 +115,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
   return change < 2.5 * gap;
 }
 
-Conditions LoadedArm::MomentOf(const JointVector& q, const Conditions& conditions) const {
+Conditions LoadedArm::ConditionsAt(const JointVector& q, const Conditions& conditions) const {
   Conditions moment = conditions;
   moment.q = q;
   moment.robot = declared_.robot;

@@ -115,7 +115,7 @@ class LoadedArm {
   Pose UnloadedTip(const JointVector& q) const;
 
   /// `conditions` at joints q, with what the cell declares filled in.
-  Conditions MomentOf(const JointVector& q, const Conditions& conditions) const;
+  Conditions ConditionsAt(const JointVector& q, const Conditions& conditions) const;
 
  private:
   Chain chain_;

@@ -231,7 +231,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
       figures.shoulder_rad.median / std::max({1e-9, shoulder_Nm, lifts ? 0.0 : typical_Nm});
 
   Influence<double> effects;
-  AddEffects(arm.effects(), arm.MomentOf(JointVector::Zero(n), {}), effects);
+  AddEffects(arm.effects(), arm.ConditionsAt(JointVector::Zero(n), {}), effects);
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);

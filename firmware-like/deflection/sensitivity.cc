@@ -22,7 +22,7 @@ static_assert(I::kTurn == 0 && I::kLengthA == kSagEntries, "the entries of the s
 
 /// d sag / d entry of one joint: the sum in LoadedArm::Equations, differentiated.
 /// @param tau  measured, or of the model [N m]
-double SagPer(int kind, double compliance, double added_torque, double tau) {
+double SagDerivative(int kind, double compliance, double added_torque, double tau) {
   switch (kind) {
     case I::kTurn:
       return 1;
@@ -40,7 +40,7 @@ double SagPer(int kind, double compliance, double added_torque, double tau) {
 }
 
 /// True of an entry that acts on the reading alone, after base and posture; see AddReadingEntries.
-bool OfReading(int entry) {
+bool ActsOnReadingOnly(int entry) {
   return (entry >= I::kBase && entry < I::kBaseRollPitchYaw) || entry >= I::kTip;
 }
 
@@ -76,7 +76,7 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
     const bool of_joint = entry < I::kJointEntries * kMaxJoints;
     if (entry < kSagEntries * kMaxJoints) continue;
     if (of_joint && entry % kMaxJoints >= arm.size()) continue;
-    if (HasClosedForm(entry) || (!arm.read_by_camera() && OfReading(entry))) continue;
+    if (HasClosedForm(entry) || (!arm.read_by_camera() && ActsOnReadingOnly(entry))) continue;
     if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
   return count;
@@ -104,7 +104,7 @@ Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
 
 /// The rotation vector by which R turns per unit of a dual number's variable.
 template <typename T>
-Vec3 TurnPer(const Mat3Of<T>& R, int variable) {
+Vec3 RotationDerivative(const Mat3Of<T>& R, int variable) {
   Mat3 value, change;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -229,7 +229,7 @@ void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
-      const Vec3 dr = with_turn ? TurnPer<T>(state.X_WT.R, k) : Vec3(Vec3::Zero());
+      const Vec3 dr = with_turn ? RotationDerivative<T>(state.X_WT.R, k) : Vec3(Vec3::Zero());
       if (variable < n) {
         partial.p_theta.col(variable) = dp;
         partial.r_theta.col(variable) = dr;
@@ -272,7 +272,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * kMaxJoints + i;
       if (!wanted[static_cast<std::size_t>(entry)]) continue;
-      partial.s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
+      partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }
   if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);

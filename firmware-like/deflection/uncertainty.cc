@@ -64,7 +64,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
                       const Conditions& conditions, EffectScratch& scratch) {
   Mat3 covariance = Mat3::Zero();
   if (arm.effects().empty()) return covariance;
-  Conditions moment = arm.MomentOf(q, conditions);
+  Conditions moment = arm.ConditionsAt(q, conditions);
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   InfluenceSet touched;

@@ -8,13 +8,13 @@
 namespace plumbline {
 
 /// When an event happened that is known only to lie between two rows.
-struct OpenMoment {
+struct AmbiguousEventTime {
   bool is_row = false;  ///< counted in rows, else in seconds
   Interval between;
 };
 
 /// The interval about an event's moment that its deviation leaves open, if these conditions lie in
 /// it: even between two rows, sqrt(3) deviations to either side.
-std::optional<OpenMoment> MomentLeftOpen(const ActiveEffect& effect, const Conditions& conditions);
+std::optional<AmbiguousEventTime> MomentLeftOpen(const ActiveEffect& effect, const Conditions& conditions);
 
 }  // namespace plumbline

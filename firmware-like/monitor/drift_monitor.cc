@@ -19,10 +19,10 @@ constexpr double kQuantileOfNormal = 3.719016;
 constexpr double kCountChance = 0.01;
 constexpr double kTrendFrom = 2;    // declared deviations: less is what was expected
 constexpr int kScatterProbes = 20;  // that it takes where the reference is the model
-static_assert(kScatterProbes <= kMostReferenceProbes);
+static_assert(kScatterProbes <= kMaxReferenceProbes);
 
 /// The largest number of wild ones among `count` that chance leaves likelier than kCountChance.
-int MostWild(int count, double share) {
+int MaxOutliers(int count, double share) {
   double probability = std::pow(1 - share, count), below = probability;
   int wild = 0;
   while (1 - below > kCountChance && wild < count) {
@@ -49,7 +49,7 @@ const std::array<Vec3, DriftMonitor::kAxes>& DriftMonitor::Axes() {
 
 DriftMonitor::DriftMonitor(const MonitorDesign& design) : design_(design) {
   assert(design_.sigma_m > 0 && design_.threshold > 0 && design_.clip > design_.allowance);
-  assert(design_.reference_probes >= 0 && design_.reference_probes <= kMostReferenceProbes);
+  assert(design_.reference_probes >= 0 && design_.reference_probes <= kMaxReferenceProbes);
   Restart();
 }
 
@@ -69,7 +69,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
   ++probes_;
   ProbeVerdict verdict;
   if (reference_refused()) {
-    verdict.unwatched = true;
+    verdict.unmonitored = true;
     return verdict;
   }
   if (!reference_known_) {
@@ -79,7 +79,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
   }
   if (design_.reference_probes == 0 && probes_ <= kScatterProbes) LearnScatter(residual_m);
   const Vec3 z = (residual_m - reference_m_) / sigma_m_;
-  verdict.wild = z.norm() > design_.clip * std::sqrt(3.0);
+  verdict.outlier = z.norm() > design_.clip * std::sqrt(3.0);
   double largest = 0;
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     for (const int sense : {0, 1}) {
@@ -96,8 +96,8 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
     const auto leading =
         std::max_element(charts_.begin(), charts_.end(),
                          [](const Chart& a, const Chart& b) { return a.sum < b.sum; });
-    const auto taken = static_cast<double>(probes_ - leading->began + 1);
-    alarm_ = {probes_, leading->began, sigma_m_ * leading->total / taken};
+    const auto taken = static_cast<double>(probes_ - leading->first_probe + 1);
+    alarm_ = {probes_, leading->first_probe, sigma_m_ * leading->total / taken};
   }
   return verdict;
 }
@@ -105,7 +105,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
 bool DriftMonitor::Advance(Chart& chart, const Vec3& direction, const Vec3& z) {
   const double step = std::clamp(direction.dot(z), -design_.clip, design_.clip);
   if (chart.sum == 0) {
-    chart.began = probes_;
+    chart.first_probe = probes_;
     chart.total.setZero();
   }
   chart.sum = std::max(0.0, chart.sum + step - design_.allowance);
@@ -120,7 +120,7 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   learned_[static_cast<std::size_t>(count - 1)] = residual_m;
   if (count < design_.reference_probes) return;
 
-  std::array<double, kMostReferenceProbes> values;
+  std::array<double, kMaxReferenceProbes> values;
   Vec3& median = median_m_;
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
@@ -149,7 +149,7 @@ ReferenceFault DriftMonitor::FaultOfReference() const {
   if (sigma_m_ > kMostScatter * design_.sigma_m) return ReferenceFault::kScatter;
   int wild = 0;
   for (int i = 0; i < count; ++i) wild += Disagrees(i) ? 1 : 0;
-  if (wild > MostWild(count, kWildShare)) return ReferenceFault::kOutliers;
+  if (wild > MaxOutliers(count, kOutlierShare)) return ReferenceFault::kOutliers;
   if (count < kFewestForScatter || sigma_m_ <= kTrendFrom * design_.sigma_m) {
     return ReferenceFault::kNone;
   }

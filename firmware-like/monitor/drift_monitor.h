@@ -10,7 +10,7 @@
 namespace plumbline {
 
 /// Most probes that a reference may be estimated from; fixes the storage.
-inline constexpr int kMostReferenceProbes = 100;
+inline constexpr int kMaxReferenceProbes = 100;
 
 /// How the monitor decides; MonitorDesignFor() of run_length.h computes it.
 struct MonitorDesign {
@@ -24,7 +24,7 @@ struct MonitorDesign {
 /// A change that noise does not explain.
 struct DriftAlarm {
   std::uint64_t probe = 0;      ///< number of the probe that raised it, the first one being 1
-  std::uint64_t began = 0;      ///< the first probe that took part
+  std::uint64_t first_probe = 0;      ///< the first probe that took part
   Vec3 shift_m = Vec3::Zero();  ///< estimated change, clipped probes included, frame of the probes
 };
 
@@ -39,8 +39,8 @@ enum class ReferenceFault : std::uint8_t {
 /// What one probe was to the monitor.
 struct ProbeVerdict {
   bool learning = false;   ///< it went into the reference; nothing was judged
-  bool unwatched = false;  ///< the reference was refused; nothing was judged
-  bool wild = false;       ///< farther than clip sqrt(3) sigma from the reference
+  bool unmonitored = false;  ///< the reference was refused; nothing was judged
+  bool outlier = false;       ///< farther than clip sqrt(3) sigma from the reference
   double statistic = 0;    ///< the largest sum divided by the threshold
   bool raised = false;     ///< this probe raised the alarm
 };
@@ -58,7 +58,7 @@ struct ProbeVerdict {
 /// sigma the declared one:
 ///   outliers  more members with |r_i - m|^2 / s^2 > 21.1, the 99.99 % quantile of chi^2 of 3
 ///             degrees, than there are in 99 % of references where each probe is wild with
-///             probability kWildShare: 2 of 5, 3 of 10, 4 of 20 are let pass;
+///             probability kOutlierShare: 2 of 5, 3 of 10, 4 of 20 are let pass;
 ///   scatter   s > kMostScatter sigma: two populations of similar size, or a wrong sigma;
 ///   trend     s > 2 sigma and von Neumann's ratio of the clipped members,
 ///             eta = sum |r_i+1 - r_i|^2 / sum |r_i - mean|^2, below its 0.01 % quantile
@@ -98,7 +98,7 @@ class DriftMonitor {
   const std::optional<DriftAlarm>& alarm() const { return alarm_; }
 
   static constexpr double kMostScatter = 10;
-  static constexpr double kWildShare = 0.05;
+  static constexpr double kOutlierShare = 0.05;
 
   static constexpr int kAxes = 13;
   /// Unit vectors of the axes; each is watched in both senses.
@@ -107,7 +107,7 @@ class DriftMonitor {
  private:
   struct Chart {
     double sum = 0;
-    std::uint64_t began = 0;    ///< first probe since the sum was last zero
+    std::uint64_t first_probe = 0;    ///< first probe since the sum was last zero
     Vec3 total = Vec3::Zero();  ///< of the clipped whitened residuals since then
   };
 
@@ -118,7 +118,7 @@ class DriftMonitor {
   bool Advance(Chart& chart, const Vec3& direction, const Vec3& z);
 
   MonitorDesign design_;
-  std::array<Vec3, kMostReferenceProbes> learned_;
+  std::array<Vec3, kMaxReferenceProbes> learned_;
   bool reference_known_ = false;
   ReferenceFault fault_ = ReferenceFault::kNone;
   Vec3 median_m_ = Vec3::Zero();  ///< of the reference's probes

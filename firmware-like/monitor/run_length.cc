@@ -100,7 +100,7 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
 MonitorDesign MonitorDesignFor(const MonitorWish& wish, const std::function<void()>& step) {
   MonitorDesign design;
   design.sigma_m = wish.sigma_m;
-  design.reference_probes = std::clamp(wish.reference_probes, 0, kMostReferenceProbes);
+  design.reference_probes = std::clamp(wish.reference_probes, 0, kMaxReferenceProbes);
   design.allowance = std::clamp(0.5 * wish.shift_m / wish.sigma_m, 0.25, 1.0);
   // Wild probes among those of the reference are clipped, but not left out.
   const double probe_variance =

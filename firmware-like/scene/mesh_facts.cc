@@ -102,7 +102,7 @@ void CountParts(const TriangleMesh& mesh, MeshFacts& facts) {
     const std::uint32_t first = root(i);  // not after i
     if (first == i) part[i] = facts.parts++;
     part[i] = part[first];
-    if (part[i] >= MeshFacts::kMostEnds) continue;
+    if (part[i] >= MeshFacts::kMaxPartsWithEnds) continue;
     if (first == i) facts.ends.push_back({i, i, i, i, i, i});
     auto& ends = facts.ends[part[i]];
     for (std::size_t axis = 0; axis < 3; ++axis) {

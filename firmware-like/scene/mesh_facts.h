@@ -25,10 +25,10 @@ struct MeshFacts {
   /// Enclosed, negative where the triangles face inwards [m^3]; of a closed surface only.
   ///   V = sum over triangles of a . (b x c) / 6          [divergence theorem]
   double volume_m3 = 0;
-  /// Of each of the first kMostEnds parts: its vertices furthest along -x, -y, -z, x, y, z.
+  /// Of each of the first kMaxPartsWithEnds parts: its vertices furthest along -x, -y, -z, x, y, z.
   std::vector<std::array<std::uint32_t, 6>> ends;
 
-  static constexpr std::size_t kMostEnds = 16;
+  static constexpr std::size_t kMaxPartsWithEnds = 16;
 
   bool closed() const { return triangles > 0 && open_edges == 0; }
   Facing facing() const;

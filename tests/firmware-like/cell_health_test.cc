@@ -9,7 +9,7 @@
 using namespace plumbline;
 
 TEST_CASE("health names the gravest reason that holds") {
-  HealthFacts facts;
+  HealthInputs facts;
   facts.weakest_basis = RadiusBasis::kMeasured;
   CHECK(HealthOf(facts) == CellHealth{});
 

@@ -26,7 +26,7 @@ struct Stream {
     now_s += 0.01;
     state.timestamp_s = now_s;
     ++state.sequence;
-    return filter.Judge(arm, state, now_s);
+    return filter.Check(arm, state, now_s);
   }
   InputFault Trusted() {
     Next();
@@ -39,7 +39,7 @@ struct Stream {
 
 TEST_CASE("trust needs three good readings in a row") {
   Stream stream;
-  CHECK(stream.filter.Judge(stream.arm, stream.state, 100) == InputFault::kMissing);
+  CHECK(stream.filter.Check(stream.arm, stream.state, 100) == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kOk);
@@ -103,8 +103,8 @@ TEST_CASE("registers refreshed every 100 ms do not jump, whatever a joint's spee
 TEST_CASE("a reading grows stale, and fresh ones have to earn trust anew") {
   Stream stream;
   REQUIRE(stream.Trusted() == InputFault::kOk);
-  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
-  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
   stream.now_s += 5;
   CHECK(stream.Next() == InputFault::kStale);
   CHECK(stream.Next() == InputFault::kStale);

@@ -79,7 +79,7 @@ TEST_CASE("landing tells where an uncorrected command ends") {
   const AssemblyPoint point = PointAt(cell, q);
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
-  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
+  Corrector(cell, {}).PredictLanding(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
                               BranchSearch::kNone, landing);
   REQUIRE(landing.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 namespace plumbline {
 namespace {

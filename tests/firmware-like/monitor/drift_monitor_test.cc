@@ -69,7 +69,7 @@ TEST_CASE("a step alarms with its direction, its size and where it began") {
       const bool close = (alarm.shift_m - shift_m).norm() < 1.5e-4 &&
                          alarm.shift_m.normalized().dot(shift_m.normalized()) > 0.85;
       shift_off += close ? 0 : 1;
-      began_off += alarm.began == 61 ? 0 : 1;
+      began_off += alarm.first_probe == 61 ? 0 : 1;
     }
     CHECK(runs > 290);
     // Noise just before the step may be taken for its beginning.
@@ -86,7 +86,7 @@ TEST_CASE("wild probes, alone or by two, raise nothing and are told") {
       const bool is_wild = i > 20 && i % 50 < wild;
       const ProbeVerdict verdict =
           monitor.Update(noise.Next() + (is_wild ? Vec3(0, 0.02, 0) : Vec3::Zero()));
-      CHECK(verdict.wild == is_wild);
+      CHECK(verdict.outlier == is_wild);
       CHECK_FALSE(verdict.raised);
     }
     CHECK_FALSE(monitor.alarm());
@@ -119,7 +119,7 @@ TEST_CASE("a constant offset is the reference's; without reference probes it ala
   CHECK_FALSE(against_itself.alarm());
   REQUIRE(against_model.alarm());
   CHECK(against_model.alarm()->probe < 12);
-  CHECK(against_model.alarm()->began == 1);
+  CHECK(against_model.alarm()->first_probe == 1);
 }
 
 TEST_CASE("a slow drift cannot hide") {
@@ -216,7 +216,7 @@ TEST_CASE("a reference whose probes disagree is refused, and nothing is judged b
       CHECK_FALSE(monitor.learning());
       for (int k = 0; k < 50; ++k) {
         const ProbeVerdict verdict = monitor.Update(Vec3(1, 0, 0));
-        REQUIRE(verdict.unwatched);
+        REQUIRE(verdict.unmonitored);
         REQUIRE_FALSE(verdict.raised);
       }
       CHECK(monitor.statistic() == 0);

@@ -24,9 +24,9 @@ enum class ZoomState : std::uint8_t {
 
 /// Why the state is what it is.
 enum class ZoomReason : std::uint8_t {
-  kNothingHeard,     ///< since the start
+  kNoReading,     ///< since the start
   kSensorLost,       ///< for lost_after_s; connect it
-  kPositionHeard,    ///< it must stand before anything else
+  kPositionReceived,    ///< it must stand before anything else
   kZoomChanged,      ///< counts beyond the dead band
   kFocusChanged,     ///< likewise
   kDeviceMoves,      ///< the device, or its line, says so
@@ -49,7 +49,7 @@ enum class ZoomReason : std::uint8_t {
 enum class ZoomAsk : std::uint8_t {
   kNothing,
   kLoadLens,     ///< look the present zoom up in the store; answer kLensKnown or kLensUnknown
-  kVerifyMarks,  ///< look at the fixed marks with the loaded lens
+  kVerifyTags,  ///< look at the fixed marks with the loaded lens
   kBoard,        ///< ask a person for the board; the marks may still be judged as well
 };
 
@@ -80,7 +80,7 @@ struct ZoomEvent {
 /// One for each change of state or reason.
 struct ZoomTransition {
   ZoomState from = ZoomState::kUnknown, to = ZoomState::kUnknown;
-  ZoomReason why = ZoomReason::kNothingHeard;
+  ZoomReason why = ZoomReason::kNoReading;
   double time_s = 0;
   std::optional<std::int32_t> zoom_counts, focus_counts;
 };
@@ -126,27 +126,27 @@ class ZoomSupervision {
 
  private:
   bool SensorExpired();
-  void ExpirePatience();
-  bool Believes(const ZoomEvent& event) const;
+  void CheckVerifyTimeout();
+  bool IsCurrent(const ZoomEvent& event) const;
   void OnReading(const ZoomReading& reading);
   void OnLens(const ZoomEvent& event);
   void OnMarks(const ZoomEvent& event);
   void OnBoard(const ZoomEvent& event);
   std::optional<ZoomReason> MotionIn(const ZoomReading& reading) const;
-  void Unsettle();
+  void Invalidate();
   bool settled() const { return trusted_from_s_ < std::numeric_limits<double>::infinity(); }
-  void Go(ZoomState state, ZoomReason reason, ZoomAsk ask);
+  void SetState(ZoomState state, ZoomReason reason, ZoomAsk ask);
 
   ZoomSupervisionSettings settings_;
   ZoomState state_ = ZoomState::kUnknown;
-  ZoomReason reason_ = ZoomReason::kNothingHeard;
+  ZoomReason reason_ = ZoomReason::kNoReading;
   ZoomAsk ask_ = ZoomAsk::kNothing;
   double now_s_ = -std::numeric_limits<double>::infinity();
   double since_s_ = now_s_;
-  double heard_s_ = now_s_;  ///< when the position was last told
-  bool resting_ = false;     ///< zoom_, focus_ and rest_s_ say where and since when
+  double position_time_s_ = now_s_;  ///< when the position was last told
+  bool has_position_ = false;     ///< zoom_, focus_ and stationary_since_s_ say where and since when
   std::optional<std::int32_t> zoom_, focus_;
-  double rest_s_ = 0;
+  double stationary_since_s_ = 0;
   double trusted_from_s_ = std::numeric_limits<double>::infinity();
   bool digital_ = false;
   bool lens_known_ = false;

@@ -1,4 +1,4 @@
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -54,7 +54,7 @@ class Bench {
 TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the next") {
   Bench bench;
   CHECK(bench.machine.state() == ZoomState::kUnknown);
-  CHECK(bench.Read(4000)->why == ZoomReason::kPositionHeard);
+  CHECK(bench.Read(4000)->why == ZoomReason::kPositionReceived);
   CHECK_FALSE(bench.Read(4000));
   CHECK_FALSE(bench.Read(4001));
   const auto stood = bench.Read(4000);
@@ -63,7 +63,7 @@ TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the 
   CHECK(stood->zoom_counts == 4000);
   CHECK(bench.machine.ask() == ZoomAsk::kLoadLens);
   bench.Tell(Kind::kLensKnown);
-  CHECK(bench.machine.ask() == ZoomAsk::kVerifyMarks);
+  CHECK(bench.machine.ask() == ZoomAsk::kVerifyTags);
   bench.Tell(Kind::kMarksNotVisible);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
   const auto good = bench.Tell(Kind::kMarksGood);
