@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-/// Of the mean square error: beyond it the radius grows by more than a tenth, 1 - 1 / 1.1^2.
+/// Share of the mean square error beyond which the radius grows by more than a tenth: 1 - 1 / 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
 std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
@@ -16,8 +16,8 @@ std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
   return cell.domain->poses;
 }
 
-/// Nothing says on which side of an event a moment lies that its deviation leaves open: what the
-/// event moves is within the 95 % radius then.
+/// Covariance for conditions that may lie before or after an event, because the event's time is
+/// uncertain: the displacement caused by the event must lie within the 95 % radius.
 Mat3 CovarianceOfOpenMoments(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                              const Conditions& conditions) {
   constexpr double kZ = 1.959964;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// A position that one of both does not tell is no difference.
+/// A missing position is no difference.
 bool Beyond(const std::optional<std::int32_t>& a, const std::optional<std::int32_t>& b,
             std::int32_t band) {
   return a && b && std::abs(std::int64_t{*a} - std::int64_t{*b}) > band;
@@ -25,7 +25,7 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance) {
 ZoomSupervision::ZoomSupervision(const ZoomSupervisionSettings& settings)
     : settings_(settings), zoom_band_counts_(settings.zoom_band_counts) {}
 
-std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
+std::optional<ZoomTransition> ZoomSupervision::Handle(const ZoomEvent& event) {
   const ZoomState from = state_;
   const ZoomReason before = reason_;
   if (std::isfinite(event.time_s)) now_s_ = std::max(now_s_, event.time_s);
@@ -48,7 +48,7 @@ std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
     case ZoomEvent::Kind::kMarksGood:
     case ZoomEvent::Kind::kMarksBad:
     case ZoomEvent::Kind::kMarksNotVisible:
-      OnMarks(event);
+      OnTags(event);
       break;
     case ZoomEvent::Kind::kBoardStarted:
     case ZoomEvent::Kind::kBoardAccepted:
@@ -62,13 +62,13 @@ std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
   return ZoomTransition{from, state_, reason_, now_s_, zoom_, focus_};
 }
 
-void ZoomSupervision::SetState(ZoomState state, ZoomReason reason, ZoomAsk ask) {
+void ZoomSupervision::SetState(ZoomState state, ZoomReason reason, ZoomAsk request) {
   state_ = state;
   reason_ = reason;
-  ask_ = ask;
+  request_ = request;
 }
 
-/// Whatever was known of the lens belongs to another zoom.
+/// Discards the lens, which belongs to another zoom.
 void ZoomSupervision::Invalidate() {
   trusted_from_s_ = kNever;
   lens_known_ = false;
@@ -93,7 +93,7 @@ void ZoomSupervision::CheckVerifyTimeout() {
      ZoomAsk::kBoard);
 }
 
-/// An answer about the time since the lens has stood; not about a moment that is yet to come.
+/// True if the observation was made since the lens came to rest, and not in the future.
 bool ZoomSupervision::IsCurrent(const ZoomEvent& event) const {
   return settled() && event.about_s >= trusted_from_s_ && event.about_s <= now_s_;
 }
@@ -108,9 +108,9 @@ std::optional<ZoomReason> ZoomSupervision::MotionIn(const ZoomReading& reading) 
 }
 
 void ZoomSupervision::OnReading(const ZoomReading& reading) {
-  // A sensor that told the zoom before and does not now has told nothing of where the lens is.
-  const bool tells_position = reading.zoom_counts || !zoom_;
-  if (tells_position) position_time_s_ = now_s_;
+  // A sensor that has reported the zoom before but not now gives no position.
+  const bool has_zoom = reading.zoom_counts || !zoom_;
+  if (has_zoom) position_time_s_ = now_s_;
 
   const bool was_digital = digital_;
   digital_ = reading.digital_zoom.value_or(digital_);
@@ -133,7 +133,7 @@ void ZoomSupervision::OnReading(const ZoomReading& reading) {
     SetState(ZoomState::kMoving, *motion, ZoomAsk::kNothing);
   } else if (first) {
     SetState(ZoomState::kUnknown, ZoomReason::kPositionReceived, ZoomAsk::kNothing);
-  } else if (!settled() && tells_position && now_s_ - stationary_since_s_ >= settings_.settle_s) {
+  } else if (!settled() && has_zoom && now_s_ - stationary_since_s_ >= settings_.settle_s) {
     trusted_from_s_ = now_s_;
     SetState(ZoomState::kVerifying, ZoomReason::kStoodStill, ZoomAsk::kLoadLens);
   }
@@ -143,7 +143,7 @@ void ZoomSupervision::OnLens(const ZoomEvent& event) {
   if (!IsCurrent(event)) return;
   lens_known_ = event.kind == ZoomEvent::Kind::kLensKnown;
   if (lens_known_) {
-    trusted_from_s_ = now_s_;  // marks must be judged with this lens
+    trusted_from_s_ = now_s_;  // tags must be checked with this lens
     zoom_band_counts_ = event.zoom_band_counts.value_or(settings_.zoom_band_counts);
   }
   if (state_ == ZoomState::kCalibrating) return;
@@ -154,7 +154,7 @@ void ZoomSupervision::OnLens(const ZoomEvent& event) {
   }
 }
 
-void ZoomSupervision::OnMarks(const ZoomEvent& event) {
+void ZoomSupervision::OnTags(const ZoomEvent& event) {
   if (!IsCurrent(event) || !lens_known_ || state_ == ZoomState::kCalibrating) return;
   switch (event.kind) {
     case ZoomEvent::Kind::kMarksGood:
@@ -163,10 +163,10 @@ void ZoomSupervision::OnMarks(const ZoomEvent& event) {
       }
       break;
     case ZoomEvent::Kind::kMarksBad:
-      trusted_from_s_ = now_s_;  // an older image cannot make it good again
+      trusted_from_s_ = now_s_;  // an older image must not make the lens valid again
       SetState(ZoomState::kStale, ZoomReason::kMarksBad, ZoomAsk::kBoard);
       break;
-    default:  // not visible: no reason to doubt what was verified, none to believe anything else
+    default:  // not visible: neither invalidates nor confirms the lens
       if (state_ == ZoomState::kVerifying) {
         SetState(ZoomState::kVerifying, ZoomReason::kMarksNotVisible, ZoomAsk::kVerifyTags);
       }
@@ -179,12 +179,12 @@ void ZoomSupervision::OnBoard(const ZoomEvent& event) {
     if (settled()) SetState(ZoomState::kCalibrating, ZoomReason::kBoardStarted, ZoomAsk::kNothing);
     return;
   }
-  if (state_ != ZoomState::kCalibrating) return;  // of a capture that motion or loss has ended
-  const bool believed = IsCurrent(event);
-  trusted_from_s_ = now_s_;  // the board was in front of the marks
+  if (state_ != ZoomState::kCalibrating) return;  // motion or sensor loss has ended the capture
+  const bool current = IsCurrent(event);
+  trusted_from_s_ = now_s_;  // the board may have covered the tags
   switch (event.kind) {
     case ZoomEvent::Kind::kBoardAccepted:
-      if (believed) {
+      if (current) {
         lens_known_ = true;
         SetState(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomAsk::kNothing);
       } else {
@@ -227,31 +227,31 @@ std::string_view ZoomStateText(ZoomState state) {
 std::string_view ZoomReasonText(ZoomReason reason) {
   switch (reason) {
     case ZoomReason::kNoReading:
-      return "nothing heard of the zoom sensor yet";
+      return "no reading from the zoom sensor yet";
     case ZoomReason::kSensorLost:
-      return "the zoom sensor is lost";
+      return "the zoom sensor does not respond";
     case ZoomReason::kPositionReceived:
-      return "the zoom sensor is heard; the lens must stand still";
+      return "the zoom sensor responds; waiting for the lens to come to rest";
     case ZoomReason::kZoomChanged:
       return "the zoom changed";
     case ZoomReason::kFocusChanged:
       return "the focus changed";
     case ZoomReason::kDeviceMoves:
-      return "the lens moves";
+      return "the lens is moving";
     case ZoomReason::kDigitalZoom:
       return "digital zoom is on; switch it off";
     case ZoomReason::kStoodStill:
-      return "the lens stands still";
+      return "the lens is at rest";
     case ZoomReason::kLensLoaded:
-      return "a lens of this zoom is loaded; the fixed marks are looked at";
+      return "a lens for this zoom is loaded; checking the reference tags";
     case ZoomReason::kMarksNotVisible:
-      return "the fixed marks cannot be seen; clear the view or show the board";
+      return "the reference tags are not visible; clear the view or show the board";
     case ZoomReason::kNoAnswer:
-      return "the fixed marks were not judged in time; show the board";
+      return "the reference tags were not checked in time; show the board";
     case ZoomReason::kMarksGood:
-      return "the fixed marks are where they should be";
+      return "the reference tags are where they should be";
     case ZoomReason::kMarksBad:
-      return "the fixed marks are not where they should be; show the board";
+      return "the reference tags are not where they should be; show the board";
     case ZoomReason::kNoLens:
       return "never calibrated near this zoom; show the board";
     case ZoomReason::kBoardStarted:
@@ -261,7 +261,7 @@ std::string_view ZoomReasonText(ZoomReason reason) {
     case ZoomReason::kBoardRefused:
       return "the calibration was refused; show the board again";
     case ZoomReason::kImagesTooOld:
-      return "images of the board are older than the last motion; show the board again";
+      return "the images of the board are older than the last motion; show the board again";
     case ZoomReason::kBoardCancelled:
       return "the calibration was cancelled";
   }

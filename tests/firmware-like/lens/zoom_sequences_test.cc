@@ -111,7 +111,7 @@ class Walk {
     past_[static_cast<std::size_t>(depth_++)] = {&letter, event.time_s, event.about_s};
     const ZoomState from = machine.state();
     const ZoomReason why = machine.reason();
-    const auto transition = machine.Take(event);
+    const auto transition = machine.Handle(event);
     ++reached_[static_cast<std::size_t>(machine.state())];
     const bool changed = machine.state() != from || machine.reason() != why;
     Must(transition.has_value() == changed, "one record for each change, none without");

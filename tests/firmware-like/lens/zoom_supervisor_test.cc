@@ -18,7 +18,7 @@ class Bench {
     event.kind = kind;
     event.time_s = now_s += after_s;
     event.about_s = now_s;
-    return machine.Take(event);
+    return machine.Handle(event);
   }
   std::optional<ZoomTransition> Read(std::int32_t counts, LensMotion motion = LensMotion::kUnknown,
                                      std::optional<std::int32_t> focus = std::nullopt) {
@@ -33,7 +33,7 @@ class Bench {
     event.kind = Kind::kReading;
     event.time_s = now_s += 0.1;
     event.reading = reading;
-    return machine.Take(event);
+    return machine.Handle(event);
   }
   void Settle(std::int32_t counts) {
     for (int i = 0; i < 5; ++i) Read(counts);
@@ -61,9 +61,9 @@ TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the 
   REQUIRE(stood);
   CHECK(stood->to == ZoomState::kVerifying);
   CHECK(stood->zoom_counts == 4000);
-  CHECK(bench.machine.ask() == ZoomAsk::kLoadLens);
+  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
   bench.Tell(Kind::kLensKnown);
-  CHECK(bench.machine.ask() == ZoomAsk::kVerifyTags);
+  CHECK(bench.machine.request() == ZoomAsk::kVerifyTags);
   bench.Tell(Kind::kMarksNotVisible);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
   const auto good = bench.Tell(Kind::kMarksGood);
@@ -71,7 +71,7 @@ TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the 
   CHECK(good->from == ZoomState::kVerifying);
   CHECK(good->to == ZoomState::kValid);
   CHECK(good->why == ZoomReason::kMarksGood);
-  CHECK(bench.machine.ask() == ZoomAsk::kNothing);
+  CHECK(bench.machine.request() == ZoomAsk::kNothing);
   for (int i = 0; i < 100; ++i) CHECK_FALSE(bench.Read(3999 + i % 3));  // encoder noise
   CHECK_FALSE(bench.Tell(Kind::kMarksNotVisible));
   CHECK_FALSE(bench.Tell(Kind::kMarksGood));
@@ -122,10 +122,10 @@ TEST_CASE("an unknown zoom asks for the board; accepted it is valid, refused it 
   Bench bench;
   bench.Settle(8000);
   CHECK(bench.Tell(Kind::kLensUnknown)->to == ZoomState::kStale);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
   CHECK(bench.Tell(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
   CHECK(bench.Tell(Kind::kBoardRefused)->to == ZoomState::kRefused);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
   bench.Tell(Kind::kBoardStarted);
   CHECK(bench.Tell(Kind::kBoardAccepted)->to == ZoomState::kValid);
   bench.Tell(Kind::kBoardStarted);
@@ -146,7 +146,7 @@ TEST_CASE("motion ends a capture, and its result comes too late") {
   old.kind = Kind::kBoardAccepted;
   old.time_s = bench.now_s;
   old.about_s = bench.now_s - 2;
-  CHECK(bench.machine.Take(old)->why == ZoomReason::kImagesTooOld);
+  CHECK(bench.machine.Handle(old)->why == ZoomReason::kImagesTooOld);
 }
 
 TEST_CASE("digital zoom refuses until it is off and the lens has stood") {
@@ -192,14 +192,14 @@ TEST_CASE("a line that only says moved: verified by the marks after each motion"
   CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
   CHECK(bench.Read(moved)->why == ZoomReason::kDeviceMoves);
   for (int i = 0; i < 5; ++i) bench.Read(still);
-  CHECK(bench.machine.ask() == ZoomAsk::kLoadLens);
+  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
 }
 
 TEST_CASE("marks: bad ones ask for the board, and may become good again") {
   Bench bench;
   bench.MakeValid(100);
   CHECK(bench.Tell(Kind::kMarksBad)->to == ZoomState::kStale);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
   CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("marks that nobody judges, or nobody can see, end in asking for the bo
     CHECK(bench.machine.state() == ZoomState::kStale);
     CHECK(bench.machine.reason() ==
           (hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer));
-    CHECK(bench.machine.ask() == ZoomAsk::kBoard);
+    CHECK(bench.machine.request() == ZoomAsk::kBoard);
     CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
   }
 }
@@ -234,7 +234,7 @@ TEST_CASE("the dead band follows what a count is worth, and the lens brings it a
   known.kind = Kind::kLensKnown;
   known.time_s = known.about_s = bench.now_s;
   known.zoom_band_counts = 7;
-  bench.machine.Take(known);
+  bench.machine.Handle(known);
   bench.Tell(Kind::kMarksGood);
   CHECK_FALSE(bench.Read(107));
   CHECK(bench.Read(108)->to == ZoomState::kMoving);
@@ -250,13 +250,13 @@ TEST_CASE("times that are not finite, run backwards or lie ahead make nothing va
     event.kind = Kind::kMarksGood;
     event.time_s = std::numeric_limits<double>::quiet_NaN();
     event.about_s = about_s;
-    CHECK_FALSE(bench.machine.Take(event));
+    CHECK_FALSE(bench.machine.Handle(event));
   }
   CHECK(bench.machine.state() == ZoomState::kVerifying);
   ZoomEvent back;
   back.kind = Kind::kTime;
   back.time_s = 1;
-  CHECK_FALSE(bench.machine.Take(back));
+  CHECK_FALSE(bench.machine.Handle(back));
   CHECK(bench.Tell(Kind::kMarksGood)->time_s == bench.now_s);
 }
 
