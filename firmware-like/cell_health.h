@@ -12,7 +12,7 @@ namespace plumbline {
 enum class HealthSeverity : std::uint8_t {
   kGood = 0,       ///< no known problem
   kNotice = 1,     ///< corrected points may be used; there is something to know about them
-  kAttention = 2,  ///< corrected points are served, but a precondition is violated; inspect the cell
+  kAttention = 2,  ///< points are served, but a precondition is violated; inspect the cell
   kAlarm = 3,      ///< do not assemble
 };
 

@@ -161,7 +161,8 @@ void Machine::TakeOver(const Machine& previous, RobotLinkIs link) {
   last_heartbeat_ = previous.last_heartbeat_;
   heartbeat_seen_s_ = previous.heartbeat_seen_s_;
   acknowledged_ = previous.acknowledged_;
-  if (link == RobotLinkIs::kNew || previous.config_.cell.robot.size() != config_.cell.robot.size()) {
+  if (link == RobotLinkIs::kNew ||
+      previous.config_.cell.robot.size() != config_.cell.robot.size()) {
     return;
   }
   filter_.TakeOver(previous.filter_);

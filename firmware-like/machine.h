@@ -64,23 +64,23 @@ struct MachineInput {
   std::array<CameraInput, kMostCameras> cameras;
 };
 
-/// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of the
-/// next solution) and the frozen command result. Not thread-safe. Cycle() does not allocate.
+/// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
+/// the next solution) and the frozen command result. Not thread-safe. Cycle() does not allocate.
 class Machine {
  public:
   explicit Machine(const MachineConfig& config);
 
   /// Searches the inverse-kinematics branch of a point, starting from its taught joints. A thorough
-  /// search: up to tens of milliseconds. Do not call it in the control cycle or while another thread
-  /// runs Cycle(); a background search needs a Machine of its own.
+  /// search: up to tens of milliseconds. Do not call it in the control cycle or while another
+  /// thread runs Cycle(); a background search needs a Machine of its own.
   /// @return  nullopt if no branch was found, or the point has no taught joints
   std::optional<JointVector> FindTaughtBranch(std::size_t index);
 
   /// Marks every point that has taught joints as pending until TakeTaughtBranch() is called for it;
   /// the cycle does not search a branch for it meanwhile.
   void AwaitTaughtBranches();
-  /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one. If
-  /// no branch was found, the cycle searches for one.
+  /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one.
+  /// If no branch was found, the cycle searches for one.
   void TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
 
   /// Finds and sets the branches of all points, so that the first cycles take no longer than later
@@ -117,7 +117,8 @@ class Machine {
   void CheckInput(const MachineInput& input);
   void ChoosePayload();
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
-  /// at the centre of gravity declared by the cell or, if there is none, at that of the present load.
+  /// at the centre of gravity declared by the cell or, if there is none, at that of the present
+  /// load.
   std::optional<Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
   /// Conditions read by the cell's effects, for the robot at standstill with this payload.
   Conditions ConditionsOf(const Payload& payload) const;
@@ -178,8 +179,8 @@ class Machine {
     Correction correction;  ///< without radius
   };
   std::vector<Branch> branches_;  ///< one per point
-  /// Radius at a point and the inputs it was computed for. A radius costs more than a correction, so
-  /// only a few are refreshed per cycle, round-robin; until then the basis is unknown.
+  /// Radius at a point and the inputs it was computed for. A radius costs more than a correction,
+  /// so only a few are refreshed per cycle, round-robin; until then the basis is unknown.
   struct Radius {
     StatedRadius stated;
     std::optional<CorrectionInputs> inputs;

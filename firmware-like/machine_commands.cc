@@ -113,7 +113,7 @@ void Machine::Execute(const MachineInput& input) {
   Correction correction;
   if (command.code == PlcCommandCode::kPredictLanding) {
     corrector_.PredictLanding(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
-                       BranchSearch::kBrief, correction);
+                              BranchSearch::kBrief, correction);
   } else {
     corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
@@ -184,10 +184,11 @@ CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& measured_W) {
 }
 
 CorrectionCode Machine::RecordProbe(const MachineInput& input,
-                                  const std::optional<Vec3>& measured_W) {
+                                    const std::optional<Vec3>& measured_W) {
   const PlcCommand& command = input.command;
   const LoadedArm& arm = corrector_.arm();
-  if (const CorrectionCode code = ProbeRecordingCode(input); code != CorrectionCode::kOk) return code;
+  if (const CorrectionCode code = ProbeRecordingCode(input); code != CorrectionCode::kOk)
+    return code;
   if (!measured_W) return CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
   if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);

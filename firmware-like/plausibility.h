@@ -48,9 +48,9 @@ class PlausibilityFilter {
  public:
   explicit PlausibilityFilter(const PlausibilityLimits& limits) : limits_(limits) {}
 
-  /// Checks the latest reading at time now_s (monotonic). Call it every cycle, also with an unchanged
-  /// reading, whose age grows. After a fault, `readings_to_trust` consecutive good readings are
-  /// required; until then the original fault is returned.
+  /// Checks the latest reading at time now_s (monotonic). Call it every cycle, also with an
+  /// unchanged reading, whose age grows. After a fault, `readings_to_trust` consecutive good
+  /// readings are required; until then the original fault is returned.
   InputFault Check(const LoadedArm& arm, const RobotState& state, double now_s);
 
   /// Copies the readings and trust of the filter that this one replaces, but keeps its own limits.

@@ -27,13 +27,13 @@ struct ProbeBounds {
 /// may be wrong and the measured point need not be the declared tip.
 ///
 /// Contradiction: the sum of
-///   - the largest correction that the cell allows ([correction] max_translation_mm); a model with a
-///     larger error would have every corrected point refused, and
-///   - kUndeclaredTurn_rad times the reach: half a degree, typical of a joint that lost its zero when
-///     its motor was replaced, and several times the wind-up of an arm that declares no compliance
-///     (1 to 3 mrad at rated load).
-/// The sum of the plausible ranges of all effects in the catalogue would amount to metres: each range
-/// is wide enough for the effect acting alone, and they never all reach their limits at once.
+///   - the largest correction that the cell allows ([correction] max_translation_mm); a model with
+///     a larger error would have every corrected point refused, and
+///   - kUndeclaredTurn_rad times the reach: half a degree, typical of a joint that lost its zero
+///     when its motor was replaced, and several times the wind-up of an arm that declares no
+///     compliance (1 to 3 mrad at rated load).
+/// The sum of the plausible ranges of all effects in the catalogue would amount to metres: each
+/// range is wide enough for the effect acting alone, and they never all reach their limits at once.
 ProbeBounds ProbeBoundsOf(const LoadedArm& arm, const CorrectionLimits& limits);
 
 inline constexpr double kUndeclaredTurn_rad = 0.01;
@@ -47,10 +47,10 @@ bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& 
 ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
                       const Vec3& predicted_W);
 
-/// True if the position of a pose command is empty, or was given in metres instead of millimetres: it
-/// lies within a thousandth of the reach from the base origin. If the first joint is revolute, no tip
-/// can be there, because that is inside the arm's own base. If the first joint is prismatic (gantry,
-/// track), the origin may be reachable, and the result is always false.
+/// True if the position of a pose command is empty, or was given in metres instead of millimetres:
+/// it lies within a thousandth of the reach from the base origin. If the first joint is revolute,
+/// no tip can be there, because that is inside the arm's own base. If the first joint is prismatic
+/// (gantry, track), the origin may be reachable, and the result is always false.
 /// @param p_B  position in the base frame [m]
 bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
 

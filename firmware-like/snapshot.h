@@ -33,8 +33,8 @@ inline constexpr std::uint16_t kManual = 1 << 11;
 inline constexpr std::uint16_t kToggle = 1 << 12;  ///< changes every second
 }  // namespace status
 
-/// Bits of the alarm word. All but the emergency stop withdraw corrected points. During an emergency
-/// stop the arm does not move and its points remain correct.
+/// Bits of the alarm word. All but the emergency stop withdraw corrected points. During an
+/// emergency stop the arm does not move and its points remain correct.
 namespace alarm {
 inline constexpr std::uint16_t kRobotMissing = 1 << 0;      ///< no reading since start-up
 inline constexpr std::uint16_t kRobotStale = 1 << 1;        ///< the last reading is too old
@@ -54,15 +54,15 @@ inline constexpr std::uint16_t kCycleOverrun = 1 << 2;        ///< cycles missed
 inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint resolution costs > 0.1 mm
 inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
 inline constexpr std::uint16_t kDrift = 1 << 5;               ///< probe residuals have changed
-inline constexpr std::uint16_t kProposalWaiting = 1 << 6;  ///< a corrected model awaits approval
-inline constexpr std::uint16_t kLoopFault = 1 << 7;  ///< journal or diagnosis failed; see the log
-inline constexpr std::uint16_t kLensStale = 1 << 8;  ///< do not use what the camera measures
-inline constexpr std::uint16_t kCameraLost = 1 << 9;        ///< no frames, or no zoom reading
+inline constexpr std::uint16_t kProposalWaiting = 1 << 6;     ///< a corrected model awaits approval
+inline constexpr std::uint16_t kLoopFault = 1 << 7;   ///< journal or diagnosis failed; see the log
+inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use what the camera measures
+inline constexpr std::uint16_t kCameraLost = 1 << 9;  ///< no frames, or no zoom reading
 inline constexpr std::uint16_t kBoardWanted = 1 << 10;      ///< the calibration board is requested
 inline constexpr std::uint16_t kInterference = 1 << 11;     ///< monitored objects touch
 inline constexpr std::uint16_t kApproachBlocked = 1 << 12;  ///< an object blocks an approach path
 inline constexpr std::uint16_t kModelSetAside = 1 << 13;    ///< an applied model is not in force
-inline constexpr std::uint16_t kStorage = 1 << 14;     ///< the state directory is not writable
+inline constexpr std::uint16_t kStorage = 1 << 14;          ///< the state directory is not writable
 inline constexpr std::uint16_t kTwoMasters = 1 << 15;  ///< two clients write the command window
 }  // namespace warning
 

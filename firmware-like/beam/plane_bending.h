@@ -1,8 +1,8 @@
 // Beam element for bending in one plane: stiffness, nodal loads and the exact interior solution.
 //
-// s runs along the element from its inboard end (nearer the root), u is the transverse displacement,
-// theta the rotation of the section. The shear force V (along u) and the moment M act on a face whose
-// normal points outboard:
+// s runs along the element from its inboard end (nearer the root), u is the transverse
+// displacement, theta the rotation of the section. The shear force V (along u) and the moment M act
+// on a face whose normal points outboard:
 //   V' = -w,  M' = -V,  EI theta' = M,  u' = theta + V / (kappa G A)
 #pragma once
 
@@ -40,8 +40,8 @@ struct PlaneState {
   double moment_Nm = 0;
 };
 
-/// The system of equations is assembled and solved in extended precision, because rounding errors grow
-/// with the fourth power of the number of elements.
+/// The system of equations is assembled and solved in extended precision, because rounding errors
+/// grow with the fourth power of the number of elements.
 using BeamReal = long double;
 using BeamMatrix4 = Eigen::Matrix<BeamReal, 4, 4>;
 using BeamVector2 = Eigen::Matrix<BeamReal, 2, 1>;
@@ -52,19 +52,19 @@ using BeamVector2 = Eigen::Matrix<BeamReal, 2, 1>;
 /// phi = 0 gives the Euler-Bernoulli element, {F} = EI/l^3 [K] {d}.
 BeamMatrix4 StiffnessMatrix(const PlaneElement& element);
 
-/// Consistent nodal loads equivalent to the loads between the nodes: the negated fixed-end reactions.
-/// With them, node values do not depend on the number of elements.
+/// Consistent nodal loads equivalent to the loads between the nodes: the negated fixed-end
+/// reactions. With them, node values do not depend on the number of elements.
 Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load);
 
-/// Section at s, integrated from the section at s = 0 by the equations above; exact for the loads of
-/// the element. At a point load: just inboard of it.
+/// Section at s, integrated from the section at s = 0 by the equations above; exact for the loads
+/// of the element. At a point load: just inboard of it.
 PlaneState StateAt(const PlaneElement& element, const PlaneLoad& load, const PlaneState& start,
                    double s_m);
 
 /// Solves a row of elements that is clamped at the inboard end of the first one.
 /// @param loads       one entry per element
-/// @param node_loads  force [N] and moment [N m] at each node from the root outwards; the first entry
-///                    acts on the clamp
+/// @param node_loads  force [N] and moment [N m] at each node from the root outwards; the first
+///                    entry acts on the clamp
 /// @return            the section at the inboard end of each element
 std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& elements,
                                         const std::vector<PlaneLoad>& loads,

@@ -18,8 +18,8 @@ struct SectionStress {
 /// Stress of a section under a shear force and a bending moment.
 ///   normal = |My| reach_x / Iy + |Mx| reach_y / Ix   (at a corner; round: root of sum of squares)
 ///   shear  = hypot(Vx / peak_x, Vy / peak_y)         [Gere & Timoshenko, ch. 5]
-/// Normal and shear stress peak at different fibres, so within beam theory the von Mises value is an
-/// upper bound. Stress concentrations at notches, welds and the clamp are not included.
+/// Normal and shear stress peak at different fibres, so within beam theory the von Mises value is
+/// an upper bound. Stress concentrations at notches, welds and the clamp are not included.
 /// @return nullopt if the outermost fibre of the section is unknown
 std::optional<SectionStress> StressOf(const Section& section, const SectionState& state);
 
@@ -34,8 +34,8 @@ struct ElementStress {
   std::optional<Peak> peak;  ///< where the von Mises stress is largest; nullopt: unknown
 };
 
-/// Largest moment, shear force and stress of one element, evaluated at both ends, on both sides of each
-/// load, at zeros of the shear force, and at nine intermediate stations.
+/// Largest moment, shear force and stress of one element, evaluated at both ends, on both sides of
+/// each load, at zeros of the shear force, and at nine intermediate stations.
 ElementStress StressInElement(const BeamSolution& solution, int element);
 
 /// Largest stress of the beam and its location.

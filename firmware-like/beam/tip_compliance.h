@@ -10,8 +10,9 @@ namespace plumbline {
 /// Computed once from the finite elements. For one uniform Euler-Bernoulli segment,
 ///   d_x = Fx L^3/(3EI) + My L^2/(2EI) + wx L^4/(8EI),
 ///   d_y = Fy L^3/(3EI) - Mx L^2/(2EI) + wy L^4/(8EI),
-/// with w = density area g the weight per length, I = iy_m4 for d_x and ix_m4 for d_y. The tool does
-/// not stretch or twist: d_z = r_z = 0. A rigid tool has zero compliance. Valid for |d|/L < 0.05.
+/// with w = density area g the weight per length, I = iy_m4 for d_x and ix_m4 for d_y. The tool
+/// does not stretch or twist: d_z = r_z = 0. A rigid tool has zero compliance. Valid for |d|/L <
+/// 0.05.
 struct TipCompliance {
   Eigen::Matrix<double, 6, 6> C_wrench = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 3> C_gravity = Eigen::Matrix<double, 6, 3>::Zero();
@@ -19,7 +20,8 @@ struct TipCompliance {
   /// Tip displacement [m], then rotation vector [rad], in F. Does not allocate.
   /// @param force_F   force of the payload [N]
   /// @param moment_F  its moment about the tip of the undeflected tool [N m]
-  /// @param g_F       gravity minus the acceleration of the tool [m/s^2], which loads the tool itself
+  /// @param g_F       gravity minus the acceleration of the tool [m/s^2], which loads the tool
+  ///                  itself
   Vec6 Bend(const Vec3& force_F, const Vec3& moment_F, const Vec3& g_F) const {
     return C_wrench.leftCols<3>() * force_F + C_wrench.rightCols<3>() * moment_F + C_gravity * g_F;
   }

@@ -129,8 +129,8 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
 }
 
 void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
-                      const Payload& payload, const Conditions& conditions,
-                      const JointVector& theta, Correction& correction) const {
+                              const Payload& payload, const Conditions& conditions,
+                              const JointVector& theta, Correction& correction) const {
   const PoseTarget target{X_BP, orientation_free};
   LoadedState state;
   arm_.AtActual(theta, payload, conditions, state);
@@ -161,8 +161,8 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
 }
 
 void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-                        const Conditions& conditions, const JointVector& seed, BranchSearch search,
-                        Correction& landing) const {
+                               const Conditions& conditions, const JointVector& seed,
+                               BranchSearch search, Correction& landing) const {
   if (arm_.torques_missing()) {
     landing.code = CorrectionCode::kTorquesUnknown;
     return;

@@ -23,7 +23,7 @@ enum class CorrectionCode : std::uint8_t {
   kUnknownPoint = 9,         ///< no assembly point has this id
   kBadCommand = 10,          ///< invalid command code or values
   kPending = 11,             ///< not computed yet
-  kNotRecorded = 12,         ///< probes are not recorded: monitoring is off, or its journal is behind
+  kNotRecorded = 12,         ///< probes are not recorded: monitoring is off or behind
   kNoCamera = 13,            ///< no camera is configured
   kLensStale = 14,           ///< the lens is not valid at the present zoom
   kTipNotSeen = 15,          ///< the camera does not see the tool, or the tool is moving
@@ -66,9 +66,9 @@ struct Correction {
 enum class BranchSearch { kNone, kBrief, kThorough };
 
 /// Solves tip(theta) * p_TP = target for the actual joint positions theta of the loaded arm, by
-/// Newton's method with the rigid Jacobian (the deflection changes little with theta). The command is
-/// then q = theta - s(theta). Converges to kInverseTolerance [m] and [rad]. Does not allocate; the work
-/// is bounded.
+/// Newton's method with the rigid Jacobian (the deflection changes little with theta). The command
+/// is then q = theta - s(theta). Converges to kInverseTolerance [m] and [rad]. Does not allocate;
+/// the work is bounded.
 class Corrector {
  public:
   Corrector(const CellModel& cell, const CorrectionLimits& limits);
@@ -83,17 +83,17 @@ class Corrector {
   void Correct(const AssemblyPoint& point, const Payload& payload, const Conditions& conditions,
                const JointVector& seed, BranchSearch search, Correction& correction) const;
 
-  /// Forward prediction: the attained pose of the loaded tool point when the pose X_BP is commanded.
-  /// `landing.X_BP_command` is that attained pose, and translation and rotation are attained minus
-  /// command.
+  /// Forward prediction: the attained pose of the loaded tool point when the pose X_BP is
+  /// commanded. `landing.X_BP_command` is that attained pose, and translation and rotation are
+  /// attained minus command.
   void PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-               const Conditions& conditions, const JointVector& seed, BranchSearch search,
-               Correction& landing) const;
+                      const Conditions& conditions, const JointVector& seed, BranchSearch search,
+                      Correction& landing) const;
 
  private:
   void CheckSolution(const Pose& X_BP_target, const Vec3& p_TP, bool orientation_free,
-             const Payload& payload, const Conditions& conditions, const JointVector& theta,
-             Correction& correction) const;
+                     const Payload& payload, const Conditions& conditions, const JointVector& theta,
+                     Correction& correction) const;
 
   CellModel cell_;
   LoadedArm arm_;

@@ -16,8 +16,8 @@ namespace {
 constexpr double kUndeclaredInstrument_m = 5e-5;
 constexpr double kConfidence = 0.95;
 
-/// Fills a row with one quantile from each of equally likely strata, in random order: one column of a
-/// Latin hypercube [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
+/// Fills a row with one quantile from each of equally likely strata, in random order: one column of
+/// a Latin hypercube [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
 template <typename Derived>
 void Stratify(RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
   const auto count = static_cast<std::size_t>(row.size());
@@ -245,8 +245,8 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
 }
 
 AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState& state,
-                                      const LoadStatement& load, const Conditions& conditions,
-                                      const Vec3& p_TP, const Mat3& covariance_W) {
+                                        const LoadStatement& load, const Conditions& conditions,
+                                        const Vec3& p_TP, const Mat3& covariance_W) {
   influence_ = {};
   AddEffects(arm.effects(), arm.ConditionsAt(conditions.q, conditions), influence_);
   const Vec3 p_B = state.X_BT * p_TP;

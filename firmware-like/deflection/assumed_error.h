@@ -6,8 +6,8 @@
 
 namespace plumbline {
 
-/// Samples the error of the declared model's tip with a fixed set of random numbers, so that the same
-/// posture always has the same radius. For each draw of all parameters,
+/// Samples the error of the declared model's tip with a fixed set of random numbers, so that the
+/// same posture always has the same radius. For each draw of all parameters,
 ///   tau_j   = sum_l m_l z_j . (r_l - o_j) x g + payload        torque with the drawn masses
 ///   e       = sum_j J_j (c_j tau_j - c_j^0 tau_j^0)            joints; ^0: values of the model
 ///           + bend(load) - bend(load^0) + root tilt + base tilt + instrument
@@ -16,8 +16,8 @@ namespace plumbline {
 ///   declared joints and tool    `deflection_sd`, a fraction of the deflection
 ///   stated payload              mass 5 % + 0.1 kg; centre of gravity 20 mm + 10 % of its distance
 ///                               from the flange (RMS distance in space)
-///   unstated payload            mass uniform from 0 to 1.1 times the rated payload; centre of gravity
-///                               at the tip, 50 mm + 30 % of the tool's length
+///   unstated payload            mass uniform from 0 to 1.1 times the rated payload; centre of
+///                               gravity at the tip, 50 mm + 30 % of the tool's length
 ///   instrument                  its sigma, or 0.05 mm if undeclared
 /// Covers deflection, load and instrument, but neither the geometry of the unloaded arm nor effects
 /// that the model cannot represent.
@@ -28,14 +28,14 @@ class AssumedError {
 
   struct Estimate {
     double radius_m = 0;          ///< contains 95 % of the draws
-    double undeclared_share = 0;  ///< share of the mean square error caused by undeclared parameters
+    double undeclared_share = 0;  ///< of the mean square error, by undeclared parameters
   };
   /// Error of the tool point in one posture. Does not allocate; takes some tens of microseconds.
   /// @param state         the loaded arm in this posture; must come from `arm`
   /// @param covariance_W  tip covariance due to the effects' parameters [m^2], see EffectCovariance
   /// @param p_TP          tool point in the tip frame [m]
   Estimate At(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
-            const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
+              const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   const DeflectionPriors& priors() const { return priors_; }
 
@@ -58,7 +58,8 @@ class AssumedError {
   JointVector declared_;  ///< compliances [rad/(N m)]; 0 where none is declared
   double instrument_sd_m_;
 
-  // Drawn once. Standard normal, except compliance_, mass_change_, rated_, uniform_, root_tilt_, base_.
+  // Drawn once. Standard normal, except compliance_, mass_change_, rated_, uniform_, root_tilt_,
+  // base_.
   Rows compliance_;   ///< a row per joint: compliance if undeclared, else 0 [rad/(N m)]
   Rows share_;        ///< a row per joint: relative error of a declared deflection
   Rows mass_change_;  ///< a row per link: drawn minus modelled mass [kg]

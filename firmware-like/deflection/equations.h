@@ -100,9 +100,9 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
 
   chain_.Evaluate(theta, influence, state.posture);
   Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
-  // The arm leans with its pedestal. In the frame of the leaning arm, gravity has another direction,
-  // which changes the torques, the bending and the moment that causes the lean. The error shrinks by a
-  // factor of the lean's own size, milliradians, in each pass.
+  // The arm leans with its pedestal. In the frame of the leaning arm, gravity has another
+  // direction, which changes the torques, the bending and the moment that causes the lean. The
+  // error shrinks by a factor of the lean's own size, milliradians, in each pass.
   constexpr int kLeanPasses = 5;
   Vec3Of<T> lean = Vec3Of<T>::Zero();
   if (influence != nullptr && IsActive((*influence)[I::kPedestalCompliance])) {

@@ -8,7 +8,8 @@
 namespace plumbline {
 namespace {
 
-/// Share of the mean square error beyond which the radius grows by more than a tenth: 1 - 1 / 1.1^2.
+/// Share of the mean square error beyond which the radius grows by more than a tenth: 1 - 1 /
+/// 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
 std::span<const JointVector> MeasuredPoses(const CellModel& cell) {

@@ -18,19 +18,20 @@ class AssumedError;
 ///   C = sum_e J_e Sigma_e J_e^T + sigma^2(d) I
 /// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the standard
 /// deviation per axis of the residual of held-out rows, which grows with the distance d from the
-/// measured poses (Domain::distant_sigma_m). The basis is `measured`. Without a held-out residual, sigma
-/// is the instrument's and the basis is `propagated`. The radius applies to points measured with this
-/// instrument; for the tip itself it is too large by the instrument's noise.
+/// measured poses (Domain::distant_sigma_m). The basis is `measured`. Without a held-out residual,
+/// sigma is the instrument's and the basis is `propagated`. The radius applies to points measured
+/// with this instrument; for the tip itself it is too large by the instrument's noise.
 ///
-/// Any other model: the error is sampled from the priors of all undeclared parameters (AssumedError),
-/// combined with the covariance of the effects. The basis is `propagated` if the deviation of the
-/// declared deflections was stated and undeclared parameters enlarge the radius by less than a tenth;
-/// `unknown` if some parameter has no prior; otherwise `assumed`.
+/// Any other model: the error is sampled from the priors of all undeclared parameters
+/// (AssumedError), combined with the covariance of the effects. The basis is `propagated` if the
+/// deviation of the declared deflections was stated and undeclared parameters enlarge the radius by
+/// less than a tenth; `unknown` if some parameter has no prior; otherwise `assumed`.
 ///
-/// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker basis.
-/// The instrument's noise then counts twice, which is conservative. The same applies everywhere, with a
-/// basis of at most `assumed`, to a model that was changed after its fit (Domain::as_validated): its
-/// covariance and residual belong to another model, and an edit must not shrink the radius.
+/// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker
+/// basis. The instrument's noise then counts twice, which is conservative. The same applies
+/// everywhere, with a basis of at most `assumed`, to a model that was changed after its fit
+/// (Domain::as_validated): its covariance and residual belong to another model, and an edit must
+/// not shrink the radius.
 ///
 /// Owns its scratch memory, so it is not thread-safe; At() does not allocate and takes some tens of
 /// microseconds.
@@ -45,8 +46,8 @@ class LandingUncertainty {
   /// @param q             commanded joints [rad] or [m]
   /// @param load          the modelled load and what is known about it
   /// @param extrapolated  outside the domain; ignored if the cell has no domain
-  /// @param p_TP          tool point in the tip frame [m]; the covariance of a fitted model is always
-  ///                      that of the tip
+  /// @param p_TP          tool point in the tip frame [m]; the covariance of a fitted model is
+  ///                      always that of the tip
   /// @return              not known() if the loaded posture does not converge
   StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
                   const Conditions& conditions, bool extrapolated, const Vec3& p_TP = Vec3::Zero());

@@ -96,8 +96,9 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
 bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
                             const Influence<double>* influence, const JointVector& measured_tau,
                             LoadedStateOf<double>& state) const {
-  // The deflection jumps by the gap where the torque changes sign. If the load balances between both
-  // sides of a gap, no posture satisfies the equations exactly, and the iteration stays within the gap.
+  // The deflection jumps by the gap where the torque changes sign. If the load balances between
+  // both sides of a gap, no posture satisfies the equations exactly, and the iteration stays within
+  // the gap.
   double gap = 0;
   for (int i = 0; influence != nullptr && i < size(); ++i) {
     gap = std::max(gap, std::abs(influence->Joint(Influence<double>::kLoadGap, i)));

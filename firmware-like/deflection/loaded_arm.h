@@ -9,7 +9,8 @@
 
 namespace plumbline {
 
-/// Loads on the tool in one posture, effects included; they determine the deflection of every section.
+/// Loads on the tool in one posture, effects included; they determine the deflection of every
+/// section.
 template <typename T>
 struct ToolLoadOf {
   Vec3Of<T> g_F = Vec3Of<T>::Zero();  ///< gravity in the flange frame [m/s^2]
@@ -45,14 +46,14 @@ struct LoadedState : LoadedStateOf<double> {
 ///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring camera
 ///   K(p)    = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean    = exp(pedestal_compliance * moment of the leaning arm's weight about the origin of B)
-/// Tilting bearings, bending and twisting links, and bending slides (structure.h) move the tip from the
-/// outermost joint inwards. These are small rigid motions of everything outboard, caused by the weight
-/// in the posture without them. A tilted base rotates about its origin, about the axes of W:
+/// Tilting bearings, bending and twisting links, and bending slides (structure.h) move the tip from
+/// the outermost joint inwards. These are small rigid motions of everything outboard, caused by the
+/// weight in the posture without them. A tilted base rotates about its origin, about the axes of W:
 ///   X_WB = exp(tilt_x, tilt_y, 0) R(roll, pitch, yaw)
-/// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about the
-/// tip M = (cog - tip of the undeflected tool) x F, and its own weight. Valid for bend/length < 0.05.
-/// The torques are defined in formats.md, "The declared model, exactly"; effects use measured torques
-/// if available.
+/// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
+/// the tip M = (cog - tip of the undeflected tool) x F, and its own weight. Valid for bend/length <
+/// 0.05. The torques are defined in formats.md, "The declared model, exactly"; effects use measured
+/// torques if available.
 class LoadedArm {
  public:
   /// @param cell  validated by the configuration reader
@@ -71,8 +72,8 @@ class LoadedArm {
   const TipCompliance& tip_compliance() const { return tip_compliance_; }
   const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< reference point of payload moments
 
-  /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because the
-  /// mass of a link outboard of it is not declared.
+  /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
+  /// the mass of a link outboard of it is not declared.
   /// @param measured  the conditions include measured torques, so effects need no masses
   bool torques_missing(bool measured = false) const {
     return torques_missing_ || (effect_torques_missing_ && !measured);
@@ -102,7 +103,8 @@ class LoadedArm {
 
   /// The model equations at actual joint positions theta, for double and dual numbers.
   /// @param influence     accumulated effects; null: none
-  /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be empty
+  /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
+  ///                      empty
   template <typename T>
   void Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                  const Influence<T>* influence, const JointVector& measured_tau,
@@ -141,8 +143,8 @@ class LoadedArm {
   Conditions declared_;
 };
 
-/// The cell with base and tip of one session. The cell is returned unchanged if it has no sessions; an
-/// unknown `id` selects the last session.
+/// The cell with base and tip of one session. The cell is returned unchanged if it has no sessions;
+/// an unknown `id` selects the last session.
 CellModel CellOfSession(const CellModel& cell, const std::string& id);
 
 }  // namespace plumbline

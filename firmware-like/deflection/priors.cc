@@ -52,7 +52,8 @@ Vec3 MiddleOfLink(const Robot& robot, int joint) {
   return half * LinkVector(robot, joint);
 }
 
-/// The shoulder lifts the arm, the elbow lifts the forearm; other joints turn the arm or carry the wrist.
+/// The shoulder lifts the arm, the elbow lifts the forearm; other joints turn the arm or carry the
+/// wrist.
 struct Roles {
   int shoulder = 0;
   int elbow = -1;  // none
@@ -81,8 +82,8 @@ Roles RolesOf(const Chain& chain) {
   return roles;
 }
 
-/// Fills in the link masses; undeclared ones in proportion to the declared ones. If no mass is declared,
-/// only the proportions are meaningful.
+/// Fills in the link masses; undeclared ones in proportion to the declared ones. If no mass is
+/// declared, only the proportions are meaningful.
 /// @return  true if at least half of the mass lifted by the shoulder is declared
 bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors) {
   constexpr double kBase = 0.30, kUpperArm = 0.35, kForearm = 0.20, kWrist = 0.15;

@@ -16,7 +16,8 @@ using I = Influence<double>;
 using NarrowDual = ceres::Jet<double, 8>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
-/// Joint entries that act only through the deflection s; the tip depends on them only via the posture.
+/// Joint entries that act only through the deflection s; the tip depends on them only via the
+/// posture.
 constexpr int kSagEntries = I::kTorque + 1;
 static_assert(I::kTurn == 0 && I::kLengthA == kSagEntries, "the entries of the sag come first");
 
@@ -44,8 +45,8 @@ bool ActsOnReadingOnly(int entry) {
   return (entry >= I::kBase && entry < I::kBaseRollPitchYaw) || entry >= I::kTip;
 }
 
-/// True for an entry whose derivative has a closed form: structural deflection of a joint, tilt of the
-/// base, and the errors of ranges, which do not affect a position.
+/// True for an entry whose derivative has a closed form: structural deflection of a joint, tilt of
+/// the base, and the errors of ranges, which do not affect a position.
 bool HasClosedForm(int entry) {
   return (entry >= I::kBearing * kMaxJoints && entry < I::kFirst) ||
          (entry >= I::kBaseTilt && entry < I::kTip) || entry >= I::kRangeZero;
@@ -102,7 +103,8 @@ Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
   return (1 + influence[I::kScale]) * Mat3::Identity();
 }
 
-/// Derivative of the rotation R, as a rotation vector, with respect to one variable of the dual numbers.
+/// Derivative of the rotation R, as a rotation vector, with respect to one variable of the dual
+/// numbers.
 template <typename T>
 Vec3 RotationDerivative(const Mat3Of<T>& R, int variable) {
   Mat3 value, change;
@@ -198,8 +200,9 @@ struct PartialDerivatives {
       Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
 };
 
-/// Derivatives with respect to theta and to `entries` by dual numbers of type T, processed in batches of
-/// T's width. The derivatives of the tip with respect to the entries are stored in `sensitivity`.
+/// Derivatives with respect to theta and to `entries` by dual numbers of type T, processed in
+/// batches of T's width. The derivatives of the tip with respect to the entries are stored in
+/// `sensitivity`.
 template <typename T>
 void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload& payload,
                    const Influence<double>& influence, const JointVector& measured_tau,

@@ -15,8 +15,8 @@ struct Sensitivity {
   using Gradient = Eigen::Matrix<double, 3, Influence<double>::kSize>;
 
   Vec3 p_W = Vec3::Zero();  ///< tip position reported by the instrument [m]
-  /// d p_W / d influence, including the change of the deflected posture; zero for joints that the arm
-  /// does not have.
+  /// d p_W / d influence, including the change of the deflected posture; zero for joints that the
+  /// arm does not have.
   Gradient dp = Gradient::Zero();
   /// d (rotation vector of the tip in W [rad]) / d influence; meaningless unless requested.
   Gradient dr = Gradient::Zero();
@@ -26,8 +26,8 @@ struct Sensitivity {
 /// Derivative of the tip of the arm commanded to q with respect to each influence entry x, at
 /// `influence`. The posture solves theta = q + s(theta, x), so by the implicit function theorem
 ///   dp/dx = p_x + p_theta (I - s_theta)^-1 s_x.
-/// The columns of an effect are dp times its own d(influence)/d(parameters); the cost of this function
-/// therefore does not depend on the number of effects considered.
+/// The columns of an effect are dp times its own d(influence)/d(parameters); the cost of this
+/// function therefore does not depend on the number of effects considered.
 /// @param wanted     entries whose derivative is required; the columns of the others are zero
 /// @param with_turn  also compute dr
 /// @return           false if the posture does not converge

@@ -1,5 +1,5 @@
-// Structural deflections: small rigid motions of everything outboard of a compliant bearing, link or
-// guide.
+// Structural deflections: small rigid motions of everything outboard of a compliant bearing, link
+// or guide.
 #pragma once
 
 #include <algorithm>
@@ -20,15 +20,15 @@ struct OutboardMotionOf {
   Vec3Of<T> shift = Vec3Of<T>::Zero();  ///< [m]
 };
 
-/// Influence entries of a joint's structure, in the order in which they act: the end of the link moves
-/// relative to the link, then the link moves with the carriage in its guide, then with the bearing or
-/// beam.
+/// Influence entries of a joint's structure, in the order in which they act: the end of the link
+/// moves relative to the link, then the link moves with the carriage in its guide, then with the
+/// bearing or beam.
 inline constexpr std::array kStructureEntries = {
     Influence<double>::kLinkTorsion, Influence<double>::kLinkBending,
     Influence<double>::kGuideTiltX, Influence<double>::kGuideTiltY, Influence<double>::kBearing};
 
-/// Motion of the end of a cantilever per unit of L / (E I), under the moments at its root and its tip.
-/// The moment decreases linearly from root to tip.
+/// Motion of the end of a cantilever per unit of L / (E I), under the moments at its root and its
+/// tip. The moment decreases linearly from root to tip.
 ///   turn = (M_root + M_tip)_perp / 2,  shift = (M_root / 3 + M_tip / 6) x beam
 ///                                                          [Gere & Timoshenko, ch. 9]
 /// @param end   end of the cantilever in B [m]
@@ -47,10 +47,12 @@ OutboardMotionOf<T> CantileverMotion(const Vec3Of<T>& end, const Vec3Of<T>& beam
   return motion;
 }
 
-/// Half the length over which a carriage is supported by its guide [m]; an assumption, see guide_play.h.
+/// Half the length over which a carriage is supported by its guide [m]; an assumption, see
+/// guide_play.h.
 inline constexpr double kHalfCarriage_m = 0.025;
 
-/// Tilt of a carriage with play under the moment M_B, about the axis `across`, per unit of half its play.
+/// Tilt of a carriage with play under the moment M_B, about the axis `across`, per unit of half its
+/// play.
 ///   turn = across M / sqrt(M^2 + (W h)^2),  M = across . M_B        see guide_play.h
 /// @param weight_N  W: weight of everything that the carriage carries
 template <typename T>
@@ -65,8 +67,8 @@ OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& acro
   return motion;
 }
 
-/// Motions of one joint's structure under the weight outboard of it, one for each of kStructureEntries;
-/// see bearing_tilt.h, axis_bending.h, guide_play.h and link_bending.h.
+/// Motions of one joint's structure under the weight outboard of it, one for each of
+/// kStructureEntries; see bearing_tilt.h, axis_bending.h, guide_play.h and link_bending.h.
 /// @param g_B    gravity in B [m/s^2]
 /// @param theta  actual position of the joint [rad] or [m]
 template <typename T>

@@ -7,8 +7,8 @@
 
 namespace plumbline {
 
-/// Covariance of the tip in B [m^2] due to the resolution of the joint registers: uniform within a step,
-/// variance resolution^2 / 12.
+/// Covariance of the tip in B [m^2] due to the resolution of the joint registers: uniform within a
+/// step, variance resolution^2 / 12.
 /// @param resolution  of each joint [rad]
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution);
 
@@ -21,10 +21,11 @@ struct EffectScratch {
   Eigen::Matrix<double, 3, Eigen::Dynamic> columns, weighted;
 };
 
-/// Covariance of the measured tip position in W [m^2] due to the parameter covariances of the cell's
-/// effects:
+/// Covariance of the measured tip position in W [m^2] due to the parameter covariances of the
+/// cell's effects:
 ///   C = sum_e J_e Sigma_e J_e^T, with J_e the derivative of the tip by the parameters of effect e.
-/// An effect without a covariance contributes nothing. Zero if the deflected posture does not converge.
+/// An effect without a covariance contributes nothing. Zero if the deflected posture does not
+/// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                       const Conditions& conditions);
 /// The same without allocation.
@@ -32,12 +33,13 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
                       const Conditions& conditions, EffectScratch& scratch);
 
 /// Radius [m] of the sphere that contains 95 % of a zero-mean normal error with covariance C [m^2].
-/// |e|^2 is approximated by a chi^2_nu with a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite 1946],
-/// and its quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for every C.
+/// |e|^2 is approximated by a chi^2_nu with a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite
+/// 1946], and its quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for
+/// every C.
 double RadiusHolding95Percent(const Mat3& covariance);
 
-/// True if q, payload or temperature lie outside the domain of the model's fit, or the time outside that
-/// of a time-dependent effect. Without a domain: true if q is outside the joint limits.
+/// True if q, payload or temperature lie outside the domain of the model's fit, or the time outside
+/// that of a time-dependent effect. Without a domain: true if q is outside the joint limits.
 bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
                    std::optional<double> temp_C, std::optional<double> t_s = std::nullopt);
 

@@ -87,8 +87,8 @@ JointVector RestartPosture(const Chain& chain, const JointVector& seed, int inde
 /// Outcome of a search over branches.
 enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
 
-/// Solves from the seed and from `restarts` other start postures, and selects the solution within the
-/// joint limits that is nearest to the seed (smallest maximum joint change).
+/// Solves from the seed and from `restarts` other start postures, and selects the solution within
+/// the joint limits that is nearest to the seed (smallest maximum joint change).
 /// @param theta  out: the solution [rad] or [m]; unchanged for BranchOutcome::kNone
 template <typename Tip>
 BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target, const Tip& tip,
@@ -119,8 +119,8 @@ BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& tar
   return best;
 }
 
-/// Lower bound of the smallest singular value of the Jacobian's first `rows` rows, from the trace of
-/// (J J^T)^-1; at least 1/sqrt(6) of the true value. 0 at a singular posture.
+/// Lower bound of the smallest singular value of the Jacobian's first `rows` rows, from the trace
+/// of (J J^T)^-1; at least 1/sqrt(6) of the true value. 0 at a singular posture.
 double SmallestSingularValue(const Jacobian& jacobian, int rows);
 
 }  // namespace plumbline

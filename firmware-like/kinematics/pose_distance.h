@@ -10,12 +10,12 @@ namespace plumbline {
 
 /// Root-mean-square joint difference, each joint weighted by how far it moves the tip:
 ///   d^2(q, p) = sum_j r_j^2 (2 sin((q_j - p_j) / 2))^2 / sum_j r_j^2
-/// with r_j the distance of the tip from axis j, RMS over the set [m]. An error that repeats once per
-/// turn of each joint, with random amplitude and phase, changes between two postures in proportion to
-/// d; eccentric encoders, wobbling axes and gravity behave like this. The chord is used instead of the
-/// angle because half a turn is the largest distance (d = 2) and a whole turn is the same posture. A
-/// prismatic joint adds its squared travel to the numerator. If no joint rotates the tip,
-/// sum_j r_j^2 is 1 m^2.
+/// with r_j the distance of the tip from axis j, RMS over the set [m]. An error that repeats once
+/// per turn of each joint, with random amplitude and phase, changes between two postures in
+/// proportion to d; eccentric encoders, wobbling axes and gravity behave like this. The chord is
+/// used instead of the angle because half a turn is the largest distance (d = 2) and a whole turn
+/// is the same posture. A prismatic joint adds its squared travel to the numerator. If no joint
+/// rotates the tip, sum_j r_j^2 is 1 m^2.
 class PoseDistance {
  public:
   /// @param tip_F  tip in the flange frame [m]

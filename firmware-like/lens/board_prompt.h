@@ -6,8 +6,8 @@
 
 namespace plumbline {
 
-/// The numbers are those of the register map and must not change. Left, right, upper and lower refer to
-/// the image.
+/// The numbers are those of the register map and must not change. Left, right, upper and lower
+/// refer to the image.
 enum class BoardPrompt : std::uint8_t {
   kNone = 0,       ///< no capture is running
   kShowBoard = 1,  ///< show the whole board upright

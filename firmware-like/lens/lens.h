@@ -1,7 +1,7 @@
 // Lens model: pinhole camera with the five distortion coefficients of OpenCV.
 //
-// Camera frame C: x right, y down, z forward, origin at the centre of projection. Pixel (0, 0) is the
-// centre of the top-left pixel.
+// Camera frame C: x right, y down, z forward, origin at the centre of projection. Pixel (0, 0) is
+// the centre of the top-left pixel.
 #pragma once
 
 #include <cmath>

@@ -97,7 +97,8 @@ void LensCurve::FindInterpolationError() {
   if (x_.size() < 2) return;
   const std::size_t intervals = x_.size() - 1;
   error_.assign(intervals, LensVector::Zero());
-  // Width of an interval: change of ln f in it, plus a tenth of its range distributed over the counts.
+  // Width of an interval: change of ln f in it, plus a tenth of its range distributed over the
+  // counts.
   const auto [low_f, high_f] = std::minmax_element(y_[0].begin(), y_[0].end());
   const double even = 0.1 * (*high_f - *low_f) / (x_.back() - x_.front());
   std::vector<double> width(intervals);

@@ -12,8 +12,8 @@ namespace plumbline {
 LensVector VectorOfLens(const Lens& lens);
 Lens LensOfVector(const LensVector& values);
 
-/// Slopes at the nodes of the monotone piecewise cubic through (x, y), with x ascending and at least one
-/// node:
+/// Slopes at the nodes of the monotone piecewise cubic through (x, y), with x ascending and at
+/// least one node:
 ///   d_i = 0 if the slopes m_left and m_right differ in sign, else
 ///   d_i = (w1 + w2) / (w1 / m_left + w2 / m_right),
 ///   w1 = 2 h_right + h_left,  w2 = h_right + 2 h_left
@@ -38,43 +38,43 @@ struct LensNode {
 struct LensOnCurve {
   Lens lens;
   LensCovariance covariance = LensCovariance::Zero();  ///< of the nodes and of the interpolation
-  double log_focal_sd = 0;                             ///< standard deviation of ln fx (1), likewise
+  double log_focal_sd = 0;                             ///< standard deviation of ln fx (1)
   double log_focal_per_count = 0;                      ///< d ln fx / d count
 };
 
 /// Monotone cubics over the zoom counts, of ln fx and ln fy and of the other parameters unchanged.
 ///
-/// Uncertainty by leave-one-out: each inner node is predicted from the others. The error e found there,
-/// across a gap G of two intervals, implies an error
+/// Uncertainty by leave-one-out: each inner node is predicted from the others. The error e found
+/// there, across a gap G of two intervals, implies an error
 ///   e (w / G)^2 4 t (1 - t)
-/// at the fraction t of an adjacent interval of width w. This is second order, the worst case of the
-/// cubic where a slope is limited. Widths are measured by the change of ln f, plus a tenth of its range
-/// distributed evenly over the counts. An interval takes the largest error of its two nodes, but at
-/// least half of the largest error of all nodes; an outermost interval, whose end slope is one-sided,
-/// kEndFactor times that. With fewer than four nodes, leave-one-out says too little: the error of ln f
-/// is then at least kUnseenOfTwo (kUnseenOfThree) times its range over the nodes, and that of the other
-/// parameters at least their range. The covariances of the two nodes, weighted with 1 - t and t, are
-/// added.
+/// at the fraction t of an adjacent interval of width w. This is second order, the worst case of
+/// the cubic where a slope is limited. Widths are measured by the change of ln f, plus a tenth of
+/// its range distributed evenly over the counts. An interval takes the largest error of its two
+/// nodes, but at least half of the largest error of all nodes; an outermost interval, whose end
+/// slope is one-sided, kEndFactor times that. With fewer than four nodes, leave-one-out says too
+/// little: the error of ln f is then at least kUnseenOfTwo (kUnseenOfThree) times its range over
+/// the nodes, and that of the other parameters at least their range. The covariances of the two
+/// nodes, weighted with 1 - t and t, are added.
 ///
-/// On synthetic zooms of 6x to 30x with 2 to 21 nodes, two standard deviations contain at least 95 % of
-/// the errors of ln f; the stated error is 1.4 to 4 times the actual one.
-/// Valid between the outermost nodes only.
+/// On synthetic zooms of 6x to 30x with 2 to 21 nodes, two standard deviations contain at least 95
+/// % of the errors of ln f; the stated error is 1.4 to 4 times the actual one. Valid between the
+/// outermost nodes only.
 class LensCurve {
  public:
   static constexpr double kUnseenOfTwo = 0.3, kUnseenOfThree = 0.06, kEndFactor = 3;
 
-  /// @param nodes  in any order; of several nodes at the same zoom the last one is used. Nodes that are
-  ///               not finite or have a non-positive focal length are ignored.
+  /// @param nodes  in any order; of several nodes at the same zoom the last one is used. Nodes that
+  ///               are not finite or have a non-positive focal length are ignored.
   explicit LensCurve(std::vector<LensNode> nodes);
 
   const std::vector<LensNode>& nodes() const { return nodes_; }
   /// Lens at a zoom; nullopt beyond the outermost nodes.
   std::optional<LensOnCurve> At(double zoom_counts) const;
 
-  /// Up to `count` zooms to calibrate next, the most useful first: the ends of the range that have no
-  /// node nearby, then repeatedly the middle (in ln f) of the interval with the most uncertain focal
-  /// length, assuming that the previous proposals have been calibrated. Stops when the standard
-  /// deviation of ln f is below `good_enough` (1) everywhere.
+  /// Up to `count` zooms to calibrate next, the most useful first: the ends of the range that have
+  /// no node nearby, then repeatedly the middle (in ln f) of the interval with the most uncertain
+  /// focal length, assuming that the previous proposals have been calibrated. Stops when the
+  /// standard deviation of ln f is below `good_enough` (1) everywhere.
   std::vector<std::int32_t> Propose(std::int32_t lowest, std::int32_t highest, int count,
                                     double good_enough) const;
 

@@ -76,7 +76,8 @@ void ZoomSupervision::Invalidate() {
 }
 
 bool ZoomSupervision::SensorExpired() {
-  if (!std::isfinite(position_time_s_) || now_s_ - position_time_s_ <= settings_.lost_after_s) return false;
+  if (!std::isfinite(position_time_s_) || now_s_ - position_time_s_ <= settings_.lost_after_s)
+    return false;
   position_time_s_ = -kNever;
   has_position_ = false;
   zoom_.reset();
@@ -90,7 +91,7 @@ void ZoomSupervision::CheckVerifyTimeout() {
   if (state_ != ZoomState::kVerifying || now_s_ - since_s_ <= settings_.verify_patience_s) return;
   const bool hidden = reason_ == ZoomReason::kMarksNotVisible;
   SetState(ZoomState::kStale, hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer,
-     ZoomAsk::kBoard);
+           ZoomAsk::kBoard);
 }
 
 /// True if the observation was made since the lens came to rest, and not in the future.

@@ -10,8 +10,8 @@
 
 namespace plumbline {
 
-/// Validity of the lens. Measurements are allowed in kValid only; in every other state the overlay and
-/// measured points are stale.
+/// Validity of the lens. Measurements are allowed in kValid only; in every other state the overlay
+/// and measured points are stale.
 enum class ZoomState : std::uint8_t {
   kUnknown,      ///< no sensor, no recent reading, or no standstill since the first reading
   kMoving,       ///< zoom or focus is moving, or has not been stationary long enough
@@ -69,10 +69,10 @@ struct ZoomEvent {
     kBoardCancelled,
   };
   Kind kind = Kind::kTime;
-  double time_s = 0;    ///< now, monotonic; ignored if not finite or earlier than the previous event
+  double time_s = 0;    ///< now, monotonic; ignored if not finite or running backwards
   ZoomReading reading;  ///< for kReading
-  /// For lens and tag events and kBoardAccepted: time of the observation, on the same clock. It is the
-  /// time when the lens was looked up, or when the (oldest) image was taken.
+  /// For lens and tag events and kBoardAccepted: time of the observation, on the same clock. It is
+  /// the time when the lens was looked up, or when the (oldest) image was taken.
   double about_s = -std::numeric_limits<double>::infinity();
   std::optional<std::int32_t> zoom_band_counts;  ///< for kLensKnown: DeadBandCounts() at this zoom
 };
@@ -103,14 +103,15 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance);
 /// Invariants, tested for all sequences of six events:
 /// - A reading outside the dead band around the position where the lens came to rest, or one that
 ///   reports moving, moved or digital zoom, leaves kValid immediately.
-/// - kValid requires, since the last motion, sensor loss or failed tag check: either a successful tag
-///   check in an image taken after the lens had been stationary for settle_s and was loaded, or a
-///   calibration accepted from images taken after that time.
+/// - kValid requires, since the last motion, sensor loss or failed tag check: either a successful
+///   tag check in an image taken after the lens had been stationary for settle_s and was loaded, or
+///   a calibration accepted from images taken after that time.
 /// - kCalibrating is entered only while the lens is stationary, and left on any motion.
 /// - With digital zoom the state is kRefused, and no calibration starts.
 /// - Without a reading for lost_after_s the state is kUnknown.
-/// The position is compared with the rest position, never with the previous reading, so slow creep is
-/// detected. The first reading after a sensor loss only reports that loss; the next one is evaluated.
+/// The position is compared with the rest position, never with the previous reading, so slow creep
+/// is detected. The first reading after a sensor loss only reports that loss; the next one is
+/// evaluated.
 class ZoomSupervision {
  public:
   explicit ZoomSupervision(const ZoomSupervisionSettings& settings);

@@ -39,10 +39,12 @@ inline constexpr double kLargestPayload_kg = 5000;
 /// centre of gravity, all on the undeflected tool. Positive in the direction of positive q_i.
 class GravityLoads {
  public:
-  /// If a link has no declared centre of mass, the midpoint of its DH offset is used (see guessed()).
+  /// If a link has no declared centre of mass, the midpoint of its DH offset is used (see
+  /// guessed()).
   explicit GravityLoads(const CellModel& cell);
 
-  /// True if every link from that joint (0..n-1) outwards has a declared mass, so that tau_i is known.
+  /// True if every link from that joint (0..n-1) outwards has a declared mass, so that tau_i is
+  /// known.
   bool known(int joint) const { return joint >= known_from_; }
   /// True if a link with mass, from that joint outwards, has no declared centre of mass.
   bool guessed(int joint) const { return joint < guessed_before_; }

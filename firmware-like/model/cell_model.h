@@ -24,8 +24,8 @@ enum class DhConvention {
 
 enum class JointType { kRevolute, kPrismatic };
 
-/// A joint and its link. The DH angle is theta_i = sign (q_i + s_i) + offset, with s_i the deflection
-/// of the joint. A prismatic joint has d_i = sign (q_i + s_i) + d and theta_i = offset.
+/// A joint and its link. The DH angle is theta_i = sign (q_i + s_i) + offset, with s_i the
+/// deflection of the joint. A prismatic joint has d_i = sign (q_i + s_i) + d and theta_i = offset.
 struct Joint {
   JointType type = JointType::kRevolute;
   double a_m = 0;
@@ -79,13 +79,13 @@ enum class MeasurementKind { kPosition, kRange, kPose };
 
 struct Measurement {
   MeasurementKind kind = MeasurementKind::kPosition;
-  Vec3 anchor_W = Vec3::Zero();  ///< origin of measured ranges [m]
-  bool frame_known = true;       ///< the pose of the base in W is known ("aligned")
-  bool tool_known = true;        ///< the position of the tip on the flange is known
+  Vec3 anchor_W = Vec3::Zero();   ///< origin of measured ranges [m]
+  bool frame_known = true;        ///< the pose of the base in W is known ("aligned")
+  bool tool_known = true;         ///< the position of the tip on the flange is known
   std::optional<double> sigma_m;  ///< standard deviation per axis; absent: estimated from repeats
   std::optional<double> reference_temperature_C;
-  /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in the
-  /// image.
+  /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in
+  /// the image.
   std::optional<Pose> X_WC;
 };
 
@@ -101,7 +101,7 @@ struct EffectParameter {
   double value = 0;
   std::optional<double> sd;  ///< standard deviation
   std::string unit;
-  std::string word;  ///< choice instead of a value (`by` of backlash, `frame` of step_event) or empty
+  std::string word;  ///< choice instead of a value, such as `by` of backlash; else empty
 };
 
 /// An effect added to the declared model, as stored in the cell file.
@@ -112,8 +112,8 @@ struct WrittenEffect {
   Eigen::MatrixXd covariance;        ///< of the numeric parameters; empty if not stated
   std::vector<std::string> drivers;  ///< of an empirical term: the columns it depends on
   Eigen::MatrixXd nodes;             ///< of an empirical term, in file units
-  /// Time span of the rows to which a time-dependent effect was fitted. Outside it, the effect holds
-  /// its first or last value.
+  /// Time span of the rows to which a time-dependent effect was fitted. Outside it, the effect
+  /// holds its first or last value.
   std::optional<Interval> seen_t_s;
   std::string from_file, from_date;  ///< origin: the fitted data
   std::optional<int> from_rows;
@@ -130,8 +130,8 @@ struct SessionFrames {
 struct Domain {
   std::vector<Interval> q;  ///< [rad] or [m], one per joint
   std::optional<Interval> payload_kg;
-  /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that the
-  /// deflection is proportional to the load. Empty: every load within `payload_kg` is covered.
+  /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that
+  /// the deflection is proportional to the load. Empty: every load within `payload_kg` is covered.
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
   /// Standard deviation per axis of the residual of held-out rows at the measured poses, instrument

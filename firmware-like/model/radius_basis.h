@@ -29,8 +29,8 @@ constexpr const char* Describe(RadiusBasis basis) {
   return "unknown";
 }
 
-/// Radius [m] of the sphere around the predicted tip that contains 95 % of the attained positions, and
-/// its basis.
+/// Radius [m] of the sphere around the predicted tip that contains 95 % of the attained positions,
+/// and its basis.
 struct StatedRadius {
   double radius_m = 0;
   RadiusBasis basis = RadiusBasis::kUnknown;

@@ -17,9 +17,9 @@ enum class RobotMode : std::uint8_t {
   kEmergencyStop
 };
 
-/// One reading of the controller. Values that the controller does not provide are absent. Values that
-/// it provides but that are implausible (NaN, out of limits) are present, and PlausibilityFilter
-/// rejects them.
+/// One reading of the controller. Values that the controller does not provide are absent. Values
+/// that it provides but that are implausible (NaN, out of limits) are present, and
+/// PlausibilityFilter rejects them.
 struct RobotState {
   double timestamp_s = 0;      ///< monotonic arrival time of the last response of this reading
   std::uint64_t sequence = 0;  ///< counts readings; 0: none yet; unchanged: no new reading

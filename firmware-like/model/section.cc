@@ -17,8 +17,8 @@ double ParabolaSquared(double c, double y) {
   return c * c * y - 2 * c * y * y * y / 3 + y * y * y * y * y / 5;
 }
 
-/// Doubly symmetric section of two flanges joined by webs: a box (two webs at the edges) or an I (one
-/// web in the middle).
+/// Doubly symmetric section of two flanges joined by webs: a box (two webs at the edges) or an I
+/// (one web in the middle).
 struct FlangedSection {
   double width_m;
   double height_m;
@@ -41,8 +41,8 @@ struct FlangedSection {
     return width_m * (height_m * height_m - InnerHeight() * InnerHeight()) / 8;
   }
 
-  /// kappa for a force along y from the strain energy of the shear flow: along the webs, through the
-  /// thickness of the flanges, and along the four free halves of the flanges towards the webs.
+  /// kappa for a force along y from the strain energy of the shear flow: along the webs, through
+  /// the thickness of the flanges, and along the four free halves of the flanges towards the webs.
   double ShearCoefficientY() const {
     const double inner_m = InnerHeight();
     const double c = height_m * height_m / 4;

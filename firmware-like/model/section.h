@@ -50,8 +50,8 @@ Section IBeamSection(double height_m, double width_m, double web_m, double flang
 /// From published moments. kappa = 5/6. The outermost fibre is unknown, so no stress is computed.
 Section SectionFromMoments(double area_m2, double ix_m4, double iy_m4);
 
-/// Looks up a material by name ("steel", "aluminium_6061", ...); nullopt if it is not listed. The list
-/// with its sources is in beam/materials.h.
+/// Looks up a material by name ("steel", "aluminium_6061", ...); nullopt if it is not listed. The
+/// list with its sources is in beam/materials.h.
 std::optional<Material> MaterialByName(std::string_view name);
 
 }  // namespace plumbline

@@ -11,7 +11,8 @@ namespace plumbline {
 namespace {
 
 constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
-// Standard deviations added to the estimated variance, so that the false-alarm rate is met on average.
+// Standard deviations added to the estimated variance, so that the false-alarm rate is met on
+// average.
 constexpr double kUpperEnd = 0.5;
 constexpr int kFewestForScatter = 5;  // fewer probes give no useful estimate
 // 99.99 % quantiles of chi^2 with 3 degrees of freedom and of the standard normal distribution.
@@ -22,7 +23,8 @@ constexpr double kTrendFrom = 2;    // smallest scatter for the trend test [decl
 constexpr int kScatterProbes = 20;  // probes for the scatter estimate if the model is the reference
 static_assert(kScatterProbes <= kMaxReferenceProbes);
 
-/// The number of outliers among `count` probes that is exceeded with a probability below kCountChance.
+/// The number of outliers among `count` probes that is exceeded with a probability below
+/// kCountChance.
 int MaxOutliers(int count, double share) {
   double probability = std::pow(1 - share, count), cumulative = probability;
   int outliers = 0;

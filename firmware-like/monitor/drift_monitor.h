@@ -23,8 +23,8 @@ struct MonitorDesign {
 
 /// A change that noise does not explain.
 struct DriftAlarm {
-  std::uint64_t probe = 0;      ///< number of the probe that raised it, the first one being 1
-  std::uint64_t first_probe = 0;      ///< the first probe that took part
+  std::uint64_t probe = 0;        ///< number of the probe that raised it, the first one being 1
+  std::uint64_t first_probe = 0;  ///< the first probe that took part
   Vec3 shift_m = Vec3::Zero();  ///< estimated change, clipped probes included, frame of the probes
 };
 
@@ -38,26 +38,27 @@ enum class ReferenceFault : std::uint8_t {
 
 /// The monitor's verdict on one probe.
 struct ProbeVerdict {
-  bool learning = false;   ///< it went into the reference; nothing was judged
+  bool learning = false;     ///< it went into the reference; nothing was judged
   bool unmonitored = false;  ///< the reference was refused; nothing was judged
-  bool outlier = false;       ///< farther than clip sqrt(3) sigma from the reference
-  double statistic = 0;    ///< the largest sum divided by the threshold
-  bool raised = false;     ///< this probe raised the alarm
+  bool outlier = false;      ///< farther than clip sqrt(3) sigma from the reference
+  double statistic = 0;      ///< the largest sum divided by the threshold
+  bool raised = false;       ///< this probe raised the alarm
 };
 
-/// Two-sided cumulative sums (CUSUM) of the whitened residual along 13 axes: the three coordinate axes,
-/// the six face diagonals and the four space diagonals of the cube. Every direction is within
+/// Two-sided cumulative sums (CUSUM) of the whitened residual along 13 axes: the three coordinate
+/// axes, the six face diagonals and the four space diagonals of the cube. Every direction is within
 /// 28 degrees of one. With z = (r - reference) / sigma, for each of the 26 signed directions u:
 ///   S := max(0, S + min(max(u.z, -clip), clip) - allowance);   alarm if S > threshold
-/// [E. S. Page, Biometrika 41 (1954) 100; clipped increments: winsorised]. A single outlier adds at most
-/// clip - allowance, far below any threshold that MonitorDesignFor() returns.
+/// [E. S. Page, Biometrika 41 (1954) 100; clipped increments: winsorised]. A single outlier adds at
+/// most clip - allowance, far below any threshold that MonitorDesignFor() returns.
 ///
-/// The reference is fixed once it is complete, so it cannot follow a slow drift. It is the mean of the
-/// first probes, each clipped about their median (one step of Huber's M-estimator). It is refused if its
-/// N members r_i disagree. With m their median, s the scatter in use (below) and sigma the declared one:
+/// The reference is fixed once it is complete, so it cannot follow a slow drift. It is the mean of
+/// the first probes, each clipped about their median (one step of Huber's M-estimator). It is
+/// refused if its N members r_i disagree. With m their median, s the scatter in use (below) and
+/// sigma the declared one:
 ///   outliers  more members with |r_i - m|^2 / s^2 > 21.1, the 99.99 % quantile of chi^2 with 3
-///             degrees of freedom, than occur in 99 % of references in which each probe is an outlier
-///             with probability kOutlierShare; 2 of 5, 3 of 10 and 4 of 20 are accepted;
+///             degrees of freedom, than occur in 99 % of references in which each probe is an
+///             outlier with probability kOutlierShare; 2 of 5, 3 of 10 and 4 of 20 are accepted;
 ///   scatter   s > kMostScatter sigma: two populations of similar size, or a wrong sigma;
 ///   trend     s > 2 sigma, and von Neumann's ratio of the clipped members,
 ///             eta = sum |r_i+1 - r_i|^2 / sum |r_i - mean|^2, below its 0.01 % quantile
@@ -65,12 +66,12 @@ struct ProbeVerdict {
 ///             (1941) 367]: a step or a drift while the reference was taken.
 /// After a refusal nothing is monitored until Restart().
 ///
-/// The scatter in use is the larger of the declared one and that of the first probes, because a sigma
-/// that is too small multiplies false alarms:
-///   sigma^2 = median |r - median r|^2 / 2.366,   2.366 = median of chi^2 with 3 degrees of freedom,
-/// over the reference probes (at least 5). If the model is the reference, the halved squared differences
-/// of consecutive probes among the first 20 are used instead, which offset and drift do not affect. From
-/// 20 probes, sigma has a standard deviation of 12 %; half of that is added.
+/// The scatter in use is the larger of the declared one and that of the first probes, because a
+/// sigma that is too small multiplies false alarms:
+///   sigma^2 = median |r - median r|^2 / 2.366,   2.366 = median of chi^2 (3 degrees of freedom),
+/// over the reference probes (at least 5). If the model is the reference, the halved squared
+/// differences of consecutive probes among the first 20 are used instead, which offset and drift do
+/// not affect. From 20 probes, sigma has a standard deviation of 12 %; half of that is added.
 ///
 /// Does not allocate and reads no clock.
 class DriftMonitor {
@@ -107,8 +108,8 @@ class DriftMonitor {
  private:
   struct Chart {
     double sum = 0;
-    std::uint64_t first_probe = 0;    ///< first probe since the sum was last zero
-    Vec3 total = Vec3::Zero();  ///< of the clipped whitened residuals since then
+    std::uint64_t first_probe = 0;  ///< first probe since the sum was last zero
+    Vec3 total = Vec3::Zero();      ///< of the clipped whitened residuals since then
   };
 
   void Learn(const Vec3& residual_m);

@@ -44,7 +44,8 @@ class RateTable {
 
 /// Probability of a year without a false alarm. The length rho of the reference error has a Maxwell
 /// distribution; its direction is taken along a chart axis, the worst case.
-double QuietYear(const MonitorDesign& design, const MonitorWish& requirements, double reference_sd) {
+double QuietYear(const MonitorDesign& design, const MonitorWish& requirements,
+                 double reference_sd) {
   const double probes = kDaysPerYear * requirements.probes_per_day;
   constexpr double kLargest = 5;  // of rho [reference_sd]: beyond it lies 1.5e-5
   const RateTable table(design, kLargest * reference_sd, requirements.outlier_share);

@@ -19,8 +19,8 @@ struct MonitorWish {
 };
 
 /// Average run length (ARL): mean number of probes until one cumulative sum exceeds its threshold
-/// although nothing has changed. Markov chain over a grid of sums [D. Brook and D. A. Evans, Biometrika
-/// 59 (1972) 539]:
+/// although nothing has changed. Markov chain over a grid of sums [D. Brook and D. A. Evans,
+/// Biometrika 59 (1972) 539]:
 ///   ARL = first entry of (I - Q)^-1 1
 /// for increments clip(e + n) - allowance with n standard normal, or +-clip with `outlier_share`.
 /// Allocates; takes about 1 ms; not for the control cycle.
@@ -32,8 +32,8 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
 ///   E over the error of the reference [exp(-probes per year * sum over directions 1/ARL)]
 ///     >= exp(-false_alarms_per_year).
 /// Directions overlap, so some alarms are counted twice and the true rate is lower. A reference
-/// estimated from N probes has an error of sigma / sqrt(N) per coordinate, slightly more with outliers.
-/// Allocates; takes some tenths of a second.
+/// estimated from N probes has an error of sigma / sqrt(N) per coordinate, slightly more with
+/// outliers. Allocates; takes some tenths of a second.
 /// @param step  called between computation steps of about 20 ms each
 MonitorDesign MonitorDesignFor(
     const MonitorWish& requirements, const std::function<void()>& step = [] {});

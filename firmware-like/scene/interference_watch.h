@@ -13,9 +13,9 @@ struct NearnessLimits {
   double end_m = 0;   ///< hysteresis: a state ends this far beyond its threshold
 };
 
-/// Tracks one pair of objects. Interference starts on contact, proximity at near_m; each ends only when
-/// the distance exceeds its threshold by end_m, so that a vibrating tool is reported once. A pair that
-/// cannot be measured (a tag is hidden) keeps its state.
+/// Tracks one pair of objects. Interference starts on contact, proximity at near_m; each ends only
+/// when the distance exceeds its threshold by end_m, so that a vibrating tool is reported once. A
+/// pair that cannot be measured (a tag is hidden) keeps its state.
 class InterferenceWatch {
  public:
   explicit InterferenceWatch(const NearnessLimits& limits) : limits_(limits) {}

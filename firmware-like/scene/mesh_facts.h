@@ -18,14 +18,15 @@ struct MeshFacts {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t degenerate = 0;     ///< discarded triangles: repeated corner, or zero area
-  std::size_t open_edges = 0;     ///< edges shared by an odd number of triangles: the surface is open
+  std::size_t open_edges = 0;     ///< edges of an odd number of triangles: the surface is open
   std::size_t opposed_edges = 0;  ///< edges whose triangles have opposite orientations
   std::size_t parts = 0;          ///< connected components; they share no vertex
   Vec3 min_O = Vec3::Zero(), max_O = Vec3::Zero();  ///< bounding box [m]
   /// Enclosed volume [m^3]; negative if the triangles face inwards; 0 for an open surface.
   ///   V = sum over triangles of a . (b x c) / 6          [divergence theorem]
   double volume_m3 = 0;
-  /// For each of the first kMaxPartsWithEnds parts: the vertices furthest along -x, -y, -z, x, y, z.
+  /// For each of the first kMaxPartsWithEnds parts: the vertices furthest along -x, -y, -z, x, y,
+  /// z.
   std::vector<std::array<std::uint32_t, 6>> ends;
 
   static constexpr std::size_t kMaxPartsWithEnds = 16;
@@ -42,8 +43,8 @@ struct CheckedMesh {
 /// A triangle has zero area if twice its area is below this fraction of its longest edge squared.
 inline constexpr double kNoArea = 1e-7;
 
-/// Converts a mesh to metres, merges vertices at exactly the same position, and removes unused vertices
-/// and triangles without area. Open edges are counted before the latter are removed.
+/// Converts a mesh to metres, merges vertices at exactly the same position, and removes unused
+/// vertices and triangles without area. Open edges are counted before the latter are removed.
 /// @param raw     in the unit of the file; not trusted
 /// @param unit_m  unit of the file [m], > 0
 /// @return        an error, with the number of affected triangles, for an invalid vertex index, a

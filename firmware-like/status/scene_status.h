@@ -11,7 +11,7 @@ struct SceneStatus {
   static constexpr double kFresh_s = 1.0;    ///< an older status is treated as unknown
   std::uint32_t interferences = 0;           ///< pairs in interference, hysteresis included
   std::uint32_t unmeasured = 0;              ///< pairs with an object that is not placed or hidden
-  double smallest_m = 0;                     ///< smallest distance of the measured pairs; 0: contact
+  double smallest_m = 0;                     ///< smallest measured distance; 0: contact
   std::uint16_t object_a = 0, object_b = 0;  ///< object numbers of that pair; 0: none measured
   double time_s = -std::numeric_limits<double>::infinity();  ///< time of arrival, monotonic
   std::uint32_t blocked = 0;  ///< approach paths blocked by an object

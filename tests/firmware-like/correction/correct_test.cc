@@ -80,7 +80,7 @@ TEST_CASE("landing tells where an uncorrected command ends") {
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
   Corrector(cell, {}).PredictLanding(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
-                              BranchSearch::kNone, landing);
+                                     BranchSearch::kNone, landing);
   REQUIRE(landing.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);
   CHECK((landing.X_BP_command.p - landed.p).norm() < 1e-9);
