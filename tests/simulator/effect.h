@@ -1,5 +1,4 @@
-// Hidden effects by the names, parameters and units of the exchange format, and the same in the
-// form in which the arm takes them.
+// Hidden effects, in the exchange format and as summed changes to the arm.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// How a wrong camera reads a body: its pose solved by OpenCV from a projection with the true
-// camera, against the model's formula of each error.
+// Camera error formulas of the model against poses solved by OpenCV from a projection with the true
+// camera.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -19,9 +19,9 @@ cv::Mat Camera(double focal_px) {
   return (cv::Mat_<double>(3, 3) << focal_px, 0, 960, 0, focal_px, 540, 0, 0, 1);
 }
 
-/// Where a camera that was told `told` places a body that it sees with the lens `focal_px`, `k1`.
-/// The body: corners of a cube of 80 mm, small beside its distance of 1 to 3 m, really `size` times
-/// as large.
+/// Position of a body reported by a camera that assumes `told` but has the lens `focal_px`, `k1`.
+/// The body: corners of a cube of 80 mm, small compared with its distance of 1 to 3 m; actually
+/// `size` times as large.
 Vec3 Solved(const Vec3& p_C, const Mat3& R_CM, double focal_px, double k1, double size) {
   std::vector<cv::Point3d> told, real_C;
   for (int corner = 0; corner < 8; ++corner) {
@@ -51,7 +51,7 @@ struct Wrong {
 
 }  // namespace
 
-TEST_CASE("a wrong camera reads a body where the model says") {
+TEST_CASE("a camera with errors reports a body where the model predicts") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> draw(-1, 1);
   const Pose X_WC{RotationFromRollPitchYaw(Vec3(0.4, -0.2, 1.0)), Vec3(1, -2, 0.5)};
@@ -79,7 +79,7 @@ TEST_CASE("a wrong camera reads a body where the model says") {
   }
 }
 
-TEST_CASE("what is behind the camera it does not read") {
+TEST_CASE("a point behind the camera is not changed") {
   I influence;
   influence[I::kCameraScale] = 0.1;
   CHECK(ReadByCamera<double>(Pose{}, influence, Vec3(0.1, 0.2, -1)) == Vec3(0.1, 0.2, -1));

@@ -1,5 +1,6 @@
-// Every sequence of six events, and every one of five after longer beginnings. What must hold is
-// told here by the history of events alone; the machine's own memory is not looked at.
+// Exhaustive test of all sequences of six events, and of five events after longer prefixes. The
+// invariants are evaluated from the history of events alone, independently of the supervisor's
+// state.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -20,12 +21,12 @@ const ZoomSupervisionSettings kSettings{.zoom_band_counts = 2,
                                         .lost_after_s = 1.0,
                                         .verify_patience_s = 1.5};
 
-/// One letter of the alphabet: what happens, how long after the event before, about which moment.
+/// One symbol of the alphabet: event, time since the previous event, time of the observation.
 struct Letter {
   const char* name;
   Kind kind;
   double after_s = 0.01;
-  double about_before_s = 0;  ///< of answers: how long ago the moment is
+  double about_before_s = 0;  ///< age of the observation
   ZoomReading reading{};
 };
 
@@ -70,7 +71,7 @@ const std::vector<Letter>& Alphabet() {
 
 class Walk {
  public:
-  /// @return how often a state was reached, by its number
+  /// @return how often each state was reached
   std::array<long, 7> Count(const std::vector<std::string>& beginning, int length) {
     ZoomSupervision machine(kSettings);
     for (const std::string& name : beginning) {
@@ -151,7 +152,7 @@ class Walk {
   }
 
   void JudgeValid() {
-    // Some verification must carry it: of a lens that stood, and by images from after that.
+    // It must be justified by a verification of a stationary lens with later images.
     for (int v = depth_ - 1; v >= 0; --v) {
       const Kind kind = At(v).letter->kind;
       if (kind != Kind::kMarksGood && kind != Kind::kBoardAccepted) continue;
@@ -177,10 +178,10 @@ class Walk {
     Must(false, "never valid without a verification since the last motion");
   }
 
-  /// The lens had stood at `since_s` for the time to settle, and has until the end of the history.
+  /// The lens was settled at `since_s` and remained stationary until the end of the history.
   bool Stood(double since_s, int end) {
     const double from_s = since_s - kSettings.settle_s + kEps;
-    double heard_s = -1e9;  // the newest reading until the gap is judged
+    double heard_s = -1e9;  // the latest reading before the gap is evaluated
     bool known_before = false;
     for (int i = 0; i < end; ++i) {
       const Past& past = At(i);
@@ -197,7 +198,7 @@ class Walk {
            Spread(from_s) <= 2 * kSettings.zoom_band_counts;
   }
 
-  /// Largest difference between positions told after that moment.
+  /// Largest difference between positions reported after that time.
   int Spread(double from_s) {
     int low = 1 << 30, high = -(1 << 30);
     for (int i = 0; i < depth_; ++i) {
@@ -215,7 +216,7 @@ class Walk {
             reading.digital_zoom.value_or(false));
   }
 
-  /// The newest answer about digital zoom said on, and the sensor was not lost since.
+  /// The latest reading of digital zoom was on, and the sensor has not been lost since.
   bool DigitalOn() const {
     for (int i = depth_ - 1; i >= 0; --i) {
       if (At(i).letter->kind != Kind::kReading) continue;
@@ -226,7 +227,7 @@ class Walk {
     return false;
   }
 
-  /// A calibration that was under way since a start while all stood.
+  /// A calibration has been in progress since a start with a stationary lens.
   bool Accepted(int i) {
     const int start = LastOf(
         {Kind::kBoardStarted, Kind::kBoardRefused, Kind::kBoardCancelled, Kind::kBoardAccepted}, i);
@@ -277,7 +278,7 @@ class Walk {
 
 }  // namespace
 
-TEST_CASE("every sequence of six events, and of five after longer beginnings") {
+TEST_CASE("invariants hold for every sequence of six events, and of five after longer prefixes") {
   const std::vector<std::string> valid = {"at 1000, soon", "at 1000, later", "lens known",
                                           "marks good"};
   std::vector<std::string> calibrating = valid;
@@ -305,7 +306,7 @@ TEST_CASE("every sequence of six events, and of five after longer beginnings") {
     CHECK(walk.failure().empty());
     for (std::size_t i = 0; i < total.size(); ++i) total[i] += reached[i];
   }
-  for (const long count : total) CHECK(count > 1000);  // each state is reached again and again
+  for (const long count : total) CHECK(count > 1000);  // every state is reached often
 }
 
 }  // namespace plumbline

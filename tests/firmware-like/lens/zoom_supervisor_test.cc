@@ -8,7 +8,7 @@ namespace {
 
 using Kind = ZoomEvent::Kind;
 
-/// A machine and its clock; readings every 0.1 s.
+/// A supervisor and its clock; readings every 0.1 s.
 class Bench {
  public:
   explicit Bench(const ZoomSupervisionSettings& settings = {}) : machine(settings) {}
@@ -51,7 +51,7 @@ class Bench {
 
 }  // namespace
 
-TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the next") {
+TEST_CASE("a known zoom is verified in four steps, each requesting the next") {
   Bench bench;
   CHECK(bench.machine.state() == ZoomState::kUnknown);
   CHECK(bench.Read(4000)->why == ZoomReason::kPositionReceived);
@@ -77,14 +77,14 @@ TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the 
   CHECK_FALSE(bench.Tell(Kind::kMarksGood));
 }
 
-TEST_CASE("somebody zooms and zooms back: verified anew all the same") {
+TEST_CASE("after zooming in and back, the lens is verified again") {
   Bench bench;
   bench.MakeValid(4000);
   const auto moved = bench.Read(4003);
   REQUIRE(moved);
   CHECK(moved->to == ZoomState::kMoving);
   CHECK(moved->why == ZoomReason::kZoomChanged);
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // of an image taken in motion
+  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // image taken during motion
   bench.Settle(4000);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
   CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // no lens loaded yet
@@ -92,7 +92,7 @@ TEST_CASE("somebody zooms and zooms back: verified anew all the same") {
   CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
-TEST_CASE("a lens that creeps count by count is noticed, and so is a turned focus") {
+TEST_CASE("slow creep of the zoom and a changed focus are detected") {
   Bench bench;
   bench.MakeValid(4000);
   CHECK_FALSE(bench.Read(4001));
@@ -107,7 +107,7 @@ TEST_CASE("a lens that creeps count by count is noticed, and so is a turned focu
   CHECK(focus.Read(4000, LensMotion::kSettled, 82)->why == ZoomReason::kFocusChanged);
 }
 
-TEST_CASE("a lens that the device calls moving does not settle, however still its counts") {
+TEST_CASE("a lens that the device reports as moving does not settle, even with constant counts") {
   Bench bench;
   for (int i = 0; i < 20; ++i) bench.Read(4000, LensMotion::kMoving);
   CHECK(bench.machine.state() == ZoomState::kMoving);
@@ -118,7 +118,8 @@ TEST_CASE("a lens that the device calls moving does not settle, however still it
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("an unknown zoom asks for the board; accepted it is valid, refused it is not") {
+TEST_CASE(
+    "an unknown zoom requests the board; an accepted calibration is valid, a refused one is not") {
   Bench bench;
   bench.Settle(8000);
   CHECK(bench.Tell(Kind::kLensUnknown)->to == ZoomState::kStale);
@@ -130,10 +131,10 @@ TEST_CASE("an unknown zoom asks for the board; accepted it is valid, refused it 
   CHECK(bench.Tell(Kind::kBoardAccepted)->to == ZoomState::kValid);
   bench.Tell(Kind::kBoardStarted);
   CHECK(bench.machine.state() == ZoomState::kCalibrating);
-  CHECK(bench.Tell(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens is kept
+  CHECK(bench.Tell(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens remains loaded
 }
 
-TEST_CASE("motion ends a capture, and its result comes too late") {
+TEST_CASE("motion ends a capture, and its late result is ignored") {
   Bench bench;
   bench.Settle(8000);
   bench.Tell(Kind::kBoardStarted);
@@ -149,7 +150,7 @@ TEST_CASE("motion ends a capture, and its result comes too late") {
   CHECK(bench.machine.Handle(old)->why == ZoomReason::kImagesTooOld);
 }
 
-TEST_CASE("digital zoom refuses until it is off and the lens has stood") {
+TEST_CASE("digital zoom is refused until it is off and the lens has been stationary") {
   Bench bench;
   bench.MakeValid(100);
   ZoomReading digital;
@@ -157,14 +158,14 @@ TEST_CASE("digital zoom refuses until it is off and the lens has stood") {
   digital.digital_zoom = true;
   CHECK(bench.Read(digital)->to == ZoomState::kRefused);
   CHECK_FALSE(bench.Tell(Kind::kBoardStarted));
-  CHECK_FALSE(bench.Read(100));  // a reading that does not tell changes nothing
+  CHECK_FALSE(bench.Read(100));  // a reading without this field changes nothing
   digital.digital_zoom = false;
   CHECK(bench.Read(digital)->to == ZoomState::kMoving);
   bench.Settle(100);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("a lost sensor: valid for a moment, then unknown; a short gap costs nothing") {
+TEST_CASE("a lost sensor leads to kUnknown after lost_after_s; a short gap has no effect") {
   Bench bench;
   bench.MakeValid(100);
   for (int i = 0; i < 8; ++i) CHECK_FALSE(bench.Tell(Kind::kLost, 0.1));
@@ -176,14 +177,14 @@ TEST_CASE("a lost sensor: valid for a moment, then unknown; a short gap costs no
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("readings that stop telling the position are no readings") {
+TEST_CASE("readings that no longer contain the position count as a lost sensor") {
   Bench bench;
   bench.MakeValid(100);
   for (int i = 0; i < 12; ++i) bench.Read(ZoomReading{});
   CHECK(bench.machine.state() == ZoomState::kUnknown);
 }
 
-TEST_CASE("a line that only says moved: verified by the marks after each motion") {
+TEST_CASE("with a sensor that only signals motion, tags are verified after each motion") {
   Bench bench;
   ZoomReading still, moved;
   moved.moved = true;
@@ -195,7 +196,7 @@ TEST_CASE("a line that only says moved: verified by the marks after each motion"
   CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
 }
 
-TEST_CASE("marks: bad ones ask for the board, and may become good again") {
+TEST_CASE("a failed tag check requests the board; a later good one makes the lens valid again") {
   Bench bench;
   bench.MakeValid(100);
   CHECK(bench.Tell(Kind::kMarksBad)->to == ZoomState::kStale);
@@ -203,7 +204,7 @@ TEST_CASE("marks: bad ones ask for the board, and may become good again") {
   CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
-TEST_CASE("marks that nobody judges, or nobody can see, end in asking for the board") {
+TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board") {
   for (const bool hidden : {false, true}) {
     Bench bench;
     bench.Settle(100);
@@ -220,7 +221,7 @@ TEST_CASE("marks that nobody judges, or nobody can see, end in asking for the bo
   }
 }
 
-TEST_CASE("the dead band follows what a count is worth, and the lens brings it along") {
+TEST_CASE("the dead band follows the focal length per count, and is provided with the lens") {
   CHECK(DeadBandCounts(1e-4, 5e-4) == 5);
   CHECK(DeadBandCounts(-1e-4, 4.9e-4) == 4);
   CHECK(DeadBandCounts(5e-4, 5e-4) == 1);
@@ -240,7 +241,7 @@ TEST_CASE("the dead band follows what a count is worth, and the lens brings it a
   CHECK(bench.Read(108)->to == ZoomState::kMoving);
 }
 
-TEST_CASE("times that are not finite, run backwards or lie ahead make nothing valid") {
+TEST_CASE("times that are not finite, run backwards or lie in the future make nothing valid") {
   Bench bench;
   bench.Settle(100);
   bench.Tell(Kind::kLensKnown);
@@ -260,7 +261,7 @@ TEST_CASE("times that are not finite, run backwards or lie ahead make nothing va
   CHECK(bench.Tell(Kind::kMarksGood)->time_s == bench.now_s);
 }
 
-TEST_CASE("the widest counts do not overflow") {
+TEST_CASE("extreme counts do not overflow") {
   Bench bench;
   bench.MakeValid(std::numeric_limits<std::int32_t>::min());
   CHECK(bench.Read(std::numeric_limits<std::int32_t>::max())->to == ZoomState::kMoving);
