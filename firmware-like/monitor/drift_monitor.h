@@ -23,9 +23,9 @@ struct MonitorDesign {
 
 /// A change that noise does not explain.
 struct DriftAlarm {
-  std::uint64_t probe = 0;        ///< number of the probe that raised it, the first one being 1
-  std::uint64_t first_probe = 0;  ///< the first probe that took part
-  Vec3 shift_m = Vec3::Zero();  ///< estimated change, clipped probes included, frame of the probes
+  std::uint64_t probe = 0;        ///< number of the probe that raised it, from 1
+  std::uint64_t first_probe = 0;  ///< first probe that contributed
+  Vec3 shift_m = Vec3::Zero();  ///< estimated change in the frame of the probes; outliers shortened
 };
 
 /// Reason for refusing a reference.
@@ -38,9 +38,9 @@ enum class ReferenceFault : std::uint8_t {
 
 /// The monitor's verdict on one probe.
 struct ProbeVerdict {
-  bool learning = false;     ///< it went into the reference; nothing was judged
-  bool unmonitored = false;  ///< the reference was refused; nothing was judged
-  bool outlier = false;      ///< farther than clip sqrt(3) sigma from the reference
+  bool learning = false;     ///< used for the reference; not evaluated
+  bool unmonitored = false;  ///< the reference was refused; not evaluated
+  bool outlier = false;      ///< further than clip sqrt(3) sigma from the reference
   double statistic = 0;      ///< the largest sum divided by the threshold
   bool raised = false;       ///< this probe raised the alarm
 };

@@ -388,7 +388,7 @@ TEST_CASE("a probe is recorded once, together with the model's prediction") {
     CorrectionCode code;
   };
   const Refusal refusals[] = {
-      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+      {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
        CorrectionCode::kNotRecorded},
       {"not a number", [](Cell& c) { c.input.command.probe_W.reset(); },
        CorrectionCode::kBadCommand},
@@ -465,7 +465,7 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
       {"old", [](Cell& c) { c.input.cameras[0].tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
       {"no number", [](Cell& c) { c.input.cameras[0].tip.p_W.x() = NAN; },
        CorrectionCode::kTipNotSeen},
-      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+      {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
        CorrectionCode::kNotRecorded},
   };
   for (const Refusal& refusal : refusals) {
@@ -806,7 +806,7 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   const Nonsense nonsense[] = {
       {"zero", Vec3::Zero(), ProbeFault::kZero},
       {"in metres", 1e-3 * tip_W, ProbeFault::kInMetres},
-      {"in metres, and off by what the model lacks", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
+      {"in metres, with a model error", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
        ProbeFault::kInMetres},
       {"the largest integer, in mm", Vec3::Constant(2147483647e-3), ProbeFault::kBeyondReach},
       {"the largest integer, in um", Vec3::Constant(2147483647e-6), ProbeFault::kBeyondReach},

@@ -136,8 +136,7 @@ TEST_CASE("a model that was changed after its fit is assumed, with no smaller ra
   }
 }
 
-TEST_CASE(
-    "a declared cell is propagated only if its deviation is stated and nothing else matters") {
+TEST_CASE("a declared cell has basis 'propagated' only if its deviation is stated and dominates") {
   CellModel cell = test::HeavyArm();
   WrittenEffect root;
   root.id = "tool_root_compliance";
@@ -169,7 +168,7 @@ TEST_CASE("undeclared parameters make the radius larger, never smaller") {
   CHECK(bare.basis == RadiusBasis::kAssumed);
   CHECK(soft.radius_m > 2 * all_m);
   CHECK(bare.radius_m > 1e-3);  // a rigid model of a heavy arm is not exact
-  CHECK(bare.radius_m < 0.1);   // nor is nothing known of it
+  CHECK(bare.radius_m < 0.1);   // but not unbounded either
 
   // An unstated load, and one that the model cannot use.
   const LoadStatement unstated{{}, std::nullopt, false};

@@ -174,7 +174,7 @@ TEST_CASE("the covariance due to effects matches that of sampled parameters") {
   std::mt19937 random(3);
   const JointVector q = test::RandomPosture(cell, random);
   const Payload payload{60, *cell.payload_cog_F};
-  const Mat3 told = EffectCovariance(LoadedArm(cell), q, payload, {});
+  const Mat3 propagated = EffectCovariance(LoadedArm(cell), q, payload, {});
   const Eigen::Matrix2d root = effect.covariance.topLeftCorner<2, 2>().llt().matrixL();
   std::normal_distribution<double> normal;
   LoadedState state;
@@ -191,5 +191,5 @@ TEST_CASE("the covariance due to effects matches that of sampled parameters") {
     REQUIRE(LoadedArm(other).AtCommanded(q, payload, {}, state));
     drawn += (state.X_WT.p - middle) * (state.X_WT.p - middle).transpose() / kDraws;
   }
-  CHECK((told - drawn).norm() < 0.1 * drawn.norm());
+  CHECK((propagated - drawn).norm() < 0.1 * drawn.norm());
 }

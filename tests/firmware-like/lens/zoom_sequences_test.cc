@@ -57,10 +57,10 @@ const std::vector<Letter>& Alphabet() {
       {"no answer", Kind::kLost, 0.6},
       {"lens known", Kind::kLensKnown},
       {"lens unknown", Kind::kLensUnknown},
-      {"marks good", Kind::kMarksGood},
+      {"tags good", Kind::kMarksGood},
       {"marks good, old image", Kind::kMarksGood, 0.01, 0.35},
-      {"marks bad", Kind::kMarksBad},
-      {"marks hidden", Kind::kMarksNotVisible},
+      {"tags bad", Kind::kMarksBad},
+      {"tags hidden", Kind::kMarksNotVisible},
       {"board started", Kind::kBoardStarted},
       {"board accepted", Kind::kBoardAccepted},
       {"board refused", Kind::kBoardRefused},
@@ -115,11 +115,11 @@ class Walk {
     const auto transition = machine.Handle(event);
     ++reached_[static_cast<std::size_t>(machine.state())];
     const bool changed = machine.state() != from || machine.reason() != why;
-    Must(transition.has_value() == changed, "one record for each change, none without");
+    Must(transition.has_value() == changed, "exactly one transition per change");
     if (transition) {
       Must(transition->from == from && transition->to == machine.state() &&
                transition->why == machine.reason() && transition->time_s == event.time_s,
-           "the record tells the change");
+           "the transition describes the change");
     }
     Judge(machine.state(), from);
   }
@@ -129,25 +129,26 @@ class Walk {
     const double now_s = Last().time_s;
     const double heard_s = LastReadingBefore(depth_);
     if (now_s - heard_s > kSettings.lost_after_s + kEps) {
-      Must(state == ZoomState::kUnknown, "a lost sensor leaves nothing known");
+      Must(state == ZoomState::kUnknown, "a lost sensor leads to kUnknown");
     }
     if (Disturbs(last)) {
       Must(state == ZoomState::kMoving || state == ZoomState::kUnknown ||
                state == ZoomState::kRefused,
-           "motion is seen in one event");
+           "motion is detected in one event");
     }
     if (DigitalOn()) {
       Must(state == ZoomState::kRefused || state == ZoomState::kUnknown,
-           "digital zoom refuses everything");
+           "digital zoom leads to kRefused");
     }
     if (from == ZoomState::kValid && Last().letter->kind == Kind::kReading &&
         Spread(LastVerification() - kEps) > 2 * kSettings.zoom_band_counts) {
-      Must(state != ZoomState::kValid, "a change is seen in one event");
+      Must(state != ZoomState::kValid, "a change is detected in one event");
     }
     if (state == ZoomState::kValid) JudgeValid();
     if (state == ZoomState::kCalibrating) {
       const int start = LastOf({Kind::kBoardStarted});
-      Must(start >= 0 && Stood(At(start).time_s, depth_), "a board is captured while all stands");
+      Must(start >= 0 && WasStationary(At(start).time_s, depth_),
+           "a board is captured only while the lens is stationary");
     }
   }
 
@@ -156,7 +157,7 @@ class Walk {
     for (int v = depth_ - 1; v >= 0; --v) {
       const Kind kind = At(v).letter->kind;
       if (kind != Kind::kMarksGood && kind != Kind::kBoardAccepted) continue;
-      if (!Stood(At(v).about_s, depth_) ||
+      if (!WasStationary(At(v).about_s, depth_) ||
           OneOf({Kind::kMarksBad, Kind::kLensKnown, Kind::kLensUnknown}, v + 1, depth_)) {
         continue;
       }
@@ -170,16 +171,16 @@ class Walk {
       } while (lens >= 0 && At(lens).letter->kind == Kind::kBoardAccepted && !Accepted(lens));
       const int bad = LastOf({Kind::kMarksBad}, v);
       if (lens >= 0 && At(lens).letter->kind != Kind::kLensUnknown &&
-          At(v).about_s >= At(lens).time_s && Stood(At(lens).about_s, depth_) &&
+          At(v).about_s >= At(lens).time_s && WasStationary(At(lens).about_s, depth_) &&
           (bad < 0 || At(v).about_s >= At(bad).about_s)) {
         return;
       }
     }
-    Must(false, "never valid without a verification since the last motion");
+    Must(false, "valid requires a verification since the last motion");
   }
 
   /// The lens was settled at `since_s` and remained stationary until the end of the history.
-  bool Stood(double since_s, int end) {
+  bool WasStationary(double since_s, int end) {
     const double from_s = since_s - kSettings.settle_s + kEps;
     double heard_s = -1e9;  // the latest reading before the gap is evaluated
     bool known_before = false;
@@ -232,7 +233,7 @@ class Walk {
     const int start = LastOf(
         {Kind::kBoardStarted, Kind::kBoardRefused, Kind::kBoardCancelled, Kind::kBoardAccepted}, i);
     return start >= 0 && At(start).letter->kind == Kind::kBoardStarted &&
-           Stood(At(start).time_s, i + 1);
+           WasStationary(At(start).time_s, i + 1);
   }
 
   double LastVerification() const {
@@ -280,7 +281,7 @@ class Walk {
 
 TEST_CASE("invariants hold for every sequence of six events, and of five after longer prefixes") {
   const std::vector<std::string> valid = {"at 1000, soon", "at 1000, later", "lens known",
-                                          "marks good"};
+                                          "tags good"};
   std::vector<std::string> calibrating = valid;
   calibrating.back() = "board started";
   std::vector<std::string> refused = calibrating;

@@ -13,7 +13,7 @@ class Bench {
  public:
   explicit Bench(const ZoomSupervisionSettings& settings = {}) : machine(settings) {}
 
-  std::optional<ZoomTransition> Tell(Kind kind, double after_s = 0.01) {
+  std::optional<ZoomTransition> Send(Kind kind, double after_s = 0.01) {
     ZoomEvent event;
     event.kind = kind;
     event.time_s = now_s += after_s;
@@ -40,8 +40,8 @@ class Bench {
   }
   void MakeValid(std::int32_t counts) {
     Settle(counts);
-    Tell(Kind::kLensKnown);
-    Tell(Kind::kMarksGood);
+    Send(Kind::kLensKnown);
+    Send(Kind::kMarksGood);
     REQUIRE(machine.state() == ZoomState::kValid);
   }
 
@@ -57,24 +57,24 @@ TEST_CASE("a known zoom is verified in four steps, each requesting the next") {
   CHECK(bench.Read(4000)->why == ZoomReason::kPositionReceived);
   CHECK_FALSE(bench.Read(4000));
   CHECK_FALSE(bench.Read(4001));
-  const auto stood = bench.Read(4000);
-  REQUIRE(stood);
-  CHECK(stood->to == ZoomState::kVerifying);
-  CHECK(stood->zoom_counts == 4000);
+  const auto stationary = bench.Read(4000);
+  REQUIRE(stationary);
+  CHECK(stationary->to == ZoomState::kVerifying);
+  CHECK(stationary->zoom_counts == 4000);
   CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
-  bench.Tell(Kind::kLensKnown);
+  bench.Send(Kind::kLensKnown);
   CHECK(bench.machine.request() == ZoomAsk::kVerifyTags);
-  bench.Tell(Kind::kMarksNotVisible);
+  bench.Send(Kind::kMarksNotVisible);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  const auto good = bench.Tell(Kind::kMarksGood);
+  const auto good = bench.Send(Kind::kMarksGood);
   REQUIRE(good);
   CHECK(good->from == ZoomState::kVerifying);
   CHECK(good->to == ZoomState::kValid);
   CHECK(good->why == ZoomReason::kMarksGood);
   CHECK(bench.machine.request() == ZoomAsk::kNothing);
   for (int i = 0; i < 100; ++i) CHECK_FALSE(bench.Read(3999 + i % 3));  // encoder noise
-  CHECK_FALSE(bench.Tell(Kind::kMarksNotVisible));
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));
+  CHECK_FALSE(bench.Send(Kind::kMarksNotVisible));
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));
 }
 
 TEST_CASE("after zooming in and back, the lens is verified again") {
@@ -84,12 +84,12 @@ TEST_CASE("after zooming in and back, the lens is verified again") {
   REQUIRE(moved);
   CHECK(moved->to == ZoomState::kMoving);
   CHECK(moved->why == ZoomReason::kZoomChanged);
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // image taken during motion
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // image taken during motion
   bench.Settle(4000);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // no lens loaded yet
-  bench.Tell(Kind::kLensKnown);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // no lens loaded yet
+  bench.Send(Kind::kLensKnown);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
 TEST_CASE("slow creep of the zoom and a changed focus are detected") {
@@ -101,8 +101,8 @@ TEST_CASE("slow creep of the zoom and a changed focus are detected") {
 
   Bench focus;
   for (int i = 0; i < 5; ++i) focus.Read(4000, LensMotion::kSettled, 77);
-  focus.Tell(Kind::kLensKnown);
-  focus.Tell(Kind::kMarksGood);
+  focus.Send(Kind::kLensKnown);
+  focus.Send(Kind::kMarksGood);
   CHECK_FALSE(focus.Read(4000, LensMotion::kSettled, 81));
   CHECK(focus.Read(4000, LensMotion::kSettled, 82)->why == ZoomReason::kFocusChanged);
 }
@@ -122,27 +122,27 @@ TEST_CASE(
     "an unknown zoom requests the board; an accepted calibration is valid, a refused one is not") {
   Bench bench;
   bench.Settle(8000);
-  CHECK(bench.Tell(Kind::kLensUnknown)->to == ZoomState::kStale);
+  CHECK(bench.Send(Kind::kLensUnknown)->to == ZoomState::kStale);
   CHECK(bench.machine.request() == ZoomAsk::kBoard);
-  CHECK(bench.Tell(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
-  CHECK(bench.Tell(Kind::kBoardRefused)->to == ZoomState::kRefused);
+  CHECK(bench.Send(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
+  CHECK(bench.Send(Kind::kBoardRefused)->to == ZoomState::kRefused);
   CHECK(bench.machine.request() == ZoomAsk::kBoard);
-  bench.Tell(Kind::kBoardStarted);
-  CHECK(bench.Tell(Kind::kBoardAccepted)->to == ZoomState::kValid);
-  bench.Tell(Kind::kBoardStarted);
+  bench.Send(Kind::kBoardStarted);
+  CHECK(bench.Send(Kind::kBoardAccepted)->to == ZoomState::kValid);
+  bench.Send(Kind::kBoardStarted);
   CHECK(bench.machine.state() == ZoomState::kCalibrating);
-  CHECK(bench.Tell(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens remains loaded
+  CHECK(bench.Send(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens remains loaded
 }
 
 TEST_CASE("motion ends a capture, and its late result is ignored") {
   Bench bench;
   bench.Settle(8000);
-  bench.Tell(Kind::kBoardStarted);
+  bench.Send(Kind::kBoardStarted);
   CHECK(bench.Read(8010)->from == ZoomState::kCalibrating);
-  CHECK_FALSE(bench.Tell(Kind::kBoardAccepted));
-  CHECK_FALSE(bench.Tell(Kind::kBoardStarted));  // it still moves
+  CHECK_FALSE(bench.Send(Kind::kBoardAccepted));
+  CHECK_FALSE(bench.Send(Kind::kBoardStarted));  // it still moves
   bench.Settle(8010);
-  bench.Tell(Kind::kBoardStarted);
+  bench.Send(Kind::kBoardStarted);
   ZoomEvent old;
   old.kind = Kind::kBoardAccepted;
   old.time_s = bench.now_s;
@@ -157,7 +157,7 @@ TEST_CASE("digital zoom is refused until it is off and the lens has been station
   digital.zoom_counts = 100;
   digital.digital_zoom = true;
   CHECK(bench.Read(digital)->to == ZoomState::kRefused);
-  CHECK_FALSE(bench.Tell(Kind::kBoardStarted));
+  CHECK_FALSE(bench.Send(Kind::kBoardStarted));
   CHECK_FALSE(bench.Read(100));  // a reading without this field changes nothing
   digital.digital_zoom = false;
   CHECK(bench.Read(digital)->to == ZoomState::kMoving);
@@ -168,10 +168,10 @@ TEST_CASE("digital zoom is refused until it is off and the lens has been station
 TEST_CASE("a lost sensor leads to kUnknown after lost_after_s; a short gap has no effect") {
   Bench bench;
   bench.MakeValid(100);
-  for (int i = 0; i < 8; ++i) CHECK_FALSE(bench.Tell(Kind::kLost, 0.1));
+  for (int i = 0; i < 8; ++i) CHECK_FALSE(bench.Send(Kind::kLost, 0.1));
   CHECK_FALSE(bench.Read(100));
-  for (int i = 0; i < 9; ++i) CHECK_FALSE(bench.Tell(Kind::kLost, 0.1));
-  CHECK(bench.Tell(Kind::kTime, 0.2)->why == ZoomReason::kSensorLost);
+  for (int i = 0; i < 9; ++i) CHECK_FALSE(bench.Send(Kind::kLost, 0.1));
+  CHECK(bench.Send(Kind::kTime, 0.2)->why == ZoomReason::kSensorLost);
   CHECK(bench.machine.state() == ZoomState::kUnknown);
   bench.Settle(100);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
@@ -189,8 +189,8 @@ TEST_CASE("with a sensor that only signals motion, tags are verified after each 
   ZoomReading still, moved;
   moved.moved = true;
   for (int i = 0; i < 5; ++i) bench.Read(still);
-  bench.Tell(Kind::kLensKnown);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  bench.Send(Kind::kLensKnown);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
   CHECK(bench.Read(moved)->why == ZoomReason::kDeviceMoves);
   for (int i = 0; i < 5; ++i) bench.Read(still);
   CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
@@ -199,25 +199,25 @@ TEST_CASE("with a sensor that only signals motion, tags are verified after each 
 TEST_CASE("a failed tag check requests the board; a later good one makes the lens valid again") {
   Bench bench;
   bench.MakeValid(100);
-  CHECK(bench.Tell(Kind::kMarksBad)->to == ZoomState::kStale);
+  CHECK(bench.Send(Kind::kMarksBad)->to == ZoomState::kStale);
   CHECK(bench.machine.request() == ZoomAsk::kBoard);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
 TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board") {
   for (const bool hidden : {false, true}) {
     Bench bench;
     bench.Settle(100);
-    bench.Tell(Kind::kLensKnown);
+    bench.Send(Kind::kLensKnown);
     for (int i = 0; i < 60; ++i) {
       bench.Read(100);
-      if (hidden) bench.Tell(Kind::kMarksNotVisible);
+      if (hidden) bench.Send(Kind::kMarksNotVisible);
     }
     CHECK(bench.machine.state() == ZoomState::kStale);
     CHECK(bench.machine.reason() ==
           (hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer));
     CHECK(bench.machine.request() == ZoomAsk::kBoard);
-    CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+    CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
   }
 }
 
@@ -236,7 +236,7 @@ TEST_CASE("the dead band follows the focal length per count, and is provided wit
   known.time_s = known.about_s = bench.now_s;
   known.zoom_band_counts = 7;
   bench.machine.Handle(known);
-  bench.Tell(Kind::kMarksGood);
+  bench.Send(Kind::kMarksGood);
   CHECK_FALSE(bench.Read(107));
   CHECK(bench.Read(108)->to == ZoomState::kMoving);
 }
@@ -244,7 +244,7 @@ TEST_CASE("the dead band follows the focal length per count, and is provided wit
 TEST_CASE("times that are not finite, run backwards or lie in the future make nothing valid") {
   Bench bench;
   bench.Settle(100);
-  bench.Tell(Kind::kLensKnown);
+  bench.Send(Kind::kLensKnown);
   for (const double about_s : {std::numeric_limits<double>::quiet_NaN(),
                                std::numeric_limits<double>::infinity(), bench.now_s + 1}) {
     ZoomEvent event;
@@ -258,7 +258,7 @@ TEST_CASE("times that are not finite, run backwards or lie in the future make no
   back.kind = Kind::kTime;
   back.time_s = 1;
   CHECK_FALSE(bench.machine.Handle(back));
-  CHECK(bench.Tell(Kind::kMarksGood)->time_s == bench.now_s);
+  CHECK(bench.Send(Kind::kMarksGood)->time_s == bench.now_s);
 }
 
 TEST_CASE("extreme counts do not overflow") {
