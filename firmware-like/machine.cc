@@ -142,7 +142,7 @@ void Machine::Prepare(const MachineConfig& previous, const Snapshot& last, doubl
   }
 }
 
-void Machine::TakeOver(const Machine& previous, RobotLinkIs link) {
+void Machine::ResumeFrom(const Machine& previous, RobotLinkIs link) {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
     for (std::size_t other = 0; other < previous.config_.points.size(); ++other) {
       if (config_.points[k].id != previous.config_.points[other].id) continue;
@@ -165,7 +165,7 @@ void Machine::TakeOver(const Machine& previous, RobotLinkIs link) {
       previous.config_.cell.robot.size() != config_.cell.robot.size()) {
     return;
   }
-  filter_.TakeOver(previous.filter_);
+  filter_.ResumeFrom(previous.filter_);
   standstill_ = previous.standstill_;
   snapshot_.probes.standstill = previous.snapshot_.probes.standstill;
   snapshot_.robot = previous.snapshot_.robot;

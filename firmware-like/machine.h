@@ -104,7 +104,7 @@ class Machine {
   /// are the frozen result, the latest probe, the values of points with equal ids (not valid until
   /// recomputed) and the PLC's levels; if the robot link is kept, also the trust in its readings.
   enum class RobotLinkIs { kKept, kNew };
-  void TakeOver(const Machine& previous, RobotLinkIs link);
+  void ResumeFrom(const Machine& previous, RobotLinkIs link);
 
   /// Runs one cycle. The returned reference is valid until the next call.
   const Snapshot& Cycle(const MachineInput& input);

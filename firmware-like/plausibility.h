@@ -55,7 +55,7 @@ class PlausibilityFilter {
 
   /// Copies the readings and trust of the filter that this one replaces, but keeps its own limits.
   /// Both filters must read the same link and an arm with the same number of joints.
-  void TakeOver(const PlausibilityFilter& previous) {
+  void ResumeFrom(const PlausibilityFilter& previous) {
     const PlausibilityLimits limits = limits_;
     *this = previous;
     limits_ = limits;

@@ -478,7 +478,7 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
 void LoopWorker::ConsiderDiagnosis() {
   if (!journal_ || !monitor_ || !monitor_->alarm()) return;
   if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
-  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
+  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->first_probe + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
   Result<DiagnosisRun> started = DiagnosisRun::Start(config_, models_.applied, *journal_,

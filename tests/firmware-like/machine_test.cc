@@ -632,7 +632,7 @@ TEST_CASE("a new configuration continues from the values of the previous one") {
   changed.points[1].id = 8;
   Machine next(changed);
   next.Prepare();
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
   cell.machine.emplace(std::move(next));
   SECTION("values remain, not valid until the robot is trusted; a new point has none") {
     const Snapshot& after = cell.Next();
@@ -689,7 +689,7 @@ TEST_CASE("with the same robot link, the points of a new model are valid in its 
   Machine next(changed);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   cell.machine.emplace(std::move(next));
   const bool new_reading = GENERATE(true, false);
   const Snapshot after = new_reading ? cell.Next() : cell.Silent();
@@ -724,7 +724,7 @@ TEST_CASE("with the same link, a robot that was not trusted is not trusted under
   Machine next(cell.config);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   cell.machine.emplace(std::move(next));
   CHECK(cell.Next().input_fault == InputFault::kStale);  // one reading is not enough
   CHECK_FALSE(cell.Next().points[0].valid);
@@ -747,7 +747,7 @@ TEST_CASE("results of probes and of a monitor restart survive a new configuratio
 
     Machine next(cell.config);
     next.Prepare();
-    next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
+    next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
     cell.machine.emplace(std::move(next));
     for (int cycle = 0; cycle < 5; ++cycle) {
       const Snapshot& after = cell.Next();
@@ -930,7 +930,7 @@ TEST_CASE("with the same link, standstill detection continues under a new model"
   REQUIRE(cell.Next().probes.standstill != moving);
   Machine next(cell.config);
   next.Prepare();
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   CHECK(next.snapshot().probes.standstill != moving);
   cell.machine.emplace(std::move(next));
   CHECK((cell.Probe(tip_W).result.code == CorrectionCode::kRobotMoving) == moving);
