@@ -19,8 +19,8 @@ std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
 
 /// Covariance for conditions that may lie before or after an event, because the event's time is
 /// uncertain: the displacement caused by the event must lie within the 95 % radius.
-Mat3 CovarianceOfOpenMoments(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                             const Conditions& conditions) {
+Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                                 const Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const ActiveEffect& effect : arm.effects()) {
@@ -61,7 +61,7 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     bool extrapolated, const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-                         CovarianceOfOpenMoments(arm, q, load.modelled, conditions);
+                         CovarianceOfAmbiguousEvents(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
   const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();
