@@ -11,30 +11,30 @@ struct Entry {
   HealthReason reason;
   const char* text;
   const char* remedy;
-  bool (*holds)(const HealthFacts& facts);
+  bool (*holds)(const HealthInputs& facts);
 };
 
 template <std::uint16_t Bit>
-bool Alarm(const HealthFacts& facts) {
+bool Alarm(const HealthInputs& facts) {
   return (facts.alarms & Bit) != 0;
 }
 template <std::uint16_t Bit>
-bool Warning(const HealthFacts& facts) {
+bool Warning(const HealthInputs& facts) {
   return (facts.warnings & Bit) != 0;
 }
 
 /// Most severe first.
 constexpr std::array kEntries = {
-    Entry{HealthReason::kNoDaemon, "no daemon", "start plumblined; see its log",
-          [](const HealthFacts& facts) { return facts.daemon_silent; }},
-    Entry{HealthReason::kEmergencyStop, "emergency stop", "make safe, release the emergency stop",
-          Alarm<alarm::kEmergencyStop>},
+    Entry{HealthReason::kNoDaemon, "no daemon", "start plumblined, see its log",
+          [](const HealthInputs& facts) { return facts.daemon_silent; }},
+    Entry{HealthReason::kEmergencyStop, "emergency stop",
+          "make the cell safe, then release the emergency stop", Alarm<alarm::kEmergencyStop>},
     Entry{HealthReason::kRobotNotRead, "no reading from the robot",
           "check the robot controller and its address", Alarm<alarm::kRobotMissing>},
     Entry{HealthReason::kRobotStale, "robot input stale", "check the cable to the robot",
           Alarm<alarm::kRobotStale>},
     Entry{HealthReason::kRobotImplausible, "robot input implausible",
-          "check the robot profile: joints jump or leave their limits",
+          "check the robot profile: joints jump or exceed their limits",
           Alarm<alarm::kRobotImplausible>},
     Entry{HealthReason::kDecodingWrong, "tool pose contradicts the joints",
           "check the robot profile and the tool", Alarm<alarm::kDecodingWrong>},
@@ -44,8 +44,8 @@ constexpr std::array kEntries = {
           Alarm<alarm::kTorquesUnknown>},
     Entry{HealthReason::kPointRefused, "a point has no correction",
           "do not assemble there; see the point's code", Alarm<alarm::kPointRefused>},
-    Entry{HealthReason::kInterference, "interference: watched objects touch",
-          "stop, and move them apart", Warning<warning::kInterference>},
+    Entry{HealthReason::kInterference, "interference: monitored objects touch",
+          "stop and move them apart", Warning<warning::kInterference>},
     Entry{HealthReason::kApproachBlocked, "an approach path is blocked", "clear the path",
           Warning<warning::kApproachBlocked>},
     Entry{HealthReason::kDrift, "drift: probes no longer agree with the model",
@@ -54,28 +54,29 @@ constexpr std::array kEntries = {
           "run plumbline model list", Warning<warning::kModelSetAside>},
     Entry{HealthReason::kRadiusUnknown, "a point's radius has no basis",
           "fit the model to measured points",
-          [](const HealthFacts& facts) { return facts.weakest_basis == RadiusBasis::kUnknown; }},
+          [](const HealthInputs& facts) { return facts.weakest_basis == RadiusBasis::kUnknown; }},
     Entry{HealthReason::kRadiusTooLarge, "a point's radius exceeds the largest correction",
-          "declare what the cell leaves open; measure probes",
-          [](const HealthFacts& facts) { return facts.radius_too_large; }},
+          "declare the missing cell parameters, or measure probes",
+          [](const HealthInputs& facts) { return facts.radius_too_large; }},
     Entry{HealthReason::kExtrapolating, "a point lies outside the calibrated range",
-          "measure probes there", [](const HealthFacts& facts) { return facts.extrapolating; }},
+          "measure probes there", [](const HealthInputs& facts) { return facts.extrapolating; }},
     Entry{HealthReason::kFiducialMoved, "a reference tag has moved",
-          "see the log for which; measure its place again",
-          [](const HealthFacts& facts) { return facts.fiducial_moved; }},
+          "see the log for which one, and measure its position again",
+          [](const HealthInputs& facts) { return facts.fiducial_moved; }},
     Entry{HealthReason::kLensStale, "the camera's lens is not verified",
-          "show the fixed tags, or the calibration board", Warning<warning::kLensStale>},
+          "clear the view of the reference tags, or show the calibration board",
+          Warning<warning::kLensStale>},
     Entry{HealthReason::kCameraLost, "camera or zoom sensor lost", "check its cable",
           Warning<warning::kCameraLost>},
-    Entry{HealthReason::kSceneLost, "interference is no longer supervised", "start plumbline-view",
-          [](const HealthFacts& facts) { return facts.scene_lost; }},
-    Entry{HealthReason::kStorage, "the state directory cannot be written",
-          "free disk space, check its permissions", Warning<warning::kStorage>},
+    Entry{HealthReason::kSceneLost, "interference is no longer monitored", "start plumbline-view",
+          [](const HealthInputs& facts) { return facts.scene_lost; }},
+    Entry{HealthReason::kStorage, "the state directory is not writable",
+          "free disk space, or check its permissions", Warning<warning::kStorage>},
     Entry{HealthReason::kMonitoringFault, "the journal or the diagnosis has failed", "see the log",
           Warning<warning::kLoopFault>},
     Entry{HealthReason::kTwoMasters, "two clients write commands",
-          "let one PLC command; set plc.allow", Warning<warning::kTwoMasters>},
-    Entry{HealthReason::kCycleOverrun, "the control cycle is late",
+          "let only one PLC send commands; set plc.allow", Warning<warning::kTwoMasters>},
+    Entry{HealthReason::kCycleOverrun, "the control cycle misses its deadline",
           "stop other programs on this computer", Warning<warning::kCycleOverrun>},
     Entry{HealthReason::kPlcHeartbeatLost, "PLC heartbeat lost", "check the PLC",
           Warning<warning::kPlcHeartbeatLost>},
@@ -85,25 +86,25 @@ constexpr std::array kEntries = {
           Warning<warning::kCoarseJoints>},
     Entry{HealthReason::kMassCentresGuessed, "a link's centre of mass is guessed",
           "declare link_com_mm", Warning<warning::kMassCentresGuessed>},
-    Entry{HealthReason::kReferenceRefused, "drift is not watched: reference probes disagree",
-          "see the log; restart the monitor by command 8",
-          [](const HealthFacts& facts) { return facts.reference_refused; }},
-    Entry{HealthReason::kQuarantined, "probes wait in quarantine",
-          "plumbline journal quarantine list",
-          [](const HealthFacts& facts) { return facts.quarantined; }},
+    Entry{HealthReason::kReferenceRefused, "drift is not monitored: reference probes disagree",
+          "see the log; restart the drift monitor with command 8",
+          [](const HealthInputs& facts) { return facts.reference_refused; }},
+    Entry{HealthReason::kQuarantined, "quarantined probes await a decision",
+          "run plumbline journal quarantine list",
+          [](const HealthInputs& facts) { return facts.quarantined; }},
     Entry{HealthReason::kPointsPending, "points are still being computed", "wait",
-          [](const HealthFacts& facts) { return facts.pending; }},
-    Entry{HealthReason::kProposalWaiting, "a corrected model waits for approval",
+          [](const HealthInputs& facts) { return facts.pending; }},
+    Entry{HealthReason::kProposalWaiting, "a corrected model awaits approval",
           "run plumbline model list", Warning<warning::kProposalWaiting>},
-    Entry{HealthReason::kBoardWanted, "the calibration board is asked for", "show the board",
+    Entry{HealthReason::kBoardWanted, "a camera requests calibration", "show the calibration board",
           Warning<warning::kBoardWanted>},
-    Entry{HealthReason::kSceneIncomplete, "some objects are not measured", "see Distances",
-          [](const HealthFacts& facts) { return facts.scene_incomplete; }},
-    Entry{HealthReason::kRadiusAssumed, "radius assumed, not measured",
+    Entry{HealthReason::kSceneIncomplete, "some distances are not measured", "see Distances",
+          [](const HealthInputs& facts) { return facts.scene_incomplete; }},
+    Entry{HealthReason::kRadiusAssumed, "radius is assumed, not measured",
           "measure probes to validate it",
-          [](const HealthFacts& facts) { return facts.weakest_basis == RadiusBasis::kAssumed; }},
-    Entry{HealthReason::kNoPoints, "no point is configured", "add [[point]] tables, then reload",
-          [](const HealthFacts& facts) { return facts.no_points; }},
+          [](const HealthInputs& facts) { return facts.weakest_basis == RadiusBasis::kAssumed; }},
+    Entry{HealthReason::kNoPoints, "no point is configured", "add [[point]] tables and reload",
+          [](const HealthInputs& facts) { return facts.no_points; }},
 };
 
 const Entry* Find(HealthReason reason) {
@@ -122,7 +123,7 @@ HealthSeverity SeverityOf(HealthReason reason) {
                                                  : HealthSeverity::kNotice;
 }
 
-CellHealth HealthOf(const HealthFacts& facts) {
+CellHealth HealthOf(const HealthInputs& facts) {
   for (const Entry& entry : kEntries) {
     if (entry.holds(facts)) return {SeverityOf(entry.reason), entry.reason};
   }

@@ -10,13 +10,14 @@ namespace plumbline {
 namespace {
 
 constexpr double kHeartbeatTimeout_s = 2.0;
-// A branch search that fails costs about as much as 80 corrections (17 starts of 40 iterations).
+// A failed branch search costs about as much as 80 corrections (17 starts of 40 iterations each).
 constexpr int kSearchesPerCycle = 2;
-constexpr double kShortestPause_s = 0.02;  // between two searches for a point that has no branch
+constexpr double kShortestPause_s = 0.02;  // between two searches for a point without a branch
 constexpr double kLongestPause_s = 1.0;
 constexpr double kCoarseReading_m = 1e-4;
 constexpr int kRadiiPerCycle = 16;
-// A radius changes little over these; a point whose temperature creeps need not wait for a new one.
+// Input changes up to these limits change a radius little, so a point with a slowly changing
+// temperature keeps its radius until the next one is computed.
 constexpr double kSameTemperature_K = 0.5, kSameTime_s = 60;
 constexpr double kSameLoad_kg = 0.01, kSameLoadShare = 0.005, kSameCentre_m = 1e-3;
 constexpr double kSamePosture = 0.02;  // [rad] or [m]
@@ -36,7 +37,7 @@ std::uint16_t AlarmOf(InputFault fault) {
   }
 }
 
-/// A payload of that mass and centre; nothing where either is not known.
+/// Payload of that mass and centre of gravity; nullopt if either is unknown or implausible.
 std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
                                     const std::optional<Vec3>& cog_F) {
   const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kLargestPayload_kg;
@@ -94,12 +95,12 @@ std::optional<JointVector> Machine::FindTaughtBranch(std::size_t index) {
 
 void Machine::AwaitTaughtBranches() {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    branches_[k].awaited = config_.points[k].near_q.has_value();
+    branches_[k].search_pending = config_.points[k].near_q.has_value();
   }
 }
 
 void Machine::TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
-  branches_[index].awaited = false;
+  branches_[index].search_pending = false;
   if (found && !branches_[index].solution) branches_[index].solution = found;
 }
 
@@ -115,8 +116,8 @@ Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
   return correction;
 }
 
-void Machine::Prepare(const MachineConfig& former, const Snapshot& last, double utc_s) {
-  if (former.cell.robot.size() != config_.cell.robot.size()) return;
+void Machine::Prepare(const MachineConfig& previous, const Snapshot& last, double utc_s) {
+  if (previous.cell.robot.size() != config_.cell.robot.size()) return;
   snapshot_.robot = last.robot;
   snapshot_.input_fault = last.input_fault;
   utc_s_ = utc_s;
@@ -125,51 +126,52 @@ void Machine::Prepare(const MachineConfig& former, const Snapshot& last, double 
     const AssemblyPoint& point = config_.points[k];
     const std::optional<Payload> payload = PayloadAt(point.payload_kg);
     if (!payload) continue;
-    for (std::size_t other = 0; other < former.points.size(); ++other) {
-      const AssemblyPoint& same = former.points[other];
+    for (std::size_t other = 0; other < previous.points.size(); ++other) {
+      const AssemblyPoint& same = previous.points[other];
       if (same.id != point.id || same.near_q != point.near_q || !last.points[other].valid) continue;
       const Correction correction =
           Preview(point, *payload, last.points[other].correction.q, BranchSearch::kNone);
       if (correction.code != CorrectionCode::kOk) continue;
       branches_[k].solution = correction.q;
       radii_[k] = {{correction.uncertainty_m, correction.basis},
-                   CircumstancesOf(*payload),
+                   CorrectionInputsFor(*payload),
                    correction.extrapolated,
                    correction.q};
-      branches_[k].awaited = false;
+      branches_[k].search_pending = false;
     }
   }
 }
 
-void Machine::TakeOver(const Machine& former, RobotLinkIs link) {
+void Machine::ResumeFrom(const Machine& previous, RobotLinkIs link) {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    for (std::size_t other = 0; other < former.config_.points.size(); ++other) {
-      if (config_.points[k].id != former.config_.points[other].id) continue;
-      snapshot_.points[k] = former.snapshot_.points[other];
+    for (std::size_t other = 0; other < previous.config_.points.size(); ++other) {
+      if (config_.points[k].id != previous.config_.points[other].id) continue;
+      snapshot_.points[k] = previous.snapshot_.points[other];
       snapshot_.points[k].valid = false;
       snapshot_.points[k].posture.taught = config_.points[k].near_q.has_value();
     }
   }
-  snapshot_.cycle = former.snapshot_.cycle;
-  snapshot_.reading = former.snapshot_.reading;
-  snapshot_.result = former.snapshot_.result;
-  snapshot_.probe = former.snapshot_.probe;
-  snapshot_.probes.refused = former.snapshot_.probes.refused;
-  snapshot_.probes.fault = former.snapshot_.probes.fault;
-  snapshot_.probes.measured_W = former.snapshot_.probes.measured_W;
-  last_heartbeat_ = former.last_heartbeat_;
-  heartbeat_seen_s_ = former.heartbeat_seen_s_;
-  acknowledged_ = former.acknowledged_;
-  if (link == RobotLinkIs::kNew || former.config_.cell.robot.size() != config_.cell.robot.size()) {
+  snapshot_.cycle = previous.snapshot_.cycle;
+  snapshot_.reading = previous.snapshot_.reading;
+  snapshot_.result = previous.snapshot_.result;
+  snapshot_.probe = previous.snapshot_.probe;
+  snapshot_.probes.refused = previous.snapshot_.probes.refused;
+  snapshot_.probes.fault = previous.snapshot_.probes.fault;
+  snapshot_.probes.measured_W = previous.snapshot_.probes.measured_W;
+  last_heartbeat_ = previous.last_heartbeat_;
+  heartbeat_seen_s_ = previous.heartbeat_seen_s_;
+  acknowledged_ = previous.acknowledged_;
+  if (link == RobotLinkIs::kNew ||
+      previous.config_.cell.robot.size() != config_.cell.robot.size()) {
     return;
   }
-  filter_.TakeOver(former.filter_);
-  standstill_ = former.standstill_;
-  snapshot_.probes.standstill = former.snapshot_.probes.standstill;
-  snapshot_.robot = former.snapshot_.robot;
-  snapshot_.payload = former.snapshot_.payload;
-  snapshot_.payload_valid = former.snapshot_.payload_valid;
-  snapshot_.reading_radius_m = former.snapshot_.reading_radius_m;
+  filter_.ResumeFrom(previous.filter_);
+  standstill_ = previous.standstill_;
+  snapshot_.probes.standstill = previous.snapshot_.probes.standstill;
+  snapshot_.robot = previous.snapshot_.robot;
+  snapshot_.payload = previous.snapshot_.payload;
+  snapshot_.payload_valid = previous.snapshot_.payload_valid;
+  snapshot_.reading_radius_m = previous.snapshot_.reading_radius_m;
   reading_radius_due_ = true;
 }
 
@@ -184,7 +186,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.calibration_orders.fill(CalibrationOrder::kNone);
   snapshot_.first_error = CorrectionCode::kOk;
 
-  JudgeInput(input);
+  CheckInput(input);
   ChoosePayload();
   RefreshPoints();
   Execute(input);
@@ -192,9 +194,9 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   return snapshot_;
 }
 
-void Machine::JudgeInput(const MachineInput& input) {
+void Machine::CheckInput(const MachineInput& input) {
   const LoadedArm& arm = corrector_.arm();
-  snapshot_.input_fault = filter_.Judge(arm, input.robot, input.now_s);
+  snapshot_.input_fault = filter_.Check(arm, input.robot, input.now_s);
   if (input.robot.sequence != 0) snapshot_.reading = input.robot;
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
@@ -271,7 +273,7 @@ Conditions Machine::ConditionsOf(const Payload& payload) const {
   return conditions;
 }
 
-Machine::Circumstances Machine::CircumstancesOf(const Payload& payload) const {
+Machine::CorrectionInputs Machine::CorrectionInputsFor(const Payload& payload) const {
   const Conditions conditions = ConditionsOf(payload);
   return {.mass_kg = payload.mass_kg,
           .cog_F = payload.cog_F,
@@ -279,7 +281,7 @@ Machine::Circumstances Machine::CircumstancesOf(const Payload& payload) const {
           .t_s = reads_time_ ? conditions.t_s : std::nullopt};
 }
 
-bool Machine::SameForRadius(const Circumstances& a, const Circumstances& b) {
+bool Machine::SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b) {
   const auto near = [](const std::optional<double>& x, const std::optional<double>& y,
                        double within) {
     return x.has_value() == y.has_value() && (!x || std::abs(*x - *y) <= within);
@@ -301,9 +303,9 @@ void Machine::StateUncertainty(const Payload& payload, const Vec3& p_TP, Correct
 
 void Machine::RefreshPoints() {
   int searches_left = kSearchesPerCycle;
-  const std::size_t count = config_.points.size(), first = turn_;
+  const std::size_t count = config_.points.size(), first = next_search_;
   for (std::size_t k = 0; k < count; ++k) RefreshPoint((first + k) % count, searches_left);
-  RenewRadii();
+  RefreshRadii();
   for (const PointResult& result : snapshot_.points) {
     if (result.valid) continue;
     snapshot_.first_error = result.code;
@@ -325,12 +327,12 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     result.code = CorrectionCode::kPayloadUnknown;
     return;
   }
-  if (branch.awaited) {
+  if (branch.search_pending) {
     result.code = CorrectionCode::kPending;
     return;
   }
-  const Circumstances circumstances = CircumstancesOf(*payload);
-  const bool solved = branch.circumstances == circumstances;
+  const CorrectionInputs inputs = CorrectionInputsFor(*payload);
+  const bool solved = branch.inputs == inputs;
   Correction correction;
   if (solved) {
     correction = branch.correction;
@@ -338,38 +340,38 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     corrector_.Correct(point, *payload, ConditionsOf(*payload), *branch.solution,
                        BranchSearch::kNone, correction);
   }
-  // No branch yet, or the one in use is lost: look for the nearest, a few points a cycle in turn.
+  // No branch yet, or the present one is lost: search the nearest one, for a few points per cycle.
   const bool lost = !branch.solution || correction.code == CorrectionCode::kUnreachable ||
                     correction.code == CorrectionCode::kJointLimit;
   if (lost && searches_left > 0 && snapshot_.now_s >= branch.search.next_s) {
     --searches_left;
-    turn_ = index + 1;
+    next_search_ = index + 1;
     const JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
     corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
     Branch::Search& search = branch.search;
-    search.verdict = correction.code;
+    search.result = correction.code;
     search.pause_s = std::clamp(2 * search.pause_s, kShortestPause_s, kLongestPause_s);
     search.next_s = snapshot_.now_s + search.pause_s;
   } else if (lost) {
-    correction.code = branch.search.verdict;
+    correction.code = branch.search.result;
   }
   result.code = correction.code;
   if (correction.code != CorrectionCode::kOk) return;
   branch.search = {};
   if (!solved) {
     branch.solution = correction.q;
-    branch.circumstances = circumstances;
+    branch.inputs = inputs;
     branch.correction = correction;
     result.posture = PointPostureAt(chain(), point, correction.q);
     ++result.solutions;
   }
   result.correction = correction;
-  result.valid = true;  // until its radius is found not to be known
+  result.valid = true;  // RefreshRadii() clears it if the radius is unknown
 }
 
-void Machine::RenewRadii() {
-  const std::size_t count = config_.points.size(), first = radius_turn_;
+void Machine::RefreshRadii() {
+  const std::size_t count = config_.points.size(), first = next_radius_;
   int left = kRadiiPerCycle;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t index = (first + k) % count;
@@ -377,13 +379,13 @@ void Machine::RenewRadii() {
     if (!point.valid) continue;
     Correction& correction = point.correction;
     Radius& radius = radii_[index];
-    const Circumstances& now = *branches_[index].circumstances;
-    bool holds = radius.of && SameForRadius(*radius.of, now) &&
+    const CorrectionInputs& now = *branches_[index].inputs;
+    bool holds = radius.inputs && SameForRadius(*radius.inputs, now) &&
                  radius.extrapolated == correction.extrapolated &&
                  (radius.q - correction.q).cwiseAbs().maxCoeff() <= kSamePosture;
     if (!holds && left > 0) {
       --left;
-      radius_turn_ = (index + 1) % count;
+      next_radius_ = (index + 1) % count;
       StateUncertainty({now.mass_kg, now.cog_F}, config_.points[index].p_TP, correction);
       radius = {
           {correction.uncertainty_m, correction.basis}, now, correction.extrapolated, correction.q};
@@ -391,18 +393,18 @@ void Machine::RenewRadii() {
     }
     correction.uncertainty_m = radius.stated.radius_m;
     correction.basis = holds ? radius.stated.basis : RadiusBasis::kUnknown;
-    if (radius.of && radius.stated.known()) {
+    if (radius.inputs && radius.stated.known()) {
       point.ever_valid = true;
       ++point.sequence;
-    } else {  // no point without a stated radius
+    } else {  // a point is valid only with a known radius
       point.valid = false;
-      point.code = radius.of ? CorrectionCode::kNotConverged : CorrectionCode::kPending;
+      point.code = radius.inputs ? CorrectionCode::kNotConverged : CorrectionCode::kPending;
     }
   }
 }
 
-HealthFacts Machine::FactsOf(const MachineInput& input) const {
-  HealthFacts facts{.alarms = snapshot_.alarms, .warnings = snapshot_.warnings};
+HealthInputs Machine::HealthInputsFrom(const MachineInput& input) const {
+  HealthInputs facts{.alarms = snapshot_.alarms, .warnings = snapshot_.warnings};
   for (const PointResult& point : snapshot_.points) {
     facts.pending = facts.pending || (!point.valid && point.code == CorrectionCode::kPending);
     if (!point.valid) continue;
@@ -452,7 +454,7 @@ void Machine::ReportStatus(const MachineInput& input) {
     }
   }
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
-  snapshot_.health = HealthOf(FactsOf(input));
+  snapshot_.health = HealthOf(HealthInputsFrom(input));
   set(status::kReady, robot_trusted && all_valid);
   set(status::kResultValid, snapshot_.result.valid);
   set(status::kRobotLink, robot_trusted);

@@ -1,4 +1,4 @@
-// The machine: one whole cycle from robot state to corrected points.
+// Control-cycle state machine: from robot state and PLC command to corrected points.
 #pragma once
 
 #include <array>
@@ -12,17 +12,17 @@
 
 namespace plumbline {
 
-/// Where the payload's mass and centre of gravity come from.
+/// Source of the payload's mass and centre of gravity.
 struct PayloadPolicy {
   enum class Source { kRobot, kTable, kFixed };
   struct ToolLoad {
     int number = 0;
     double mass_kg = 0;
-    std::optional<Vec3> cog_F;
+    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; absent: that of the cell
   };
   Source source = Source::kRobot;
-  ToolLoad fixed;               ///< of kFixed
-  std::vector<ToolLoad> table;  ///< of kTable, by the controller's tool number
+  ToolLoad fixed;               ///< for kFixed
+  std::vector<ToolLoad> table;  ///< for kTable, selected by the controller's tool number
 };
 
 struct MachineConfig {
@@ -33,78 +33,80 @@ struct MachineConfig {
   PayloadPolicy payload;
 };
 
-/// What a camera's watch knows, as far as the cycle needs it.
+/// Camera status that the control cycle needs.
 struct CameraInput {
   bool configured = false;
   bool lens_valid = false;
-  bool board_wanted = false;    ///< its calibration is asked for
+  bool board_wanted = false;    ///< the camera requests a calibration
   bool fiducial_moved = false;  ///< a reference tag is not where it was declared
-  bool tip_valid = false;       ///< the tool stood still before the camera
+  bool tip_valid = false;       ///< `tip` was measured with the tool at standstill
   MeasuredTip tip;
-  double tip_time_s = 0;  ///< of its newest image, monotonic
+  double tip_time_s = 0;  ///< time of the latest image used for `tip`, monotonic
 };
 
-/// What a cycle is given. Time and the two mailboxes' contents are inputs: the machine reads no
-/// clock and no device.
+/// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
+/// neither clocks nor devices.
 struct MachineInput {
   double now_s = 0;          ///< monotonic
-  double utc_s = 0;          ///< UTC since 1970 for effects of time; even within a run
-  std::int64_t unix_ms = 0;  ///< wall clock, only to stamp results with
-  RobotState robot;          ///< the newest reading, old or new
-  PlcCommand command;        ///< the newest command, executed when its sequence is new
+  double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; has no steps in a run
+  std::int64_t unix_ms = 0;  ///< wall clock, used only as the time stamp of results
+  RobotState robot;          ///< the latest reading; may be the same as in the previous cycle
+  PlcCommand command;        ///< the latest command, executed once per sequence number
   bool cycle_overrun = false;
-  bool probes_recorded = false;      ///< somebody takes what a probe gives
-  bool probes_pending = false;       ///< not yet: the journal is being opened
-  bool storage_unavailable = false;  ///< why not: the disk cannot be written
-  std::uint16_t loop_warnings = 0;   ///< warning bits of what works beside the cycle
-  bool scene_lost = false;           ///< interference was supervised and is no longer
-  bool scene_incomplete = false;     ///< watched pairs of objects are not measured
+  bool probes_recorded = false;      ///< probes are written to the journal
+  bool probes_pending = false;       ///< not yet recorded: the journal is being opened
+  bool storage_unavailable = false;  ///< not recorded: the journal's disk is not writable
+  std::uint16_t loop_warnings = 0;   ///< warning bits of the background workers
+  bool scene_lost = false;           ///< interference was monitored and no longer is
+  bool scene_incomplete = false;     ///< some monitored pairs of objects are not measured
   bool reference_refused = false;    ///< the drift monitor's reference probes disagree
-  bool quarantined = false;          ///< probes wait for a person's decision
+  bool quarantined = false;          ///< quarantined probes await a person's decision
   std::array<CameraInput, kMostCameras> cameras;
 };
 
-/// Holds the state between cycles: trust in the robot, the solution of each point (the next
-/// cycle's starting value), the frozen result. After construction nothing allocates.
+/// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
+/// the next solution) and the frozen command result. Not thread-safe. Cycle() does not allocate.
 class Machine {
  public:
   explicit Machine(const MachineConfig& config);
 
-  /// The branch of a point, found from the joints where it was taught. Searches thoroughly: up to
-  /// tens of milliseconds. Not for the cycle, and not while another thread runs this machine's:
-  /// whoever searches beside the cycle has a machine of its own.
-  /// @return  nothing where none was found, or the point names no joints
+  /// Searches the inverse-kinematics branch of a point, starting from its taught joints. A thorough
+  /// search: up to tens of milliseconds. Do not call it in the control cycle or while another
+  /// thread runs Cycle(); a background search needs a Machine of its own.
+  /// @return  nullopt if no branch was found, or the point has no taught joints
   std::optional<JointVector> FindTaughtBranch(std::size_t index);
 
-  /// Every point that names the joints where it was taught is pending from now on, until its
-  /// branch is taken: the cycle searches nothing for it meanwhile.
+  /// Marks every point that has taught joints as pending until TakeTaughtBranch() is called for it;
+  /// the cycle does not search a branch for it meanwhile.
   void AwaitTaughtBranches();
-  /// Between two cycles, or before the first. Where no branch was found, the cycle searches.
+  /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one.
+  /// If no branch was found, the cycle searches for one.
   void TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
 
-  /// Finds and takes the branches of all points, so that the first cycles are as short as the
-  /// others.
+  /// Finds and sets the branches of all points, so that the first cycles take no longer than later
+  /// ones. Call it before the first cycle.
   void Prepare();
 
-  /// Prepares the points of a machine that follows another one which still runs: each point valid
-  /// there is solved from its present joints, with the payload and the conditions of that moment,
-  /// so that it can be valid in the first cycle here.
-  /// @param former  that machine's configuration, `last` its newest snapshot
-  /// @param utc_s   now, as in MachineInput
-  void Prepare(const MachineConfig& former, const Snapshot& last, double utc_s);
+  /// Prepares this machine to replace one that is still running: solves each point that is valid
+  /// there, from its present joints, payload and conditions, so that it can be valid in the first
+  /// cycle here.
+  /// @param previous  configuration of the running machine
+  /// @param last      its latest snapshot
+  /// @param utc_s     now, as in MachineInput
+  void Prepare(const MachineConfig& previous, const Snapshot& last, double utc_s);
 
-  /// The answer to a point under a payload, solved from `seed` as Prepare() does, with its radius:
-  /// what the cycle will find there. May take milliseconds; not for the cycle.
+  /// The correction that the cycle would find for a point under a payload, with its radius; solved
+  /// from `seed`. May take milliseconds; not for the control cycle.
   Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
                      BranchSearch search);
 
-  /// Goes on where another configuration's machine stopped, before the first cycle: its frozen
-  /// result and its probe, the values of the points of equal id (not valid until computed), the
-  /// PLC's levels; where the robot's readings come over the same link, the trust in them as well.
+  /// Copies the state of the machine that this one replaces. Call it before the first cycle. Copied
+  /// are the frozen result, the latest probe, the values of points with equal ids (not valid until
+  /// recomputed) and the PLC's levels; if the robot link is kept, also the trust in its readings.
   enum class RobotLinkIs { kKept, kNew };
-  void TakeOver(const Machine& former, RobotLinkIs link);
+  void ResumeFrom(const Machine& previous, RobotLinkIs link);
 
-  /// One cycle. The reference stays valid until the next one.
+  /// Runs one cycle. The returned reference is valid until the next call.
   const Snapshot& Cycle(const MachineInput& input);
 
   const MachineConfig& config() const { return config_; }
@@ -112,84 +114,87 @@ class Machine {
   const Chain& chain() const { return corrector_.arm().chain(); }
 
  private:
-  void JudgeInput(const MachineInput& input);
+  void CheckInput(const MachineInput& input);
   void ChoosePayload();
-  /// The payload for a point or command that may name its own mass: that mass has its centre where
-  /// the cell declares it, and only where the cell does not, where the load now carried has it.
+  /// The payload for a point or command, which may state its own mass. That mass is assumed to act
+  /// at the centre of gravity declared by the cell or, if there is none, at that of the present
+  /// load.
   std::optional<Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
-  /// What effects of the cell read, for the robot at rest with this payload.
+  /// Conditions read by the cell's effects, for the robot at standstill with this payload.
   Conditions ConditionsOf(const Payload& payload) const;
-  /// What a point's correction depends on and may change from cycle to cycle. The robot's joints
-  /// are not among it.
-  struct Circumstances {
+  /// The inputs of a point's correction that may change from cycle to cycle. The robot's joints are
+  /// not an input.
+  struct CorrectionInputs {
     double mass_kg = 0;
     Vec3 cog_F = Vec3::Zero();
     std::optional<double> temp_C, t_s;
-    bool operator==(const Circumstances&) const = default;
+    bool operator==(const CorrectionInputs&) const = default;
   };
-  Circumstances CircumstancesOf(const Payload& payload) const;
-  /// Whether a radius computed for one holds for the other, as payloads and small drifts go.
-  static bool SameForRadius(const Circumstances& a, const Circumstances& b);
+  CorrectionInputs CorrectionInputsFor(const Payload& payload) const;
+  /// True if the inputs are so similar that a radius computed for one also applies to the other.
+  static bool SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b);
   void RefreshPoints();
   void RefreshPoint(std::size_t index, int& searches_left);
-  void RenewRadii();
+  void RefreshRadii();
   void Execute(const MachineInput& input);
-  /// Fills in the correction's radius and its basis; the code where there is none.
+  /// Sets the correction's radius and basis, or its code if no radius can be computed.
   /// @param p_TP  the tool point in the tip's frame [m]
   void StateUncertainty(const Payload& payload, const Vec3& p_TP, Correction& correction);
-  /// Answers a probe: the result holds the predicted tip, its correction is measured - predicted;
-  /// likewise, without the valid bit, where the probe is quarantined.
-  CorrectionCode TakeProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
-  /// Why no probe can be recorded now, kOk where it can.
-  CorrectionCode ProbeRecording(const MachineInput& input) const;
-  /// Counts a refused probe. @return the result code of that fault
+  /// Executes a probe command: the result holds the predicted tip pose, and its correction is
+  /// measured - predicted. The same for a quarantined probe, but its result is not valid.
+  CorrectionCode RecordProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
+  /// kOk if a probe can be recorded now, otherwise the reason why not.
+  CorrectionCode ProbeRecordingCode(const MachineInput& input) const;
+  /// Counts a refused probe. @return the result code for the fault
   CorrectionCode RefuseProbe(ProbeFault fault, const Vec3& measured_W);
-  /// By the camera that the command names, or by all that see the tip now.
-  CorrectionCode TakeProbeByCamera(const MachineInput& input);
-  /// Of the camera that the command names; without a number of those that ask for the board, or,
-  /// where none does, of all; cancelled likewise, of all.
-  CorrectionCode OrderCalibration(const MachineInput& input);
-  HealthFacts FactsOf(const MachineInput& input) const;
+  /// Records the tip measured by the camera named in the command, or the mean of all cameras that
+  /// see it.
+  CorrectionCode RecordProbeByCamera(const MachineInput& input);
+  /// Requests or cancels lens calibration for the camera named in the command. Without a camera
+  /// number, a start applies to the cameras that request the board (to all if none does), and a
+  /// cancellation to all.
+  CorrectionCode RequestCalibration(const MachineInput& input);
+  HealthInputs HealthInputsFrom(const MachineInput& input) const;
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
   Corrector corrector_;
   LandingUncertainty uncertainty_;
-  const bool reads_time_;  ///< the cell's effects
+  const bool reads_time_;  ///< an effect of the cell depends on the time
   PlausibilityFilter filter_;
-  StandstillWatch standstill_;
+  StandstillDetector standstill_;
   const ProbeBounds probe_bounds_;
-  bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m is another model's
-  /// What is known of a point's branch.
+  bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m must be recomputed
+  /// Inverse-kinematics branch of one point and the correction solved on it.
   struct Branch {
-    bool awaited = false;                 ///< somebody searches it beside the cycle
-    std::optional<JointVector> solution;  ///< the last one: the next one's starting value
+    bool search_pending = false;          ///< a background worker is searching the branch
+    std::optional<JointVector> solution;  ///< the latest; seed of the next
     struct Search {
-      CorrectionCode verdict = CorrectionCode::kPending;  ///< of the last one, where it failed
-      double pause_s = 0;                                 ///< before the next, and its moment
-      double next_s = 0;
+      CorrectionCode result = CorrectionCode::kPending;  ///< of the latest failed search
+      double pause_s = 0;                                ///< between the latest search and the next
+      double next_s = 0;                                 ///< earliest time of the next search
     } search;
-    /// The solution's correction, without its radius; as long as these hold it is not solved again.
-    std::optional<Circumstances> circumstances;
-    Correction correction;
+    /// Inputs that `correction` was solved for; it is reused until they change.
+    std::optional<CorrectionInputs> inputs;
+    Correction correction;  ///< without radius
   };
-  std::vector<Branch> branches_;  ///< one a point
-  /// Radius at each point, and the circumstances that it holds for. It costs more than a
-  /// correction, so that a few are renewed a cycle, in turn; until then its basis is unknown.
+  std::vector<Branch> branches_;  ///< one per point
+  /// Radius at a point and the inputs it was computed for. A radius costs more than a correction,
+  /// so only a few are refreshed per cycle, round-robin; until then the basis is unknown.
   struct Radius {
     StatedRadius stated;
-    std::optional<Circumstances> of;
+    std::optional<CorrectionInputs> inputs;
     bool extrapolated = false;
-    JointVector q;  ///< commanded there
+    JointVector q;  ///< commanded joints [rad] or [m]
   };
   std::vector<Radius> radii_;
-  std::size_t radius_turn_ = 0;
+  std::size_t next_radius_ = 0;
   double utc_s_ = 0;
-  std::size_t turn_ = 0;       ///< the point whose turn to search is first
-  std::optional<Vec3> cog_F_;  ///< of what is carried
+  std::size_t next_search_ = 0;  ///< the point that may search first in the next cycle
+  std::optional<Vec3> cog_F_;    ///< centre of gravity of the present load [m]
   std::optional<double> heartbeat_seen_s_;
   std::uint16_t last_heartbeat_ = 0;
-  bool acknowledged_ = false;  ///< the level of the acknowledging coil
+  bool acknowledged_ = false;  ///< level of the acknowledge coil in the previous cycle
   Snapshot snapshot_;
 };
 

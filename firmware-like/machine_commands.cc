@@ -1,4 +1,4 @@
-// What the PLC orders: corrected points and poses, probes, the camera's calibration.
+// Execution of PLC commands: corrected points and poses, probes, lens calibration.
 #include <algorithm>
 #include <span>
 
@@ -8,14 +8,14 @@
 namespace plumbline {
 namespace {
 
-constexpr double kTipStale_s = 0.5;  // of a tip by camera: some frames
+constexpr double kTipStale_s = 0.5;  // largest age of a camera tip: a few frames
 
-bool MakesSense(const std::optional<double>& payload_kg) {
+bool IsPlausible(const std::optional<double>& payload_kg) {
   return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kLargestPayload_kg);
 }
 
-/// Whether the command is about the k-th camera.
-bool IsMeant(const MachineInput& input, std::size_t k) {
+/// True if the command refers to camera k.
+bool IsAddressed(const MachineInput& input, std::size_t k) {
   const std::uint16_t named = input.command.camera;
   return input.cameras[k].configured && (named == 0 || named == k + 1);
 }
@@ -26,7 +26,7 @@ void Machine::Execute(const MachineInput& input) {
   const PlcCommand& command = input.command;
   CommandResult& result = snapshot_.result;
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
-  if (!robot_trusted) result.valid = false;  // the values stay
+  if (!robot_trusted) result.valid = false;  // the values remain
   if (command.acknowledge && !acknowledged_) result.valid = false;
   acknowledged_ = command.acknowledge;
   if (command.sequence == result.sequence) return;
@@ -38,30 +38,30 @@ void Machine::Execute(const MachineInput& input) {
     result.code = CorrectionCode::kOk;
     return;
   }
-  // An answer without a pose must not show that of the previous command.
+  // A result without a pose must not show the pose of the previous command.
   result.correction = {};
   result.correction.q.setZero(config_.cell.robot.size());
   result.point_id = 0;
   if (command.code == PlcCommandCode::kRestartMonitor) {
-    result.code = ProbeRecording(input);
+    result.code = ProbeRecordingCode(input);
     snapshot_.monitor_restart = result.code == CorrectionCode::kOk;
     return;
   }
   if (command.code == PlcCommandCode::kStartCalibration ||
       command.code == PlcCommandCode::kCancelCalibration) {
-    result.code = OrderCalibration(input);
+    result.code = RequestCalibration(input);
     return;
   }
   if (command.code == PlcCommandCode::kCorrectPoint) result.point_id = command.point_id;
   const auto refuse = [&](CorrectionCode code) { result.code = code; };
-  if (!MakesSense(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
+  if (!IsPlausible(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
   if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
-    result.code = TakeProbe(input, command.probe_W);
+    result.code = RecordProbe(input, command.probe_W);
     result.valid = result.code == CorrectionCode::kOk;
     return;
   }
   if (command.code == PlcCommandCode::kProbeByCamera) {
-    result.code = TakeProbeByCamera(input);
+    result.code = RecordProbeByCamera(input);
     result.valid = result.code == CorrectionCode::kOk;
     return;
   }
@@ -75,15 +75,15 @@ void Machine::Execute(const MachineInput& input) {
                        [&](const AssemblyPoint& p) { return p.id == command.point_id; });
       if (known == config_.points.end()) return refuse(CorrectionCode::kUnknownPoint);
       const auto index = static_cast<std::size_t>(known - config_.points.begin());
-      if (!command.payload_kg) {  // what this cycle found for its block
+      if (!command.payload_kg) {  // this cycle's correction of the point applies
         const PointResult& block = snapshot_.points[index];
         result.code = block.code;
         result.valid = block.valid;
         if (block.valid) result.correction = block.correction;
-        if (block.valid &&
-            block.correction.basis == RadiusBasis::kUnknown) {  // its turn may be later
-          const Circumstances& of = *branches_[index].circumstances;
-          StateUncertainty({of.mass_kg, of.cog_F}, known->p_TP, result.correction);
+        // RefreshRadii() may not have reached this point yet.
+        if (block.valid && block.correction.basis == RadiusBasis::kUnknown) {
+          const CorrectionInputs& inputs = *branches_[index].inputs;
+          StateUncertainty({inputs.mass_kg, inputs.cog_F}, known->p_TP, result.correction);
         }
         return;
       }
@@ -112,8 +112,8 @@ void Machine::Execute(const MachineInput& input) {
   if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
   Correction correction;
   if (command.code == PlcCommandCode::kPredictLanding) {
-    corrector_.Landing(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
-                       BranchSearch::kBrief, correction);
+    corrector_.PredictLanding(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
+                              BranchSearch::kBrief, correction);
   } else {
     corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
                        correction);
@@ -127,49 +127,49 @@ void Machine::Execute(const MachineInput& input) {
   result.valid = true;
 }
 
-CorrectionCode Machine::OrderCalibration(const MachineInput& input) {
+CorrectionCode Machine::RequestCalibration(const MachineInput& input) {
   const bool start = input.command.code == PlcCommandCode::kStartCalibration;
-  bool any_meant = false, any_asks = false;
+  bool any_addressed = false, any_wants_board = false;
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    any_meant = any_meant || IsMeant(input, k);
-    any_asks = any_asks || (IsMeant(input, k) && input.cameras[k].board_wanted);
+    any_addressed = any_addressed || IsAddressed(input, k);
+    any_wants_board = any_wants_board || (IsAddressed(input, k) && input.cameras[k].board_wanted);
   }
-  if (!any_meant) return CorrectionCode::kNoCamera;
+  if (!any_addressed) return CorrectionCode::kNoCamera;
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    const bool passed_over = start && any_asks && !input.cameras[k].board_wanted;
-    if (!IsMeant(input, k) || passed_over) continue;
+    const bool skip = start && any_wants_board && !input.cameras[k].board_wanted;
+    if (!IsAddressed(input, k) || skip) continue;
     snapshot_.calibration_orders[k] = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
   }
   return CorrectionCode::kOk;
 }
 
-CorrectionCode Machine::TakeProbeByCamera(const MachineInput& input) {
+CorrectionCode Machine::RecordProbeByCamera(const MachineInput& input) {
   std::array<MeasuredTip, kMostCameras> tips;
   std::size_t seen = 0;
   std::uint16_t cameras = 0;
-  bool any_meant = false, any_valid = false;
+  bool any_addressed = false, any_valid = false;
   for (std::size_t k = 0; k < kMostCameras; ++k) {
-    if (!IsMeant(input, k)) continue;
+    if (!IsAddressed(input, k)) continue;
     const CameraInput& camera = input.cameras[k];
-    any_meant = true;
+    any_addressed = true;
     any_valid = any_valid || camera.lens_valid;
     const bool fresh = input.now_s - camera.tip_time_s <= kTipStale_s;
     if (!camera.lens_valid || !camera.tip_valid || !fresh || !camera.tip.p_W.allFinite()) continue;
     tips[seen++] = camera.tip;
     cameras = static_cast<std::uint16_t>(cameras | 1U << k);
   }
-  if (!any_meant) return CorrectionCode::kNoCamera;
+  if (!any_addressed) return CorrectionCode::kNoCamera;
   if (seen == 0) return any_valid ? CorrectionCode::kTipNotSeen : CorrectionCode::kLensStale;
   const TipFusion fused = FuseTips(std::span(tips).first(seen));
   if (!fused.agree) return CorrectionCode::kCamerasDisagree;
-  const CorrectionCode code = TakeProbe(input, fused.tip.p_W);
+  const CorrectionCode code = RecordProbe(input, fused.tip.p_W);
   if (!snapshot_.probe_taken) return code;
   snapshot_.probe.covariance_W = fused.tip.covariance_W;
   snapshot_.probe.cameras = cameras;
   return code;
 }
 
-CorrectionCode Machine::ProbeRecording(const MachineInput& input) const {
+CorrectionCode Machine::ProbeRecordingCode(const MachineInput& input) const {
   if (input.probes_recorded) return CorrectionCode::kOk;
   if (input.storage_unavailable) return CorrectionCode::kStorageUnavailable;
   return input.probes_pending ? CorrectionCode::kPending : CorrectionCode::kNotRecorded;
@@ -183,11 +183,12 @@ CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& measured_W) {
                                            : CorrectionCode::kProbeImplausible;
 }
 
-CorrectionCode Machine::TakeProbe(const MachineInput& input,
-                                  const std::optional<Vec3>& measured_W) {
+CorrectionCode Machine::RecordProbe(const MachineInput& input,
+                                    const std::optional<Vec3>& measured_W) {
   const PlcCommand& command = input.command;
   const LoadedArm& arm = corrector_.arm();
-  if (const CorrectionCode code = ProbeRecording(input); code != CorrectionCode::kOk) return code;
+  if (const CorrectionCode code = ProbeRecordingCode(input); code != CorrectionCode::kOk)
+    return code;
   if (!measured_W) return CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
   if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);
@@ -198,7 +199,7 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
     return CorrectionCode::kNotConverged;
   }
-  const ProbeFault fault = JudgeProbe(arm, probe_bounds_, *measured_W, state.p_read_W);
+  const ProbeFault fault = CheckProbe(arm, probe_bounds_, *measured_W, state.p_read_W);
   if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
   snapshot_.probes.fault = ProbeFault::kNone;
 
@@ -217,15 +218,15 @@ CorrectionCode Machine::TakeProbe(const MachineInput& input,
   probe.quarantined = Contradicts(probe_bounds_, *measured_W, state.p_read_W);
   snapshot_.probe_taken = true;
 
-  Correction& told = snapshot_.result.correction;
-  told.code = CorrectionCode::kOk;
-  told.q = probe.q;
-  told.X_BP_command = state.X_BT;
-  told.translation_B = arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
-  told.rotation_B.setZero();
-  told.extrapolated = OutsideDomain(config_.cell, probe.q, payload->mass_kg, probe.temp_C,
-                                    ConditionsOf(*payload).t_s);
-  StateUncertainty(*payload, Vec3::Zero(), told);
+  Correction& prediction = snapshot_.result.correction;
+  prediction.code = CorrectionCode::kOk;
+  prediction.q = probe.q;
+  prediction.X_BP_command = state.X_BT;
+  prediction.translation_B = arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
+  prediction.rotation_B.setZero();
+  prediction.extrapolated = OutsideDomain(config_.cell, probe.q, payload->mass_kg, probe.temp_C,
+                                          ConditionsOf(*payload).t_s);
+  StateUncertainty(*payload, Vec3::Zero(), prediction);
   return probe.quarantined ? CorrectionCode::kProbeQuarantined : CorrectionCode::kOk;
 }
 

@@ -11,7 +11,7 @@ bool Finite(const Pose& pose) {
   return pose.R.allFinite() && pose.p.allFinite();
 }
 
-/// The reported tool pose agrees with the one that forward kinematics gives.
+/// True if the reported tool pose agrees with forward kinematics.
 bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector& q_before,
                const PlausibilityLimits& limits) {
   Posture posture, before;
@@ -29,7 +29,7 @@ bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector&
   };
   if (state.tcp_is_flange) return agrees(Pose());
   if (state.X_FT) return agrees(*state.X_FT);
-  // The controller does not tell its tool offset: it is the cell's tool, or none is set.
+  // The controller does not report its tool offset: assume the cell's tool, or none.
   return agrees(arm.X_FT()) || agrees(Pose());
 }
 
@@ -40,7 +40,7 @@ const char* Describe(InputFault fault) {
     case InputFault::kOk:
       return "ok";
     case InputFault::kMissing:
-      return "nothing read yet";
+      return "no reading yet";
     case InputFault::kStale:
       return "stale";
     case InputFault::kNotFinite:
@@ -57,11 +57,11 @@ const char* Describe(InputFault fault) {
   return "?";
 }
 
-InputFault PlausibilityFilter::Judge(const LoadedArm& arm, const RobotState& state, double now_s) {
+InputFault PlausibilityFilter::Check(const LoadedArm& arm, const RobotState& state, double now_s) {
   if (state.sequence == 0) return InputFault::kMissing;
   if (state.sequence != sequence_) {
     sequence_ = state.sequence;
-    const InputFault fault = JudgeNew(arm, state);
+    const InputFault fault = CheckNewReading(arm, state);
     if (fault != InputFault::kOk) {
       fault_ = fault;
       good_in_a_row_ = 0;
@@ -70,7 +70,7 @@ InputFault PlausibilityFilter::Judge(const LoadedArm& arm, const RobotState& sta
     }
   }
   if (now_s - state.timestamp_s > limits_.stale_after_s) {
-    // What comes after a gap has to earn its trust anew.
+    // Readings after a gap must regain trust.
     fault_ = InputFault::kStale;
     good_in_a_row_ = 0;
     have_last_ = false;
@@ -78,7 +78,7 @@ InputFault PlausibilityFilter::Judge(const LoadedArm& arm, const RobotState& sta
   return fault_;
 }
 
-InputFault PlausibilityFilter::JudgeNew(const LoadedArm& arm, const RobotState& state) {
+InputFault PlausibilityFilter::CheckNewReading(const LoadedArm& arm, const RobotState& state) {
   if (state.q.size() != arm.size()) return InputFault::kJointCount;
   if (!state.q.allFinite() || (state.X_BT && !Finite(*state.X_BT)) ||
       (state.X_FT && !Finite(*state.X_FT))) {

@@ -1,4 +1,5 @@
-// Is what the robot controller says to be believed?
+// Plausibility filter for robot state: rejects stale, non-finite, discontinuous and out-of-range
+// readings.
 #pragma once
 
 #include <cstdint>
@@ -8,65 +9,67 @@
 
 namespace plumbline {
 
-/// Why a reading is not believed; kOk where it is.
+/// Reason for rejecting a reading; kOk if it is accepted.
 enum class InputFault : std::uint8_t {
   kOk,
-  kMissing,      ///< nothing was read since the start
+  kMissing,      ///< no reading since start-up
   kStale,        ///< the last reading is too old
   kNotFinite,    ///< NaN or infinity
   kJointLimit,   ///< a joint outside its limits
   kJump,         ///< a joint moved faster than any joint can
-  kJointCount,   ///< not as many joints as the cell declares
-  kTcpMismatch,  ///< the reported tool pose is not the one that the joints give: wrong decoding
+  kJointCount,   ///< the number of joints differs from the cell's
+  kTcpMismatch,  ///< the reported tool pose contradicts the joints: wrong decoding
 };
 
+/// Short description for the log and the register map.
 const char* Describe(InputFault fault);
 
 struct PlausibilityLimits {
   double stale_after_s = 0.1;
   double limit_margin_rad = 0.02;  ///< beyond the declared joint limits
   double max_joint_speed = 12.0;   ///< [rad/s] or [m/s]
-  /// A controller may refresh its registers more slowly than they are read: the speed counts from
-  /// the last reading that differed, as far back as this.
+  /// A controller may refresh its registers more slowly than they are read. The joint speed is
+  /// therefore computed from the last reading that differed, but at most this long ago.
   double slowest_refresh_s = 0.15;
-  double max_joint_step = 0.05;  ///< always allowed between two readings
-  /// Reported tool pose against forward kinematics, for a robot at rest. While it moves, joints and
-  /// tool pose may belong to two moments of one reading: what the flange moved since the reading
-  /// before is allowed as well, twice; and once the decoding has been checked, a contradiction
-  /// counts only when it stands for `readings_to_contradict` readings (the arm just began to move).
+  double max_joint_step = 0.05;  ///< always allowed between two readings [rad] or [m]
+  /// Tolerances of the reported tool pose against forward kinematics, for a robot at standstill. On
+  /// a moving robot, joints and tool pose of one reading may have been sampled at different times:
+  /// twice the motion of the tool since the previous reading is added to the tolerance. Once the
+  /// decoding has been verified, a contradiction counts only if it persists for
+  /// `readings_to_contradict` readings (the arm may have just started to move).
   double tcp_tolerance_m = 0.010;
   double tcp_tolerance_rad = 0.02;
   int readings_to_contradict = 3;
-  int readings_to_trust = 3;  ///< consistent readings needed after a fault
+  int readings_to_trust = 3;  ///< consecutive good readings required after a fault
 };
 
-/// Judges readings in their order. Values in, verdict out; time is an input.
+/// Checks a stream of readings in order. Reads no clock; does not allocate.
 class PlausibilityFilter {
  public:
   explicit PlausibilityFilter(const PlausibilityLimits& limits) : limits_(limits) {}
 
-  /// Verdict on the newest reading at time now_s. The same reading may be judged again: its age
-  /// grows. After a fault, `readings_to_trust` good readings in a row are needed; until then the
-  /// fault that caused it is told.
-  InputFault Judge(const LoadedArm& arm, const RobotState& state, double now_s);
+  /// Checks the latest reading at time now_s (monotonic). Call it every cycle, also with an
+  /// unchanged reading, whose age grows. After a fault, `readings_to_trust` consecutive good
+  /// readings are required; until then the original fault is returned.
+  InputFault Check(const LoadedArm& arm, const RobotState& state, double now_s);
 
-  /// Goes on with another filter's readings and trust, under its own limits. For arms of as many
-  /// joints, and readings of the same link.
-  void TakeOver(const PlausibilityFilter& former) {
+  /// Copies the readings and trust of the filter that this one replaces, but keeps its own limits.
+  /// Both filters must read the same link and an arm with the same number of joints.
+  void ResumeFrom(const PlausibilityFilter& previous) {
     const PlausibilityLimits limits = limits_;
-    *this = former;
+    *this = previous;
     limits_ = limits;
   }
 
-  /// False until a reported tool pose was compared with forward kinematics.
+  /// True once a reported tool pose has agreed with forward kinematics.
   bool decoding_checked() const { return decoding_checked_; }
 
  private:
-  InputFault JudgeNew(const LoadedArm& arm, const RobotState& state);
+  InputFault CheckNewReading(const LoadedArm& arm, const RobotState& state);
 
   PlausibilityLimits limits_;
   std::uint64_t sequence_ = 0;
-  double changed_s_ = 0;  ///< timestamp of the reading in which last_q_ was new
+  double changed_s_ = 0;  ///< time stamp of the reading that brought last_q_
   JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;

@@ -6,8 +6,8 @@ namespace plumbline {
 namespace {
 
 constexpr double kReachMargin = 1.1;
-constexpr double kFinestStep_m = 1e-6;  // of the registers that probes are given in
-constexpr double kSamePlace = 0.1;      // of the reach
+constexpr double kFinestStep_m = 1e-6;  // finest resolution of a probe register
+constexpr double kSamePlace = 0.1;      // as a share of the reach
 
 }  // namespace
 
@@ -21,7 +21,7 @@ bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& 
   return !((measured_W - predicted_W).norm() <= bounds.contradiction_m);
 }
 
-ProbeFault JudgeProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
+ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
                       const Vec3& predicted_W) {
   if (measured_W.cwiseAbs().maxCoeff() < 0.5 * kFinestStep_m) return ProbeFault::kZero;
   const double same_place_m = std::max(bounds.contradiction_m, kSamePlace * bounds.reach_m);

@@ -1,4 +1,4 @@
-// Plausibility of a probe: can the tip have been measured there, and can the model be that wrong?
+// Plausibility check of a probe against the arm's reach and the model's prediction.
 #pragma once
 
 #include <cstdint>
@@ -7,48 +7,51 @@
 
 namespace plumbline {
 
-/// Why a probe is refused. The numbers are those of the register map.
+/// Reason for refusing a probe. The numbers are those of the register map.
 enum class ProbeFault : std::uint8_t {
   kNone = 0,
   kZero = 1,         ///< 0, 0, 0: the registers were not filled
-  kInMetres = 2,     ///< a thousand times as large it would be where the model has the tip
-  kBeyondReach = 3,  ///< farther from the base than the arm with its tool is long
-  kRobotMoving = 4,  ///< the joints of that moment are not known
+  kInMetres = 2,     ///< times 1000 it would be near the predicted tip
+  kBeyondReach = 3,  ///< further from the base than arm and tool together are long
+  kRobotMoving = 4,  ///< the joints at the time of the measurement are unknown
 };
 
 struct ProbeBounds {
-  double reach_m = 0;          ///< of the tip, from the base's origin
-  double contradiction_m = 0;  ///< largest plausible distance from where the model has the tip
+  double reach_m = 0;          ///< largest distance of the tip from the base origin
+  double contradiction_m = 0;  ///< largest plausible distance from the predicted tip
 };
 
-/// Reach: the arm's links and the tool stretched out, and a tenth more: the base's declared place
-/// may be off, and the measured point need not be the declared tip.
+/// Bounds for the probes of a cell.
+///
+/// Reach: the stretched-out length of links and tool plus 10 %, because the declared base position
+/// may be wrong and the measured point need not be the declared tip.
 ///
 /// Contradiction: the sum of
-///   - the largest correction that the cell allows ([correction] max_translation_mm): a model that
-///     was wrong by more would have every corrected point refused, and
-///   - kUndeclaredTurn_rad over the reach: half a degree, as a joint has whose zero was lost with
-///     its motor, and several times the wind-up of an arm that does not declare its compliances
-///     (1 to 3 mrad at rated load).
-/// The sum of the plausible ranges of all effects in the catalogue would be metres: they are wide
-/// so that none is excluded when it acts alone, and never act all at once at their ends.
+///   - the largest correction that the cell allows ([correction] max_translation_mm); a model with
+///     a larger error would have every corrected point refused, and
+///   - kUndeclaredTurn_rad times the reach: half a degree, typical of a joint that lost its zero
+///     when its motor was replaced, and several times the wind-up of an arm that declares no
+///     compliance (1 to 3 mrad at rated load).
+/// The sum of the plausible ranges of all effects in the catalogue would amount to metres: each
+/// range is wide enough for the effect acting alone, and they never all reach their limits at once.
 ProbeBounds ProbeBoundsOf(const LoadedArm& arm, const CorrectionLimits& limits);
 
 inline constexpr double kUndeclaredTurn_rad = 0.01;
 
-/// Whether the probe contradicts the model by more than any plausible effect.
+/// True if the probe contradicts the model by more than any plausible effect. Positions in W [m].
 bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& predicted_W);
 
-/// Whether a tip can have been measured there at all. Taken for metres where the probe contradicts
-/// the model and, a thousand times as large, lies within a tenth of the reach of the predicted tip.
-ProbeFault JudgeProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
+/// Checks whether the tip can have been measured at this position at all. The unit is assumed to be
+/// metres if the probe contradicts the model and 1000 times its position lies within a tenth of the
+/// reach from the predicted tip. Positions in W [m].
+ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
                       const Vec3& predicted_W);
 
-/// Whether the position of a pose command was not filled in, or was given in metres where
-/// millimetres are expected: it lies within a thousandth of the reach from the base's origin. No
-/// tip can be there where the first joint turns: that is inside the arm's own base. Where the first
-/// joint slides (a gantry, a track) the origin may be free, and nothing is refused.
-/// @param p_B  in the base frame [m]
+/// True if the position of a pose command is empty, or was given in metres instead of millimetres:
+/// it lies within a thousandth of the reach from the base origin. If the first joint is revolute,
+/// no tip can be there, because that is inside the arm's own base. If the first joint is prismatic
+/// (gantry, track), the origin may be reachable, and the result is always false.
+/// @param p_B  position in the base frame [m]
 bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// A value or the reason why there is none; the compiler warns where the answer is ignored.
+// Return type that holds a value or an error; the compiler warns if it is discarded.
 #pragma once
 
 #include <cassert>
@@ -11,15 +11,16 @@
 
 namespace plumbline {
 
-/// Why something could not be done, in words that tell the reader what to do.
+/// Reason for a failure, with what the reader can do about it.
 struct Error {
   std::string message;
 };
 
-/// Either a T or an Error. Asking for the one that is not there is a programming error.
+/// Either a T or an Error. Accessing the alternative that is not present is a programming error
+/// (asserted).
 ///
-/// An error is passed on by `if (!a) return a.failure();`, or where one step follows another by
-/// `Parse(text).and_then(Check).transform(Scaled)`, as std::expected of C++23 has it.
+/// Propagate an error with `if (!a) return a.failure();`, or chain steps as with std::expected in
+/// C++23: `Parse(text).and_then(Check).transform(Scaled)`.
 template <typename T>
 class [[nodiscard]] Result {
  public:
@@ -47,19 +48,19 @@ class [[nodiscard]] Result {
   const T* operator->() const { return &value(); }
 
   const std::string& error() const { return failure().message; }
-  /// The error itself, for a function that returns another kind of result.
+  /// The error, to be returned from a function with another value type.
   const Error& failure() const {
     assert(!ok());
     return *std::get_if<Error>(&content_);
   }
 
-  /// What `next` makes of the value, itself a Result; or the error.
+  /// Applies `next`, which returns a Result, to the value; passes an error on unchanged.
   template <typename Next>
   auto and_then(Next&& next) && -> std::invoke_result_t<Next, T> {
     if (!ok()) return failure();
     return std::invoke(std::forward<Next>(next), std::move(*this).value());
   }
-  /// What `next` makes of the value, as a Result; or the error.
+  /// Applies `next` to the value and wraps what it returns; passes an error on unchanged.
   template <typename Next>
   auto transform(Next&& next) && -> Result<std::invoke_result_t<Next, T>> {
     if (!ok()) return failure();
@@ -70,7 +71,7 @@ class [[nodiscard]] Result {
       return std::invoke(std::forward<Next>(next), std::move(*this).value());
     }
   }
-  /// The value; or the error with the message that `next` makes of the message.
+  /// Replaces the message of an error by next(message); passes a value on unchanged.
   template <typename Next>
   Result transform_error(Next&& next) && {
     if (ok()) return std::move(*this);
@@ -81,7 +82,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> content_;
 };
 
-/// Whether something worked, or the Error why not. `return {};` says that it did.
+/// Success without a value, or an Error. `return {};` means success.
 template <>
 class [[nodiscard]] Result<void> {
  public:

@@ -1,4 +1,4 @@
-// Standstill of the robot, from its joint readings.
+// Standstill detector for the robot, based on its joint readings.
 #pragma once
 
 #include <algorithm>
@@ -8,36 +8,37 @@
 
 namespace plumbline {
 
-/// The robot stands once no joint has left its place for this long: longer than the slowest
-/// controller takes to refresh its registers (PlausibilityLimits::slowest_refresh_s), so that an
-/// arm in motion shows at least one change within it.
+/// The robot is at standstill once no joint has moved for this long. It exceeds the refresh period
+/// of the slowest controller (PlausibilityLimits::slowest_refresh_s), so that a moving arm shows at
+/// least one change within it.
 inline constexpr double kStandstill_s = 0.2;
 
-/// A joint has left its place where it is farther from it than 1.5 steps of its register (a value
-/// at the edge of a step alternates between two) and than this, which is above the jitter of a
-/// servo that holds its position: 0.1 mrad is 0.3 mm at 3 m [rad] or [m].
+/// A joint has moved if it differs from its reference position by more than 1.5 steps of its
+/// register (a value at the edge of a step alternates between two) and by more than this threshold,
+/// which is above the jitter of a servo that holds its position: 0.1 mrad is 0.3 mm at 3 m [rad] or
+/// [m].
 inline constexpr double kSmallestMotion = 1e-4;
 
-/// Compares each reading with the place where every joint was last found to have moved to, not with
-/// the reading before: a creeping arm adds up. Over kStandstill_s a speed from 0.5 mrad/s is seen
-/// at once; a slower one from time to time. Values in, verdict out; allocates nothing.
-class StandstillWatch {
+/// Detects motion by comparing each reading with a reference position, which is updated only when a
+/// joint has moved, not with the previous reading; slow creep therefore accumulates. Speeds from
+/// 0.5 mrad/s are detected within kStandstill_s, slower ones intermittently. Does not allocate.
+class StandstillDetector {
  public:
-  /// @param reading  trusted; the same one may be given again
+  /// @param reading  trusted; may be the same as in the previous call
   void Observe(const RobotState& reading) {
     const double allowed = std::max(kSmallestMotion, 1.5 * reading.q_resolution);
-    const bool comparable = place_ && place_->size() == reading.q.size();
-    const bool left = comparable && (reading.q - *place_).cwiseAbs().maxCoeff() > allowed;
-    if (left) moved_s_ = reading.timestamp_s;
-    if (left || !comparable) place_ = reading.q;
+    const bool comparable = reference_ && reference_->size() == reading.q.size();
+    const bool moved = comparable && (reading.q - *reference_).cwiseAbs().maxCoeff() > allowed;
+    if (moved) moved_s_ = reading.timestamp_s;
+    if (moved || !comparable) reference_ = reading.q;
   }
 
-  /// False until a motion was seen: what is read first has no reading to be compared with.
+  /// False until the first motion is detected, because the first reading has no reference.
   bool Moving(double now_s) const { return moved_s_ && now_s - *moved_s_ <= kStandstill_s; }
 
  private:
-  std::optional<JointVector> place_;
-  std::optional<double> moved_s_;  ///< of the newest reading in which a joint had left its place
+  std::optional<JointVector> reference_;
+  std::optional<double> moved_s_;  ///< time stamp of the latest reading in which a joint had moved
 };
 
 }  // namespace plumbline

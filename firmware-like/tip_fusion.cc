@@ -10,7 +10,7 @@ namespace {
 bool Agree(const MeasuredTip& a, const MeasuredTip& b) {
   const Mat3 covariance = a.covariance_W + a.places_W + b.covariance_W + b.places_W;
   const Vec3 apart = a.p_W - b.p_W;
-  return apart.dot(Mat3(covariance.inverse()) * apart) <= kTipsDisagree;
+  return apart.dot(Mat3(covariance.inverse()) * apart) <= kTipAgreementLimit;
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ TipFusion FuseTips(std::span<const MeasuredTip> tips) {
       fused.agree = fused.agree && Agree(tips[k], tips[other]);
     }
   }
-  // Without a covariance nothing can be weighed.
+  // A singular covariance yields non-finite weights.
   fused.agree = fused.agree && fused.tip.p_W.allFinite() && fused.tip.covariance_W.allFinite();
   return fused;
 }

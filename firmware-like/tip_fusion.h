@@ -1,4 +1,4 @@
-// One tip of what several cameras measured at once.
+// Fusion of tip positions that several cameras measured at the same time.
 #pragma once
 
 #include <span>
@@ -8,31 +8,31 @@
 
 namespace plumbline {
 
-/// The tool's tip by one camera, in the measurement frame W.
+/// Tool tip measured by one camera, in the measurement frame W.
 struct MeasuredTip {
-  Vec3 p_W = Vec3::Zero();
-  Mat3 covariance_W = Mat3::Zero();  ///< N: by the image's noise and the lens [m^2]
-  Mat3 places_W = Mat3::Zero();      ///< D: besides, by errors of the tags' declared places [m^2]
+  Vec3 p_W = Vec3::Zero();           ///< [m]
+  Mat3 covariance_W = Mat3::Zero();  ///< N: due to image noise and the lens [m^2]
+  Mat3 places_W = Mat3::Zero();      ///< D: due to errors in the declared tag positions [m^2]
 };
 
 struct TipFusion {
   MeasuredTip tip;
-  bool agree = true;  ///< what they differ by is explained by N + D
+  bool agree = true;  ///< the differences between cameras are explained by N + D
 };
 
-/// The mean of measurements whose noise is independent, weighed by it:
+/// Mean of measurements with independent noise, weighted by their information:
 ///   N = (sum_k N_k^-1)^-1,  W_k = N N_k^-1,  p = sum_k W_k p_k,  D = sum_k W_k D_k W_k^T
-/// One measurement, not two: what the robot does not repeat and the model does not hold is the same
-/// in both, and would be counted twice. Each camera is weak along its own view; together they are
-/// not. D takes no part in the weights, as it takes none in the journal: it is a bias, and what
-/// compares probes with each other wants the least noise.
+/// The result counts as one measurement, not several, because the robot's repeatability and the
+/// model's error are common to all cameras. A camera is weak along its viewing direction; cameras
+/// with different directions compensate for this. D does not enter the weights (nor the journal):
+/// it is a bias, and comparisons between probes need the smallest noise.
 ///   chi^2 = (p_a - p_b)^T (N_a + D_a + N_b + D_b)^-1 (p_a - p_b)
-/// @param tips  at least one; of one it is that one
-/// @return      agree is false where chi^2 of two of them is above kTipsDisagree: one is wrong, and
-///              nobody knows which
+/// @param tips  1..kMostCameras tips; a single one is returned unchanged
+/// @return      `agree` is false if chi^2 of any pair exceeds kTipAgreementLimit (one of the two is
+///              wrong, but it is unknown which), or if a covariance is not invertible
 TipFusion FuseTips(std::span<const MeasuredTip> tips);
 
-/// The value that chi^2 with 3 degrees of freedom exceeds once in 100,000.
-inline constexpr double kTipsDisagree = 25.9;
+/// chi^2 with 3 degrees of freedom exceeds this value with probability 1e-5.
+inline constexpr double kTipAgreementLimit = 25.9;
 
 }  // namespace plumbline

@@ -44,7 +44,7 @@ WatchCore::WatchCore(WatchSettings settings, LogSink sink)
     : settings_(std::move(settings)), sink_(std::move(sink)), supervision_(settings_.zoom) {}
 
 void WatchCore::Take(ZoomEvent event) {
-  if (const auto transition = supervision_.Take(event)) Tell(*transition);
+  if (const auto transition = supervision_.Handle(event)) Tell(*transition);
 }
 
 void WatchCore::Tell(const ZoomTransition& transition) {
@@ -142,7 +142,7 @@ WatchOrders WatchCore::orders() const {
   orders.state = state();
   const bool at_rest = state() == ZoomState::kVerifying || state() == ZoomState::kStale;
   orders.look_up = at_rest && !lens_ && !looked_up_;
-  orders.want_board = supervision_.ask() == ZoomAsk::kBoard;
+  orders.want_board = supervision_.request() == ZoomAsk::kBoard;
   orders.zoom_counts = rest_zoom_;
   orders.focus_counts = rest_focus_;
   orders.lens = lens_;
@@ -322,7 +322,7 @@ CameraStatus WatchCore::Status() const {
   status.lens_stale = state() != ZoomState::kValid;
   status.camera_lost = camera_ != CameraResult::kFrame;
   status.zoom_unknown = state() == ZoomState::kUnknown;
-  status.board_wanted = supervision_.ask() == ZoomAsk::kBoard;
+  status.board_wanted = supervision_.request() == ZoomAsk::kBoard;
   status.fiducials_hidden = status.reason == ZoomReason::kMarksNotVisible;
   status.fiducial_moved = mark_moved_;
   status.store_fault = !store_fault_.empty();

@@ -15,7 +15,7 @@
 #include "app/tracking/tracker.h"
 #include "drivers/camera/camera.h"
 #include "drivers/zoom/zoom.h"
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/beam/paper.h"
+#include "app/cli/beam_paper.h"
 #include "firmware-like/result.h"
 
 namespace CLI {

@@ -4,8 +4,8 @@
 #include <ostream>
 #include <vector>
 
+#include "app/cli/beam_paper.h"
 #include "firmware-like/beam/beam.h"
-#include "firmware-like/beam/paper.h"
 
 namespace plumbline {
 

@@ -10,7 +10,7 @@
 #include "app/tracking/bodies.h"
 #include "drivers/camera/registry.h"
 #include "drivers/zoom/registry.h"
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
 namespace plumbline {

@@ -183,9 +183,9 @@ void CyclicLoop::Run() {
   while (!stop_) {
     CycleParts* const next = next_.load();
     if (next != nullptr) {
-      next->machine.TakeOver(parts->machine, next->link == parts->link
-                                                 ? Machine::RobotLinkIs::kKept
-                                                 : Machine::RobotLinkIs::kNew);
+      next->machine.ResumeFrom(parts->machine, next->link == parts->link
+                                                   ? Machine::RobotLinkIs::kKept
+                                                   : Machine::RobotLinkIs::kNew);
       parts = next;
       environment_.cycle_period_s = parts->period_s;
     }

@@ -342,15 +342,15 @@ void LoopWorker::Judge(const JournalRow& row, bool replayed) {
   if (!MayBeJudged(row, config_.loop.probe_sigma_m) || !IsOfReference(row, replayed)) return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
-  if (verdict.unwatched) return;
+  if (verdict.unmonitored) return;
   judged_.push_back(row.id);
   if (verdict.raised) {
     alarm_row_ = row.id;
     alarm_new_ = replayed && !row.alarm;
   }
   if (replayed) return;
-  if (verdict.wild || verdict.raised) {
-    const Result<void> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
+  if (verdict.outlier || verdict.raised) {
+    const Result<void> marked = journal_->Mark(row.id, verdict.outlier, verdict.raised);
     if (!marked) Fail(marked.error());
   }
   if (was_learning && !monitor_->learning()) TellReference();
@@ -444,14 +444,14 @@ void LoopWorker::TellAlarm() {
   sink_({Event::kDriftAlarm,
          fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
                      "within the last {} probes; row {} of the journal",
-                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1,
+                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.first_probe + 1,
                      alarm_row_)});
 }
 
 /// The change for a person to read: the median over the probes that took part. The monitor's own
 /// estimate shortens each of them, and tells a change of millimetres too small.
 Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
-  const auto count = static_cast<std::size_t>(alarm.probe - alarm.began + 1);
+  const auto count = static_cast<std::size_t>(alarm.probe - alarm.first_probe + 1);
   if (count > judged_.size()) return alarm.shift_m;
   const std::vector<std::int64_t> part(judged_.end() - static_cast<std::ptrdiff_t>(count),
                                        judged_.end());
@@ -478,7 +478,7 @@ Vec3 LoopWorker::ShiftOver(const DriftAlarm& alarm) {
 void LoopWorker::ConsiderDiagnosis() {
   if (!journal_ || !monitor_ || !monitor_->alarm()) return;
   if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
-  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
+  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->first_probe + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
   Result<DiagnosisRun> started = DiagnosisRun::Start(config_, models_.applied, *journal_,

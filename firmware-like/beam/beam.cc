@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-/// Loads this close to a node are the node's own; as a share of the beam's length.
+/// Loads closer to a node than this act on the node; as a share of the beam's length.
 constexpr double kAtNode = 1e-12;
 
 PlaneElement ElementAlongX(const ToolSegment& element, BeamTheory theory) {
@@ -87,7 +87,7 @@ Beam::Beam(const Tool& tool, const std::vector<int>& elements_of_segment) {
   }
 }
 
-/// Weight and inertia of the beam itself: w = rho A (g - a - alpha x (0, 0, z)).
+/// Adds weight and inertia of the beam itself: w = rho A (g - a - alpha x (0, 0, z)).
 void Beam::AddField(BeamSolution& solution, const BeamLoads& loads) {
   for (std::size_t e = 0; e < solution.elements_.size(); ++e) {
     const ToolSegment& element = solution.elements_[e];

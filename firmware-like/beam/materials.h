@@ -1,4 +1,4 @@
-// The materials known by name.
+// Table of materials that a configuration can name.
 #pragma once
 
 #include <span>
@@ -14,8 +14,8 @@ struct NamedMaterial {
   std::string_view source;
 };
 
-/// All of them, in alphabetical order. Values are typical ones at 20 degrees C; where the tool's
-/// own certificate says otherwise, its values go into the configuration instead.
+/// All named materials in alphabetical order, with typical values at 20 degrees C. If the tool's
+/// material certificate states other values, enter those in the configuration instead.
 std::span<const NamedMaterial> NamedMaterials();
 
 }  // namespace plumbline

@@ -14,9 +14,9 @@ BeamReal Phi(const PlaneElement& element) {
          (element.length_m * element.length_m);
 }
 
-/// Node displacements by elimination of the block tridiagonal system from the root outwards.
-/// @param stiffness  one matrix an element
-/// @param force      one a node, the root's first
+/// Node displacements, by block tridiagonal elimination from the root outwards.
+/// @param stiffness  one matrix per element
+/// @param force      one entry per node, from the root outwards
 std::vector<BeamVector2> NodeDisplacements(const std::vector<BeamMatrix4>& stiffness,
                                            std::vector<BeamVector2> force) {
   const std::size_t n = stiffness.size();
@@ -33,9 +33,9 @@ std::vector<BeamVector2> NodeDisplacements(const std::vector<BeamMatrix4>& stiff
   }
   std::vector<BeamVector2> displacement(n + 1, BeamVector2::Zero());
   for (std::size_t e = n; e-- > 0;) {
-    BeamVector2 rest = force[e + 1];
-    if (e + 1 < n) rest -= stiffness[e + 1].topRightCorner<2, 2>() * displacement[e + 2];
-    displacement[e + 1] = inverse_pivot[e] * rest;
+    BeamVector2 right_side = force[e + 1];
+    if (e + 1 < n) right_side -= stiffness[e + 1].topRightCorner<2, 2>() * displacement[e + 2];
+    displacement[e + 1] = inverse_pivot[e] * right_side;
   }
   return displacement;
 }
@@ -56,7 +56,7 @@ BeamMatrix4 StiffnessMatrix(const PlaneElement& element) {
 Eigen::Vector4d NodalLoads(const PlaneElement& element, const PlaneLoad& load) {
   const double l = element.length_m;
   const double ei = element.stiffness_Nm2;
-  // What the loads alone would do at the far end, to be undone by V and M at the near one.
+  // Far-end displacement under the loads alone; V and M at the near end must cancel it.
   const PlaneState free = StateAt(element, load, PlaneState{}, l);
   PlaneState clamped;
   clamped.shear_N = 12 * ei / (l * l * l * (1 + static_cast<double>(Phi(element)))) *
@@ -72,7 +72,7 @@ PlaneState StateAt(const PlaneElement& element, const PlaneLoad& load, const Pla
   const double w0 = load.w0_N_m;
   const double w1 = load.w1_N_m2;
   PlaneState state;
-  // V, M and the first and second integrals of M.
+  // V and M, then the first and second integrals of M and the integral of V.
   state.shear_N = start.shear_N - w0 * s - w1 * s * s / 2;
   state.moment_Nm = start.moment_Nm - start.shear_N * s + w0 * s * s / 2 + w1 * s * s * s / 6;
   double bend = s * (start.moment_Nm - s * (start.shear_N / 2 - s * (w0 / 6 + s * w1 / 24)));
@@ -114,7 +114,7 @@ std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& element
   for (std::size_t e = 0; e < n; ++e) {
     const BeamVector2& near = displacement[e];
     const BeamVector2& far = displacement[e + 1];
-    // Without its rigid motion, an element far out loses no digits to its own displacement.
+    // Subtracting the rigid-body motion first avoids cancellation in elements far from the root.
     const BeamVector2 strain(far[0] - near[0] - near[1] * elements[e].length_m, far[1] - near[1]);
     const BeamVector2 force_on_near = stiffness[e].topRightCorner<2, 2>() * strain;
     ends[e] = {.u_m = static_cast<double>(near[0]),

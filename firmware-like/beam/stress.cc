@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kStations = 10;
 
-/// Adds the places in (0, length) where V(s) = V0 - w0 s - w1 s^2/2 is zero.
+/// Adds the zeros of V(s) = V0 - w0 s - w1 s^2/2 in (0, length).
 void AddShearZeros(double v0, double w0, double w1, double length_m, std::vector<double>& at) {
   const double a = -w1 / 2;
   const double b = -w0;
@@ -22,7 +22,7 @@ void AddShearZeros(double v0, double w0, double w1, double length_m, std::vector
   }
 }
 
-std::vector<double> PlacesToLook(const BeamSolution& solution, int element) {
+std::vector<double> StressStations(const BeamSolution& solution, int element) {
   const double length_m = solution.elements()[static_cast<std::size_t>(element)].length_m;
   std::vector<double> at;
   for (int i = 0; i <= kStations; ++i) at.push_back(length_m * i / kStations);
@@ -33,7 +33,7 @@ std::vector<double> PlacesToLook(const BeamSolution& solution, int element) {
       at.push_back(point.s_m);
       at.push_back(std::nextafter(point.s_m, length_m));
     }
-    // A load in the element shifts the zero of what lies outboard of it.
+    // A point load in the element shifts the zeros outboard of it.
     double v0 = start_force_F[plane];
     AddShearZeros(v0, load.w0_N_m, load.w1_N_m2, length_m, at);
     for (const PlanePointLoad& point : load.points) {
@@ -62,7 +62,7 @@ ElementStress StressInElement(const BeamSolution& solution, int element) {
   const Section& section = solution.elements()[static_cast<std::size_t>(element)].section;
   ElementStress found;
   found.largest_moment = found.largest_shear = solution.InElement(element, 0);
-  for (const double s_m : PlacesToLook(solution, element)) {
+  for (const double s_m : StressStations(solution, element)) {
     const SectionState state = solution.InElement(element, s_m);
     if (state.moment_F.norm() > found.largest_moment.moment_F.norm()) found.largest_moment = state;
     if (state.force_F.norm() > found.largest_shear.force_F.norm()) found.largest_shear = state;

@@ -1,4 +1,4 @@
-// Stress in the beam from its moments and shear forces.
+// Stress in the beam from bending moments and shear forces.
 #pragma once
 
 #include <optional>
@@ -8,19 +8,19 @@
 
 namespace plumbline {
 
-/// Stress in one section; all are amounts, not signed.
+/// Stress in one section; magnitudes without sign.
 struct SectionStress {
   double normal_Pa = 0;     ///< at the outermost fibre
   double shear_Pa = 0;      ///< at the neutral axis
-  double von_mises_Pa = 0;  ///< bound: sqrt(normal^2 + 3 shear^2)
+  double von_mises_Pa = 0;  ///< upper bound: sqrt(normal^2 + 3 shear^2)
 };
 
 /// Stress of a section under a shear force and a bending moment.
-///   normal = |My| reach_x / Iy + |Mx| reach_y / Ix   (corner; root of the squares where round)
+///   normal = |My| reach_x / Iy + |Mx| reach_y / Ix   (at a corner; round: root of sum of squares)
 ///   shear  = hypot(Vx / peak_x, Vy / peak_y)         [Gere & Timoshenko, ch. 5]
-/// Normal and shear stress peak at different fibres, so that the von Mises value is never too small
-/// by beam theory; notches, welds and the clamp's own stress concentration are not in it.
-/// @return nothing where the section's outermost fibre is not known
+/// Normal and shear stress peak at different fibres, so within beam theory the von Mises value is
+/// an upper bound. Stress concentrations at notches, welds and the clamp are not included.
+/// @return nullopt if the outermost fibre of the section is unknown
 std::optional<SectionStress> StressOf(const Section& section, const SectionState& state);
 
 /// The most loaded section of an element.
@@ -31,18 +31,18 @@ struct ElementStress {
     double z_m = 0;
     SectionStress stress;
   };
-  std::optional<Peak> peak;  ///< where the von Mises stress is largest; nothing: not known
+  std::optional<Peak> peak;  ///< where the von Mises stress is largest; nullopt: unknown
 };
 
-/// Moment, shear and stress of one element, looked for at both ends, both sides of each load in
-/// it, where a shear force changes sign, and at nine stations between.
+/// Largest moment, shear force and stress of one element, evaluated at both ends, on both sides of
+/// each load, at zeros of the shear force, and at nine intermediate stations.
 ElementStress StressInElement(const BeamSolution& solution, int element);
 
-/// The largest stress of the beam and its place.
+/// Largest stress of the beam and its location.
 struct LargestStress {
-  std::optional<ElementStress::Peak> peak;  ///< nothing: not known in any element
-  int element = 0;                          ///< in which it lies
-  bool complete = true;  ///< false: some elements' sections do not tell their outermost fibre
+  std::optional<ElementStress::Peak> peak;  ///< nullopt: unknown in every element
+  int element = 0;                          ///< index of the element
+  bool complete = true;  ///< false: some sections have an unknown outermost fibre
 };
 LargestStress LargestStressOf(const BeamSolution& solution);
 

@@ -1,4 +1,4 @@
-// Where the tool tip is wanted: the points that the daemon corrects.
+// Assembly point: a target pose for the loaded tool point.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,14 @@
 
 namespace plumbline {
 
-/// An assembly point: the pose that the *loaded* tool point shall reach.
 struct AssemblyPoint {
-  int id = 0;  ///< 1..65535, the number the PLC knows it by
+  int id = 0;  ///< 1..65535; identifies the point to the PLC
   std::string name;
-  Pose X_WP;                 ///< wanted pose of the tool point in W
-  Vec3 p_TP = Vec3::Zero();  ///< tool point in the tip frame T [m]; it turns with the tip's slope
-  bool orientation_free = false;      ///< only the position is wanted
-  std::optional<JointVector> near_q;  ///< joints where it was taught: chooses the branch
-  std::optional<double> payload_kg;   ///< carried there; absent: what the robot carries now
+  Pose X_WP;                 ///< target pose of the loaded tool point in W
+  Vec3 p_TP = Vec3::Zero();  ///< tool point in the tip frame T [m]; rotates with the loaded tip
+  bool orientation_free = false;      ///< only the position matters
+  std::optional<JointVector> near_q;  ///< taught joints [rad] or [m]; select the branch
+  std::optional<double> payload_kg;   ///< payload at this point; absent: the robot's present one
 };
 
 }  // namespace plumbline

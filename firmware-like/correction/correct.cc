@@ -23,7 +23,7 @@ Pose PointOfTip(const Pose& X_BT, const Vec3& p_TP) {
   return {X_BT.R, X_BT * p_TP};
 }
 
-/// Solves for the tool point; kOk, or why not.
+/// Solves for the joints that bring the tool point to the target.
 template <typename Tip>
 CorrectionCode Solve(const Chain& chain, const PoseTarget& target, const Tip& tip,
                      const JointVector& seed, BranchSearch search, JointVector& theta,
@@ -65,7 +65,7 @@ const char* Describe(CorrectionCode code) {
     case CorrectionCode::kTorquesUnknown:
       return "link masses not declared";
     case CorrectionCode::kPayloadUnknown:
-      return "payload not known";
+      return "payload unknown";
     case CorrectionCode::kNoRobot:
       return "no trusted robot input";
     case CorrectionCode::kUnknownPoint:
@@ -79,7 +79,7 @@ const char* Describe(CorrectionCode code) {
     case CorrectionCode::kNoCamera:
       return "no camera";
     case CorrectionCode::kLensStale:
-      return "lens not to be trusted";
+      return "lens not valid";
     case CorrectionCode::kTipNotSeen:
       return "tool not seen by the camera, or moving";
     case CorrectionCode::kCamerasDisagree:
@@ -89,9 +89,9 @@ const char* Describe(CorrectionCode code) {
     case CorrectionCode::kRobotMoving:
       return "robot is moving";
     case CorrectionCode::kStorageUnavailable:
-      return "journal cannot be written: disk full or read-only";
+      return "journal not writable: disk full or read-only";
     case CorrectionCode::kProbeQuarantined:
-      return "probe quarantined: contradicts the model; see plumbline journal";
+      return "probe quarantined: contradicts the model, see plumbline journal";
   }
   return "?";
 }
@@ -124,13 +124,13 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
                           theta, outcome);
   correction.iterations = outcome.iterations;
   if (correction.code == CorrectionCode::kOk) {
-    Judge(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
+    CheckSolution(X_BP, point.p_TP, point.orientation_free, payload, conditions, theta, correction);
   }
 }
 
-void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
-                      const Payload& payload, const Conditions& conditions,
-                      const JointVector& theta, Correction& correction) const {
+void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
+                              const Payload& payload, const Conditions& conditions,
+                              const JointVector& theta, Correction& correction) const {
   const PoseTarget target{X_BP, orientation_free};
   LoadedState state;
   arm_.AtActual(theta, payload, conditions, state);
@@ -140,10 +140,10 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   correction.residual_rad = error.tail<3>().norm();
   correction.q = theta - state.sag;
   correction.X_BP_command = PointOfTip(arm_.UnloadedTip(correction.q), p_TP);
-  // With a free orientation the wanted rotation is whatever the loaded tip has.
-  const Mat3& R_wanted = orientation_free ? X_BP_reached.R : X_BP.R;
+  // With a free orientation, that of the loaded tip is the target.
+  const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
-  correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_wanted.transpose());
+  correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
   correction.extrapolated =
       OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
 
@@ -160,9 +160,9 @@ void Corrector::Judge(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
   }
 }
 
-void Corrector::Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-                        const Conditions& conditions, const JointVector& seed, BranchSearch search,
-                        Correction& landing) const {
+void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+                               const Conditions& conditions, const JointVector& seed,
+                               BranchSearch search, Correction& landing) const {
   if (arm_.torques_missing()) {
     landing.code = CorrectionCode::kTorquesUnknown;
     return;

@@ -1,4 +1,4 @@
-// The command that makes the loaded tip land where it is wanted.
+// Solver for the command pose that makes the loaded tool point reach its target pose.
 #pragma once
 
 #include <cstdint>
@@ -9,88 +9,91 @@
 
 namespace plumbline {
 
-/// Why there is, or is not, a corrected point. The numbers are those of the register map.
+/// Result code of a correction or a command. The numbers are those of the register map.
 enum class CorrectionCode : std::uint8_t {
   kOk = 0,
   kUnreachable = 1,          ///< no posture of the arm brings the tip there
-  kJointLimit = 2,           ///< every posture that does breaks a joint limit
-  kSingular = 3,             ///< reached only beside a singular posture
-  kTooLarge = 4,             ///< the correction exceeds the largest that is allowed
-  kNotConverged = 5,         ///< the iteration did not settle; a defect worth reporting
-  kTorquesUnknown = 6,       ///< joints yield, but a link's mass is not declared
-  kPayloadUnknown = 7,       ///< the mass carried, or its centre of gravity, is not known
+  kJointLimit = 2,           ///< every posture that reaches it violates a joint limit
+  kSingular = 3,             ///< the posture is too close to a singularity
+  kTooLarge = 4,             ///< the correction exceeds the largest allowed one
+  kNotConverged = 5,         ///< the iteration did not converge; please report it as a defect
+  kTorquesUnknown = 6,       ///< joints are compliant, but a link mass is not declared
+  kPayloadUnknown = 7,       ///< the payload's mass or centre of gravity is unknown
   kNoRobot = 8,              ///< robot input is missing, stale or not trusted
-  kUnknownPoint = 9,         ///< no assembly point of that number
-  kBadCommand = 10,          ///< the command's code or values make no sense
+  kUnknownPoint = 9,         ///< no assembly point has this id
+  kBadCommand = 10,          ///< invalid command code or values
   kPending = 11,             ///< not computed yet
-  kNotRecorded = 12,         ///< probes are not recorded: no [loop], or its journal is behind
+  kNotRecorded = 12,         ///< probes are not recorded: monitoring is off or behind
   kNoCamera = 13,            ///< no camera is configured
-  kLensStale = 14,           ///< the camera's lens is not to be trusted now
-  kTipNotSeen = 15,          ///< the camera does not see the tool, or the tool moves
-  kCamerasDisagree = 16,     ///< two cameras see the tip at two places
+  kLensStale = 14,           ///< the lens is not valid at the present zoom
+  kTipNotSeen = 15,          ///< the camera does not see the tool, or the tool is moving
+  kCamerasDisagree = 16,     ///< the tip positions of two cameras contradict each other
   kProbeImplausible = 17,    ///< zero, in another unit, or beyond the arm's reach
-  kRobotMoving = 18,         ///< a probe needs the robot at standstill
-  kStorageUnavailable = 19,  ///< the journal cannot be written: disk full or read-only
-  kProbeQuarantined = 20,    ///< kept, but contradicts the model by more than any plausible effect
+  kRobotMoving = 18,         ///< a probe requires the robot at standstill
+  kStorageUnavailable = 19,  ///< the journal is not writable: disk full or read-only
+  kProbeQuarantined = 20,    ///< recorded, but contradicts the model more than any plausible effect
 };
 
 inline constexpr CorrectionCode kLastCorrectionCode = CorrectionCode::kProbeQuarantined;
 
-/// Short words for a code, for the log and the register map.
+/// Short description for the log and the register map.
 const char* Describe(CorrectionCode code);
 
 struct CorrectionLimits {
   double max_translation_m = 0.05;
   double max_rotation_rad = 0.05;
-  double min_singular_value = 0.02;  ///< of the tip's Jacobian, metres and radians alike
-  DeclaredDeviation deviation;       ///< of what the cell declares
+  double min_singular_value = 0.02;  ///< of the tip Jacobian, metres and radians mixed
+  DeclaredDeviation deviation;       ///< uncertainty of the declared deflections
 };
 
-/// A corrected point, or the code that says why there is none.
+/// A corrected point, or the code that explains why there is none.
 struct Correction {
   CorrectionCode code = CorrectionCode::kPending;
-  bool extrapolated = false;  ///< outside the calibrated range
+  bool extrapolated = false;  ///< outside the domain of the model's fit
   int iterations = 0;
-  JointVector q;                      ///< joints that the command leads to [rad]
-  Pose X_BP_command;                  ///< pose to command for the unloaded tool point, in B
-  Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
-  Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from wanted to command [rad]
-  double uncertainty_m = 0;  ///< radius that holds 95 % of where the loaded tip lands; see Machine
-  RadiusBasis basis = RadiusBasis::kUnknown;  ///< what that radius rests on
-  double residual_m = 0;                      ///< of the model at the solution
+  JointVector q;                      ///< commanded joints [rad] or [m]
+  Pose X_BP_command;                  ///< command pose of the unloaded tool point, in B
+  Vec3 translation_B = Vec3::Zero();  ///< command minus target position [m]
+  Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from target to command [rad]
+  double uncertainty_m = 0;           ///< 95 % radius of the loaded tool point; set by Machine
+  RadiusBasis basis = RadiusBasis::kUnknown;  ///< basis of that radius
+  double residual_m = 0;                      ///< of the solver at the solution
   double residual_rad = 0;
-  double singular_value = 0;  ///< smallest of the tip's Jacobian at q, see SmallestSingularValue()
+  double singular_value = 0;  ///< of the tip Jacobian at q, see SmallestSingularValue()
 };
 
-/// What may be spent on a correction: the local solution only, or a search for other branches.
+/// Effort spent on finding the branch: none (solve locally from the seed), 16 or 128 restarts.
 enum class BranchSearch { kNone, kBrief, kThorough };
 
-/// Solves tip(theta) * p_TP = wanted for the joint positions theta that the loaded arm really
-/// takes, by Newton's method with the rigid Jacobian (the deflection changes little with theta),
-/// then commands q = theta - s(theta). Converged to kInverseTolerance [m] and [rad] of the model.
-/// Allocates nothing; bounded work.
+/// Solves tip(theta) * p_TP = target for the actual joint positions theta of the loaded arm, by
+/// Newton's method with the rigid Jacobian (the deflection changes little with theta). The command
+/// is then q = theta - s(theta). Converges to kInverseTolerance [m] and [rad]. Does not allocate;
+/// the work is bounded.
 class Corrector {
  public:
   Corrector(const CellModel& cell, const CorrectionLimits& limits);
 
   const LoadedArm& arm() const { return arm_; }
 
-  /// @param conditions  what the cell's effects read: temperature, time, the way there
-  /// @param seed    joint positions near which the solution is wanted, shape (n)
-  /// @param search  how hard to look for the branch nearest to the seed
+  /// Computes the correction of a point.
+  /// @param conditions  inputs of the cell's effects: temperature, time, approach
+  /// @param seed        joint positions near the desired solution [rad] or [m], shape (n)
+  /// @param search      effort for finding the branch nearest to the seed
+  /// @param correction  out; if `code` is not kOk, other members may be unset
   void Correct(const AssemblyPoint& point, const Payload& payload, const Conditions& conditions,
                const JointVector& seed, BranchSearch search, Correction& correction) const;
 
-  /// The reverse: where the loaded tool point lands that is commanded to X_BP (unloaded).
-  /// `landing.X_BP_command` then is the pose reached.
-  void Landing(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-               const Conditions& conditions, const JointVector& seed, BranchSearch search,
-               Correction& landing) const;
+  /// Forward prediction: the attained pose of the loaded tool point when the pose X_BP is
+  /// commanded. `landing.X_BP_command` is that attained pose, and translation and rotation are
+  /// attained minus command.
+  void PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
+                      const Conditions& conditions, const JointVector& seed, BranchSearch search,
+                      Correction& landing) const;
 
  private:
-  void Judge(const Pose& X_BP_wanted, const Vec3& p_TP, bool orientation_free,
-             const Payload& payload, const Conditions& conditions, const JointVector& theta,
-             Correction& correction) const;
+  void CheckSolution(const Pose& X_BP_target, const Vec3& p_TP, bool orientation_free,
+                     const Payload& payload, const Conditions& conditions, const JointVector& theta,
+                     Correction& correction) const;
 
   CellModel cell_;
   LoadedArm arm_;

@@ -1,4 +1,4 @@
-// How the posture chosen for a point compares with the one it was taught in, and its joint margins.
+// Comparison of the posture selected for a point with its taught posture and with the joint limits.
 #pragma once
 
 #include "firmware-like/correction/assembly_point.h"
@@ -7,40 +7,41 @@
 
 namespace plumbline {
 
-/// From here on a posture is another one than the one that was taught [rad]. Deflection, a point
-/// that was moved by centimetres and a worn pendant reading change a joint by a few degrees.
-/// Another branch changes some axis by far more: a flipped wrist turns two axes by 180 degrees, the
-/// arm turned about axis 1 by 180, and a flipped elbow by twice its bend, which is below 30 degrees
-/// only within 15 degrees of the stretched arm, where the smallest singular value speaks.
+/// A posture differs from the taught one if a revolute joint differs by more than this [rad].
+/// Deflection, a point moved by centimetres and an imprecise pendant reading change a joint by a
+/// few degrees. Another branch changes some axis far more: a flipped wrist turns two axes by 180
+/// degrees, an arm turned about axis 1 turns that by 180, and a flipped elbow turns by twice its
+/// angle, which is below 30 degrees only within 15 degrees of the stretched arm, where the
+/// singularity check applies.
 inline constexpr double kTaughtBound_rad = 30 * kRadPerDeg;
-/// The same of a prismatic joint [m]: its branches are those of a redundant arm.
+/// The same for a prismatic joint [m], whose branches are those of a redundant arm.
 inline constexpr double kTaughtBound_m = 0.1;
 
-/// A joint and how far it is from something [rad], or [m] where it is prismatic.
+/// A joint and a distance [rad], or [m] for a prismatic joint.
 struct JointDistance {
-  int joint = -1;  ///< from 0; -1: none
+  int joint = -1;  ///< 0-based; -1: none
   double distance = 0;
 };
 
-/// The joint whose change from `taught` to `q` is the largest share of its bound.
+/// The joint whose change from `taught` to `q` is largest relative to its bound.
 JointDistance FarthestFromTaught(const Chain& chain, const JointVector& taught,
                                  const JointVector& q);
 
-/// True where that change is beyond the joint's bound.
+/// True if that change exceeds the bound of the joint.
 bool IsOtherPosture(const Chain& chain, const JointDistance& farthest);
 
-/// The joint nearest to one of its limits, radians and metres alike; negative beyond the limit.
-/// None where no joint has limits.
+/// The joint nearest to one of its limits, radians and metres treated alike; negative beyond the
+/// limit. `joint` is -1 if no joint has limits.
 JointDistance NearestLimit(const Chain& chain, const JointVector& q);
 
-/// What is said of the posture of a configured point.
+/// Assessment of the posture selected for a configured point.
 struct PointPosture {
-  bool taught = false;   ///< the point names the joints where it was taught
-  bool differs = false;  ///< the posture chosen is another one
-  JointDistance limit;   ///< NearestLimit
+  bool taught = false;   ///< the point has taught joints
+  bool differs = false;  ///< the selected posture differs from the taught one
+  JointDistance limit;   ///< see NearestLimit()
 };
 
-/// @param q  joints that are commanded
+/// @param q  commanded joints [rad] or [m]
 PointPosture PointPostureAt(const Chain& chain, const AssemblyPoint& point, const JointVector& q);
 
 }  // namespace plumbline

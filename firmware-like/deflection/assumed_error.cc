@@ -16,8 +16,8 @@ namespace {
 constexpr double kUndeclaredInstrument_m = 5e-5;
 constexpr double kConfidence = 0.95;
 
-/// One quantile in each of equally likely strata, in random order: a Latin hypercube's column
-/// [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
+/// Fills a row with one quantile from each of equally likely strata, in random order: one column of
+/// a Latin hypercube [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
 template <typename Derived>
 void Stratify(RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
   const auto count = static_cast<std::size_t>(row.size());
@@ -58,7 +58,7 @@ AssumedError::AssumedError(const CellModel& cell, const LoadedArm& arm, double d
   DrawNormal(random, common.row(0));
   DrawNormal(random, rated_.row(0));
   const Row size = (priors_.rated_sigma_ln * rated_).exp();
-  // Without masses the rated payload is known to 0.4; with them its share of T_2 leaves 0.2.
+  // Sigma of ln: 0.4 without link masses; with them, the payload's share of T_2 leaves 0.2.
   constexpr double kRatedSigma_ln = 0.2;
   rated_ =
       priors_.rated_payload_kg * (std::max(kRatedSigma_ln, priors_.rated_sigma_ln) * rated_).exp();
@@ -108,7 +108,7 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   constexpr double kMassShare = 0.05, kMass_kg = 0.1;
   constexpr double kCentre_m = 0.02, kCentreShare = 0.1;
   constexpr double kUnstatedCentre_m = 0.05, kUnstatedCentreShare = 0.3;
-  constexpr double kLargestShareOfRated = 1.1;  // arms are overloaded at times
+  constexpr double kLargestShareOfRated = 1.1;  // arms are sometimes overloaded
   auto mass = load_change_.row(0);
   if (load.mass_kg) {
     mass = *load.mass_kg * (1 + kMassShare * load_.row(0)) + kMass_kg * load_.row(1);
@@ -118,7 +118,7 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
   }
   const Vec3 tip_F = arm.X_FT().p;
   const Vec3 centre_F = load.centre_stated ? load.modelled.cog_F : tip_F;
-  // Of the distance between two places in space; a third of its square on each axis.
+  // RMS distance in space; each axis gets a third of its square.
   const double distance_sd_m = load.centre_stated
                                    ? kCentre_m + kCentreShare * centre_F.norm()
                                    : kUnstatedCentre_m + kUnstatedCentreShare * tip_F.norm();
@@ -142,11 +142,11 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
     const Vec3 lever = jacobian.col(j).head<3>();
     const bool prior = priors_.compliance[k].has_value();
     const double tau = state.tau[j];
-    // ds / dtau of a joint that declares how it yields, in the file or by an effect.
+    // ds / dtau of a joint whose compliance is declared, by the file or by an effect.
     const double slope = declared_[j] + influence_.Joint(I::kCompliance, j) -
                          3 * influence_.Joint(I::kHardening, j) * tau * tau;
     if (!prior && slope == 0) continue;
-    // What the axis feels of a force at p: (z x ...) written so that each mass is one product.
+    // Torque about the axis per unit mass at r; linear, so each mass contributes one product.
     const Vec3& axis = posture.axis_B[k];
     const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
     torque_.setConstant(0);
@@ -171,13 +171,13 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
       torque_ += torque(X_BF.p - posture.point_B[k]) * load_change_.row(0);
       for (int a = 0; a < 3; ++a) torque_ += torque(X_BF.R.col(a)) * load_change_.row(1 + a);
     }
-    // Now the sag's change: a joint with a prior has none in the model.
+    // From torque to deflection error; a joint with a prior has no deflection in the model.
     if (prior) {
       torque_ = compliance_.row(j) * (tau + torque_);
     } else {
       torque_ *= slope;
     }
-    // Only what the file declares is off by a share; effects bring their own covariance.
+    // The relative error applies only to what the file declares; effects have their own covariance.
     const double declared_sag = declared_[j] * tau;
     for (int a = 0; a < 3; ++a) {
       undeclared_.row(a) += lever[a] * torque_;
@@ -209,7 +209,7 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
     }
   }
   if (!priors_.root_tilt_rad) return;
-  // The coupling is sized for what it usually carries, a quarter of the rated payload at least.
+  // The coupling is sized for its usual load, at least a quarter of the rated payload.
   constexpr double kSmallestShare = 0.25;
   const double usual_kg = std::max(load.mass_kg.value_or(load.modelled.mass_kg),
                                    kSmallestShare * priors_.rated_payload_kg);
@@ -244,18 +244,18 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
   for (int a = 0; a < 3; ++a) undeclared_.row(a) += shift_per_rad[a] * base_;
 }
 
-AssumedError::Answer AssumedError::At(const LoadedArm& arm, const LoadedState& state,
-                                      const LoadStatement& load, const Conditions& conditions,
-                                      const Vec3& p_TP, const Mat3& covariance_W) {
+AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState& state,
+                                        const LoadStatement& load, const Conditions& conditions,
+                                        const Vec3& p_TP, const Mat3& covariance_W) {
   influence_ = {};
-  AddEffects(arm.effects(), arm.MomentOf(conditions.q, conditions), influence_);
+  AddEffects(arm.effects(), arm.ConditionsAt(conditions.q, conditions), influence_);
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
   const Vec3 g_B = state.posture.X_BF().R * g_F;
   undeclared_.setZero();
   declared_error_ = instrument_sd_m_ * normal_;
   if (!covariance_W.isZero(0)) {
-    // Of W as of B: only the length of the sum matters, and the base turns it as a whole.
+    // Expressed in B: rotating all error contributions together does not change their length.
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(arm.X_WB().R.transpose() * covariance_W *
                                                     arm.X_WB().R);
     for (int c = 0; c < 3; ++c) {

@@ -1,4 +1,5 @@
-// The arm's equations for numbers of any type; include where LoadedArm::Equations is instantiated.
+// Equations of the loaded arm as templates of the number type. Include only where they are
+// instantiated.
 #pragma once
 
 #include "firmware-like/deflection/loaded_arm.h"
@@ -6,8 +7,7 @@
 
 namespace plumbline {
 
-/// exp([v]x) to the third order: the rotations of effects are milliradians, the rest is below
-/// 1e-12.
+/// exp([v]x) to third order. For rotations of milliradians the truncation error is below 1e-12.
 template <typename T>
 Mat3Of<T> SmallRotation(const Vec3Of<T>& v) {
   const T zero(0);
@@ -29,17 +29,17 @@ Mat3Of<T> RotationFromRpy(const Vec3Of<T>& rpy) {
   return R;
 }
 
-/// False where a number neither is anything nor carries a derivative.
-inline bool Acts(double value) {
+/// False if both the value and its derivatives are zero.
+inline bool IsActive(double value) {
   return value != 0;
 }
 template <int kWidth>
-bool Acts(const ceres::Jet<double, kWidth>& value) {
+bool IsActive(const ceres::Jet<double, kWidth>& value) {
   return value.a != 0 || !value.v.isZero(0);
 }
 
-/// A point in W as a camera at X_WC with the errors of `influence` reads it; see camera_*.h.
-/// Unchanged where it is not in front of the camera.
+/// Position in W that a camera at X_WC with the errors in `influence` reports for a point; see
+/// effects/camera_*.h. Unchanged if the point is not in front of the camera.
 template <typename T>
 Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Vec3Of<T>& p_W) {
   using I = Influence<T>;
@@ -58,7 +58,7 @@ Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Ve
   return c + R * p_C;
 }
 
-/// X_BT moved with the structure of all joints, from the outermost inwards.
+/// Applies the structural deflections of all joints to X_BT, from the outermost joint inwards.
 template <typename T>
 PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
                                    const Influence<T>& influence, const Vec3Of<T>& g_B,
@@ -100,12 +100,12 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
 
   chain_.Evaluate(theta, influence, state.posture);
   Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
-  // The arm leans with its pedestal: its weight pulls along another direction of the leaning arm,
-  // which changes torques, bending and the moment that makes it lean. Each pass brings the lean's
-  // own size, milliradians, nearer.
+  // The arm leans with its pedestal. In the frame of the leaning arm, gravity has another
+  // direction, which changes the torques, the bending and the moment that causes the lean. The
+  // error shrinks by a factor of the lean's own size, milliradians, in each pass.
   constexpr int kLeanPasses = 5;
   Vec3Of<T> lean = Vec3Of<T>::Zero();
-  if (influence != nullptr && Acts((*influence)[I::kPedestalCompliance])) {
+  if (influence != nullptr && IsActive((*influence)[I::kPedestalCompliance])) {
     const Vec3Of<T> g_still_B = g_B;
     for (int pass = 0; pass < kLeanPasses; ++pass) {
       lean = (*influence)[I::kPedestalCompliance] * (SmallRotation<T>(lean) * base_moment);

@@ -8,7 +8,8 @@
 namespace plumbline {
 namespace {
 
-/// Of the mean square error: beyond it the radius grows by more than a tenth, 1 - 1 / 1.1^2.
+/// Share of the mean square error beyond which the radius grows by more than a tenth: 1 - 1 /
+/// 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
 std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
@@ -16,10 +17,10 @@ std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
   return cell.domain->poses;
 }
 
-/// Nothing says on which side of an event a moment lies that its deviation leaves open: what the
-/// event moves is within the 95 % radius then.
-Mat3 CovarianceOfOpenMoments(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                             const Conditions& conditions) {
+/// Covariance for conditions that may lie before or after an event, because the event's time is
+/// uncertain: the displacement caused by the event must lie within the 95 % radius.
+Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, const Payload& payload,
+                                 const Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const ActiveEffect& effect : arm.effects()) {
@@ -60,7 +61,7 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     bool extrapolated, const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-                         CovarianceOfOpenMoments(arm, q, load.modelled, conditions);
+                         CovarianceOfAmbiguousEvents(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
   const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();
@@ -77,7 +78,7 @@ StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const JointVector
                                          const Vec3& p_TP, const Mat3& covariance_W) {
   Conditions moment = conditions;
   moment.q = q;
-  const AssumedError::Answer error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
+  const AssumedError::Estimate error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
   if (!assumed_->priors().complete) return {error.radius_m, RadiusBasis::kUnknown};
   const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
   return {error.radius_m, propagated ? RadiusBasis::kPropagated : RadiusBasis::kAssumed};

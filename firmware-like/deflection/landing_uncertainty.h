@@ -1,4 +1,4 @@
-// How far the loaded tip may land from where the model puts it, and what that statement rests on.
+// Expanded uncertainty of the predicted tip: 95 % radius with its basis.
 #pragma once
 
 #include <memory>
@@ -12,27 +12,29 @@ namespace plumbline {
 
 class AssumedError;
 
-/// The 95 % radius of a landing.
+/// 95 % radius of the attained tip position around the predicted one.
 ///
-/// A model that was fitted to measured points (its cell names a [domain]), inside that domain:
+/// Fitted model (its cell has a [domain]), inside the domain:
 ///   C = sum_e J_e Sigma_e J_e^T + sigma^2(d) I
-/// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the model's
-/// residual on one axis in rows that took no part in the fit, which grows with the distance d from
-/// the measured poses (Domain::distant_sigma_m): basis `measured`. Without such a residual sigma is
-/// the instrument's, and the basis `propagated`. It is the radius for points measured with that
-/// instrument; for the tip itself it is too large by the instrument's noise.
+/// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the standard
+/// deviation per axis of the residual of held-out rows, which grows with the distance d from the
+/// measured poses (Domain::distant_sigma_m). The basis is `measured`. Without a held-out residual,
+/// sigma is the instrument's and the basis is `propagated`. The radius applies to points measured
+/// with this instrument; for the tip itself it is too large by the instrument's noise.
 ///
-/// Any other model: the error sampled from the priors of all that the cell leaves open
-/// (AssumedError), with the same covariance of its effects. The basis is `propagated` where the
-/// deviation of the declared deflections was stated and what only priors describe makes the radius
-/// less than a tenth larger; otherwise `assumed`; `unknown` where something has no prior either.
+/// Any other model: the error is sampled from the priors of all undeclared parameters
+/// (AssumedError), combined with the covariance of the effects. The basis is `propagated` if the
+/// deviation of the declared deflections was stated and undeclared parameters enlarge the radius by
+/// less than a tenth; `unknown` if some parameter has no prior; otherwise `assumed`.
 ///
-/// A fitted model outside its domain: both, in squares, with the weaker basis; the instrument's
-/// noise then counts twice, which errs on the safe side. So also, everywhere and never better than
-/// `assumed`, a model that was changed after its fit (Domain::as_validated): its covariance and
-/// residual are those of another model, and an edit must not make the radius smaller.
+/// Fitted model outside its domain: the root of the sum of squares of both radii, with the weaker
+/// basis. The instrument's noise then counts twice, which is conservative. The same applies
+/// everywhere, with a basis of at most `assumed`, to a model that was changed after its fit
+/// (Domain::as_validated): its covariance and residual belong to another model, and an edit must
+/// not shrink the radius.
 ///
-/// Holds its own scratch memory: At() allocates nothing and costs some tens of microseconds.
+/// Owns its scratch memory, so it is not thread-safe; At() does not allocate and takes some tens of
+/// microseconds.
 class LandingUncertainty {
  public:
   LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
@@ -40,13 +42,13 @@ class LandingUncertainty {
   ~LandingUncertainty();
   LandingUncertainty(LandingUncertainty&&) noexcept;
 
-  /// @param q             joints commanded [rad]
-  /// @param load          what the model computes with, and what is known of it
+  /// @param arm           the arm that this object was constructed with
+  /// @param q             commanded joints [rad] or [m]
+  /// @param load          the modelled load and what is known about it
   /// @param extrapolated  outside the domain; ignored if the cell has no domain
-  /// @param p_TP          the tool point in the tip's frame [m]; a fitted model's covariance is
-  /// that
-  ///                      of the tip
-  /// @return              not known() if the loaded posture does not settle
+  /// @param p_TP          tool point in the tip frame [m]; the covariance of a fitted model is
+  ///                      always that of the tip
+  /// @return              not known() if the loaded posture does not converge
   StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
                   const Conditions& conditions, bool extrapolated, const Vec3& p_TP = Vec3::Zero());
 

@@ -1,4 +1,4 @@
-// What is known of the load that a tip is computed for.
+// Load of the model, and which of its properties were stated.
 #pragma once
 
 #include <optional>
@@ -7,13 +7,12 @@
 
 namespace plumbline {
 
-/// The load of the model beside what somebody stated of the real one.
 struct LoadStatement {
-  Payload modelled;               ///< what the model computes with
-  std::optional<double> mass_kg;  ///< as the robot, the configuration or a table states it
-  bool centre_stated = false;
+  Payload modelled;               ///< used by the model
+  std::optional<double> mass_kg;  ///< stated by the robot, the configuration or a table
+  bool centre_stated = false;     ///< the centre of gravity was stated
 
-  /// A payload whose mass and centre were both stated.
+  /// A payload whose mass and centre of gravity were both stated.
   static LoadStatement Stated(const Payload& payload) {
     return {payload, payload.mass_kg, payload.mass_kg > 0};
   }

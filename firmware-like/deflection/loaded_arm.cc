@@ -45,7 +45,7 @@ LoadedArm::LoadedArm(const CellModel& cell)
     const bool by_weight = traits.Needs(Signal::kWeight, effect.term.word);
     if (!by_weight && !traits.Needs(Signal::kTorques, effect.term.word)) continue;
     for (const TermParameter& parameter : effect.term.parameters) {
-      const int joint = std::max(0, parameter.joint);  // of none: the whole arm's weight
+      const int joint = std::max(0, parameter.joint);  // no joint: weight of the whole arm
       bool& missing = by_weight ? torques_missing_ : effect_torques_missing_;
       missing = missing || !loads_.known(joint);
       centres_guessed_ = centres_guessed_ || loads_.guessed(joint);
@@ -66,8 +66,8 @@ void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
     state.X_BT = X_WB_.Inverse() * state.X_WT;
     return;
   }
-  // Effects read the command, which is known only with the sag: a few passes settle it.
-  Conditions moment = MomentOf(theta, conditions);
+  // Effects depend on the command q = theta - s, which depends on the effects: iterate.
+  Conditions moment = ConditionsAt(theta, conditions);
   for (int pass = 0; pass < 6; ++pass) {
     Influence<double> influence;
     AddEffects(effects_, moment, influence);
@@ -86,7 +86,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
     settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
   } else {
     Influence<double> influence;
-    AddEffects(effects_, MomentOf(q, conditions), influence);
+    AddEffects(effects_, ConditionsAt(q, conditions), influence);
     settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;
@@ -96,8 +96,9 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
 bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
                             const Influence<double>* influence, const JointVector& measured_tau,
                             LoadedStateOf<double>& state) const {
-  // A gap jumps where its torque changes sign; a joint whose load hangs between both sides of the
-  // gap has no posture that solves the equations, and stays within it.
+  // The deflection jumps by the gap where the torque changes sign. If the load balances between
+  // both sides of a gap, no posture satisfies the equations exactly, and the iteration stays within
+  // the gap.
   double gap = 0;
   for (int i = 0; influence != nullptr && i < size(); ++i) {
     gap = std::max(gap, std::abs(influence->Joint(Influence<double>::kLoadGap, i)));
@@ -115,7 +116,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
   return change < 2.5 * gap;
 }
 
-Conditions LoadedArm::MomentOf(const JointVector& q, const Conditions& conditions) const {
+Conditions LoadedArm::ConditionsAt(const JointVector& q, const Conditions& conditions) const {
   Conditions moment = conditions;
   moment.q = q;
   moment.robot = declared_.robot;

@@ -1,4 +1,5 @@
-// The model: where the tip of the loaded arm really is, declared deflections and effects together.
+// Forward model of the loaded arm: actual tip pose from joints, payload, declared deflections and
+// effects.
 #pragma once
 
 #include "firmware-like/beam/tip_compliance.h"
@@ -8,114 +9,119 @@
 
 namespace plumbline {
 
-/// What bends the tool in one posture, effects included: enough to tell every section of it.
+/// Loads on the tool in one posture, effects included; they determine the deflection of every
+/// section.
 template <typename T>
 struct ToolLoadOf {
   Vec3Of<T> g_F = Vec3Of<T>::Zero();  ///< gravity in the flange frame [m/s^2]
   PayloadOf<T> payload;
-  T bend_factor = T(1);                  ///< the declared beam's bending times this
-  T shear = T(0);                        ///< 1/kappa of shear that the beam does not declare
-  Vec3Of<T> root_F = Vec3Of<T>::Zero();  ///< rotation vector of the tool's seat [rad]
+  T bend_factor = T(1);                  ///< factor on the bending of the declared beam
+  T shear = T(0);                        ///< 1/kappa of shear in addition to the declared beam
+  Vec3Of<T> root_F = Vec3Of<T>::Zero();  ///< rotation vector of the flange coupling [rad]
 };
 
-/// The loaded arm in one posture.
+/// State of the loaded arm in one posture.
 template <typename T>
 struct LoadedStateOf {
-  PostureOf<T> posture;                   ///< frames of the sagged arm in B
+  PostureOf<T> posture;                   ///< frames of the deflected arm in B
   JointVectorOf<T> tau;                   ///< gravity torques [N m]
   JointVectorOf<T> sag;                   ///< joint deflections s [rad], effects included
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
-  ToolLoadOf<T> tool;                     ///< what these two come from
-  PoseOf<T> X_WT;                         ///< the loaded tip in W, as the instrument is aligned
-  /// The tip as the instrument reads it, its own errors included [m].
+  ToolLoadOf<T> tool;                     ///< the loads that cause bend_F and slope_F
+  PoseOf<T> X_WT;                         ///< pose of the loaded tip in W
+  /// Tip position reported by the instrument, including its own errors [m].
   Vec3Of<T> p_read_W = Vec3Of<T>::Zero();
 };
 
 struct LoadedState : LoadedStateOf<double> {
-  Pose X_BT;  ///< the loaded tip in the *declared* base, whatever effects do to the base
+  Pose X_BT;  ///< pose of the loaded tip in the *declared* base, whatever effects do to the base
 };
 
-/// Joint and tool deflection of a cell under gravity, and what its effects add.
+/// Joint and tool deflection of a cell under gravity, together with its effects.
 ///   theta_i = sign_i (q_i + s_i) + offset_i
-///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i| +
-///   turn_i X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
-///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any
-///   K(p) = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
-///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)
-/// Bearings that tilt, links that bend and twist and slides that bend (structure.h) move the tip of
-/// that arm, from the outermost joint inwards: rigid motions of what is outboard, small, under the
-/// weight in the posture without them. A tilted base turns about its origin, W's axes fixed:
+///   s_i     = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i|
+///             + turn_i
+///   X_WT    = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
+///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring camera
+///   K(p)    = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
+///   lean    = exp(pedestal_compliance * moment of the leaning arm's weight about the origin of B)
+/// Tilting bearings, bending and twisting links, and bending slides (structure.h) move the tip from
+/// the outermost joint inwards. These are small rigid motions of everything outboard, caused by the
+/// weight in the posture without them. A tilted base rotates about its origin, about the axes of W:
 ///   X_WB = exp(tilt_x, tilt_y, 0) R(roll, pitch, yaw)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
-/// the tip M = (cog - tip of the straight tool) x F, and its own weight. Valid for bend/length
-/// below 0.05. The torques are those of formats.md, "The declared model, exactly"; effects see the
-/// measured torques where there are any.
+/// the tip M = (cog - tip of the undeflected tool) x F, and its own weight. Valid for bend/length <
+/// 0.05. The torques are defined in formats.md, "The declared model, exactly"; effects use measured
+/// torques if available.
 class LoadedArm {
  public:
-  /// @param cell  as the configuration reader has checked it
+  /// @param cell  validated by the configuration reader
   explicit LoadedArm(const CellModel& cell);
 
   const Chain& chain() const { return chain_; }
   const GravityLoads& loads() const { return loads_; }
   const Pose& X_WB() const { return X_WB_; }
-  const Pose& X_FT() const { return X_FT_; }  ///< of the unloaded tool
+  const Pose& X_FT() const { return X_FT_; }  ///< tip of the unloaded tool
   int size() const { return chain_.size(); }
   bool bends() const { return bends_; }
-  /// Declared, without what effects add [rad/(N m)].
+  /// Declared compliance, without effects [rad/(N m)] or [m/N].
   double compliance(int joint) const { return compliance_[joint]; }
-  /// True where a camera measures, whose pose is declared.
+  /// True if the tip is measured by a camera with a declared pose.
   bool read_by_camera() const { return X_WC_.has_value(); }
   const TipCompliance& tip_compliance() const { return tip_compliance_; }
-  const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< where a payload's moment is taken
+  const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< reference point of payload moments
 
-  /// True where a joint yields, as declared or by an effect, but its torque is unknown: the mass of
-  /// a link outwards of it is not declared.
-  /// @param measured  torques are given with the conditions, so that effects need no masses
+  /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
+  /// the mass of a link outboard of it is not declared.
+  /// @param measured  the conditions include measured torques, so effects need no masses
   bool torques_missing(bool measured = false) const {
     return torques_missing_ || (effect_torques_missing_ && !measured);
   }
-  /// True where a joint yields to a link whose centre of mass is a guess.
+  /// True if a compliant joint carries a link whose centre of mass is not declared.
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<ActiveEffect>& effects() const { return effects_; }
 
-  /// The arm whose joints *really* stand at theta = q + s: the command that leads there is
-  /// theta - state.sag. Allocates nothing.
-  /// @param conditions  what the cell's effects read; its q is found here
+  /// State of the arm at *actual* joint positions theta = q + s. The command that leads there is
+  /// theta - state.sag. Does not allocate.
+  /// @param conditions  inputs of the cell's effects; q is determined here
   void AtActual(const JointVector& theta, const Payload& payload, const Conditions& conditions,
                 LoadedState& state) const;
 
-  /// The arm that was *commanded* to q; solves theta = q + s(theta) to 1e-12 rad.
-  /// @return false where the fixed point was not reached (an arm softer than any real one)
+  /// State of the arm *commanded* to q; solves theta = q + s(theta) to 1e-12 rad by fixed-point
+  /// iteration.
+  /// @return false if the iteration does not converge (an arm softer than any real one)
   [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
                                  const Conditions& conditions, LoadedState& state) const;
 
-  /// The same with the effects already summed.
+  /// The same with the effects already accumulated; null: no effects.
   [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
                                  const Influence<double>* influence,
                                  const JointVector& measured_tau,
                                  LoadedStateOf<double>& state) const;
 
-  /// The equations themselves, at actual joint positions theta, for numbers of any type.
-  /// @param influence     what effects add in this moment; null: nothing
-  /// @param measured_tau  joint torques that effects see in place of the computed; may be empty
+  /// The model equations at actual joint positions theta, for double and dual numbers.
+  /// @param influence     accumulated effects; null: none
+  /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
+  ///                      empty
   template <typename T>
   void Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
                  const Influence<T>* influence, const JointVector& measured_tau,
                  LoadedStateOf<T>& state) const;
 
-  /// The tip moved with bearings and links that yield; g_B in B, in the posture of `state`.
+  /// The tip pose including tilting bearings and bending links, in the posture of `state`.
+  /// @param g_B  gravity in B [m/s^2]
   template <typename T>
   PoseOf<T> WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
                           const Influence<T>& influence, const Vec3Of<T>& g_B,
                           const LoadedStateOf<T>& state) const;
 
-  /// Tip of the same arm without load and deflection: what the controller believes.
+  /// Tip pose in B without load and deflection, as computed by the controller.
   Pose UnloadedTip(const JointVector& q) const;
 
-  /// `conditions` at joints q, with what the cell declares filled in.
-  Conditions MomentOf(const JointVector& q, const Conditions& conditions) const;
+  /// Copy of `conditions` with q and the values declared by the cell filled in.
+  Conditions ConditionsAt(const JointVector& q, const Conditions& conditions) const;
 
  private:
   Chain chain_;
@@ -125,7 +131,7 @@ class LoadedArm {
   Vec3 base_rpy_;
   Vec3 g_W_;
   Vec3 g_B_;
-  Vec3 beam_tip_F_;           ///< (0, 0, length): where the payload's moment is taken
+  Vec3 beam_tip_F_;           ///< (0, 0, length): reference point of payload moments
   double shear_m_per_N_ = 0;  ///< sum L / (G A) of the tool's segments
   bool bends_;
   bool torques_missing_ = false;
@@ -133,12 +139,12 @@ class LoadedArm {
   bool centres_guessed_ = false;
   JointVector compliance_;
   std::vector<ActiveEffect> effects_;
-  std::optional<Pose> X_WC_;  ///< of a measuring camera
+  std::optional<Pose> X_WC_;  ///< pose of the measuring camera
   Conditions declared_;
 };
 
-/// The cell with the base and tip of one session; the cell itself where it knows no sessions, and
-/// the last session where `id` is not among them.
+/// The cell with base and tip of one session. The cell is returned unchanged if it has no sessions;
+/// an unknown `id` selects the last session.
 CellModel CellOfSession(const CellModel& cell, const std::string& id);
 
 }  // namespace plumbline

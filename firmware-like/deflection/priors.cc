@@ -33,7 +33,7 @@ ClassFigures FiguresOf(ArmClass arm_class) {
   return {};
 }
 
-/// From the joint's axis to the end of its link, in the frame after the joint.
+/// Vector from the joint's axis to the end of its link, in the link's DH frame.
 Vec3 LinkVector(const Robot& robot, int joint) {
   const auto k = static_cast<std::size_t>(joint);
   if (robot.convention == DhConvention::kDistal) {
@@ -46,13 +46,14 @@ Vec3 LinkVector(const Robot& robot, int joint) {
   return {next.a_m, -std::sin(next.alpha_rad) * next.d_m, std::cos(next.alpha_rad) * next.d_m};
 }
 
-/// Half way along the link, in the frame after the joint.
+/// Midpoint of the link, in the link's DH frame.
 Vec3 MiddleOfLink(const Robot& robot, int joint) {
   const double half = robot.convention == DhConvention::kDistal ? -0.5 : 0.5;
   return half * LinkVector(robot, joint);
 }
 
-/// The shoulder lifts the arm and the elbow the forearm; the rest turns or carries the wrist.
+/// The shoulder lifts the arm, the elbow lifts the forearm; other joints turn the arm or carry the
+/// wrist.
 struct Roles {
   int shoulder = 0;
   int elbow = -1;  // none
@@ -81,8 +82,9 @@ Roles RolesOf(const Chain& chain) {
   return roles;
 }
 
-/// Masses of the links, the declared ones as they are; without any, in proportion only.
-/// @return  true where half of what the shoulder lifts is declared
+/// Fills in the link masses; undeclared ones in proportion to the declared ones. If no mass is
+/// declared, only the proportions are meaningful.
+/// @return  true if at least half of the mass lifted by the shoulder is declared
 bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors) {
   constexpr double kBase = 0.30, kUpperArm = 0.35, kForearm = 0.20, kWrist = 0.15;
   const int n = robot.size();
@@ -119,11 +121,11 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
   return lifted_share >= 0.5 * all_lifted_share;
 }
 
-/// Gravity torques of some hundred postures: of the links, and of one kilogram at the flange.
+/// Gravity torques in a sample of postures, due to the links and due to one kilogram at the flange.
 struct TorqueSample {
-  Eigen::MatrixXd links, unit;  // a row a posture, a column a joint
+  Eigen::MatrixXd links, unit;  // rows: postures, columns: joints
 
-  /// Of a prismatic joint: of gravity along it, per kilogram [m/s^2].
+  /// Largest gravity component along a prismatic joint [m/s^2].
   double LargestPull(int joint) const { return unit.col(joint).cwiseAbs().maxCoeff(); }
   double Largest(int joint, double payload_kg) const {
     return (links.col(joint) + payload_kg * unit.col(joint)).cwiseAbs().maxCoeff();
@@ -177,7 +179,7 @@ ArmClass ClassOf(int joints, double shoulder_Nm) {
   return shoulder_Nm > kSmall_Nm ? ArmClass::kMedium : ArmClass::kSmall;
 }
 
-/// True where an effect of the cell, or the cell itself, says how this joint yields.
+/// True if the cell, or one of its effects, declares the compliance of this joint.
 bool Declares(const Joint& joint, const Influence<double>& effects, int i) {
   using I = Influence<double>;
   return joint.compliance_rad_per_Nm || effects.Joint(I::kCompliance, i) != 0 ||
@@ -197,7 +199,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
   const bool weighed = FillLinks(robot, roles, priors);
   TorqueSample sample = SampleTorques(robot, chain, priors);
   const double unit_Nm = std::max(1e-9, sample.unit.col(roles.shoulder).cwiseAbs().maxCoeff());
-  // Without a joint that lifts the arm there is no wind-up to go by.
+  // Without a joint that lifts the arm, there is no typical wind-up.
   constexpr double kLifts = 0.1;
   const bool lifts = unit_Nm > kLifts * robot.g_W.norm() * chain.Reach();
   const double reach_m = lifts ? unit_Nm / std::max(1e-9, robot.g_W.norm()) : chain.Reach();
@@ -205,7 +207,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
       weighed ? sample.Largest(roles.shoulder, 0) / unit_Nm : RatedPayloadByReach(reach_m);
   priors.rated_sigma_ln = weighed ? 0.0 : 0.4;
   if (!weighed) {
-    // The links load the stretched shoulder as much as the rated payload does.
+    // Scale the links to load the stretched shoulder as much as the rated payload does.
     const double wanted_Nm = priors.rated_payload_kg * unit_Nm;
     const double links_Nm = sample.Largest(roles.shoulder, 0);
     if (links_Nm > 0) {
@@ -231,7 +233,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
       figures.shoulder_rad.median / std::max({1e-9, shoulder_Nm, lifts ? 0.0 : typical_Nm});
 
   Influence<double> effects;
-  AddEffects(arm.effects(), arm.MomentOf(JointVector::Zero(n), {}), effects);
+  AddEffects(arm.effects(), arm.ConditionsAt(JointVector::Zero(n), {}), effects);
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);

@@ -22,68 +22,71 @@ enum class ArmClass {
   kHeavy,          ///< cycloidal (RV) gears, above that
 };
 
-/// What is assumed of each parameter that the cell leaves open; entries of declared ones are empty.
+/// Priors of the parameters that a cell does not declare; entries of declared ones are empty.
 ///
-/// Joint wind-up. theta is the wind-up of a joint at T, its largest gross gravity torque (rated
-/// payload, any posture, no counterbalance); its compliance is theta / T:
+/// Joint wind-up. theta is the wind-up of a joint under T, its largest gross gravity torque (rated
+/// payload, any posture, no counterbalance). Its compliance is theta / T:
 ///   class            shoulder, elbow [mrad]   sigma of ln
 ///   small                 3.0                  0.46
 ///   torque sensing        7.0                  0.50
 ///   medium                2.2                  0.45
 ///   heavy                 2.8, 2.2             0.40
-/// from published stiffness of a KR 10 class arm, Manutec r3, KR 240-2, KR 270 and KR 500 (Dumas et
-/// al. 2011; Klimchik et al. 2013; Modelica Standard Library, RobotR3) and gear catalogues (strain
-/// wave 1.3 to 1.7 mrad at rated torque, cycloidal 0.84 to 1.17), which leave a factor of about 1.5
-/// to 2.5 for housings, bearings and links. Joints that carry no gravity torque by design follow
-/// the shoulder's stiffness k_2:
+/// based on the published stiffness of a KR 10 class arm, Manutec r3, KR 240-2, KR 270 and KR 500
+/// (Dumas et al. 2011; Klimchik et al. 2013; Modelica Standard Library, RobotR3) and on gear
+/// catalogues (strain wave 1.3 to 1.7 mrad at rated torque, cycloidal 0.84 to 1.17). The latter
+/// leave a factor of about 1.5 to 2.5 for housings, bearings and links. Joints that carry no
+/// gravity torque by design are related to the shoulder stiffness k_2:
 ///   first axis  1.0, 1.0, 0.6, 0.4 k_2 (small, torque sensing, medium, heavy), sigma of ln
 ///               0.42, 0.3, 0.5, 0.35
 ///   wrist       0.45, 0.7, 0.25, 0.1 k_2, sigma of ln 0.7, 0.35, 0.8, 0.87
-/// The small wrist lies between the one arm identified (0.4 to 0.85) and what catalogue gears of a
-/// wrist's size give beside those of a shoulder (0.07 to 0.3). Half of the log variance of the
-/// shoulder's class is common to all joints of an arm.
+/// The small wrist lies between the single identified arm (0.4 to 0.85) and the ratio of catalogue
+/// gears of wrist and shoulder size (0.07 to 0.3). Half of the log variance of the class's shoulder
+/// is common to all joints of an arm.
 ///
-/// Rated payload. On arms from 5 to 500 kg the payload's share of T_2 is 43 to 59 %: the rated
-/// payload loads the stretched shoulder about as much as the links do. Without any link mass it is
-/// taken from the reach R of the flange from the shoulder, 8 kg (R / m)^1.8 up to 1.5 m and
-/// 16.6 kg (R / 1.5 m)^4.5 beyond, through makers' data sheets from 3 to 500 kg; sigma of ln 0.4.
+/// Rated payload. On arms from 5 to 500 kg, the payload's share of T_2 is 43 to 59 %: the rated
+/// payload loads the stretched shoulder about as much as the links do. Without any link mass, the
+/// rated payload is estimated from the reach R from shoulder to flange: 8 kg (R / m)^1.8 up to 1.5
+/// m and 16.6 kg (R / 1.5 m)^4.5 beyond, fitted to manufacturers' data sheets from 3 to 500 kg;
+/// sigma of ln 0.4.
 ///
-/// Link masses that are not declared: 30, 35, 20 and 15 % of the arm in base, upper arm, forearm
-/// and wrist, sigma of ln 0.35; half way along the link, a fifth of its length either way.
+/// Undeclared link masses: 30, 35, 20 and 15 % of the arm in base, upper arm, forearm and wrist,
+/// sigma of ln 0.35; centre at half the length of the link, with a standard deviation of a fifth of
+/// the length.
 ///
-/// Tool root: a coupling tilts by 0.5 mrad at the moment it is sized for, sigma of ln 0.7.
-/// Pedestal: 3e6, 3e7, 1e8 N m/rad below small, medium and heavy arms, sigma of ln 1.2, 1.2, 0.8:
-/// a table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8, and
-/// nobody says which it is.
+/// Tool root: the coupling tilts by 0.5 mrad under the moment it is sized for, sigma of ln 0.7.
+/// Pedestal: 3e6, 3e7, 1e8 N m/rad for small, medium and heavy arms, sigma of ln 1.2, 1.2, 0.8. A
+/// table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8, and cells
+/// do not state which one they have.
 struct DeflectionPriors {
   ArmClass arm_class = ArmClass::kSmall;
   double rated_payload_kg = 0;
-  /// Of the rated payload; where it is not 0 all link masses go with it, and compliances inversely.
+  /// Of the rated payload. If not 0, all link masses scale with the rated payload, and all
+  /// compliances inversely.
   double rated_sigma_ln = 0;
-  int shoulder = 0;
-  /// False where a source has no prior: a prismatic axis that carries weight, an arm without a
-  /// joint that lifts it (SCARA, gantry), whose links and bearings bend instead.
+  int shoulder = 0;  ///< index of the joint that lifts the arm
+  /// False if an error source has no prior: a prismatic axis that carries weight, or an arm without
+  /// a joint that lifts it (SCARA, gantry), whose links and bearings bend instead.
   bool complete = true;
 
-  /// [rad/(N m)]; empty: declared, by the cell or by an effect of it, or prismatic.
+  /// [rad/(N m)]; empty: declared by the cell or by one of its effects, or prismatic.
   std::array<std::optional<LogNormal>, kMaxJoints> compliance;
-  double common_sigma_ln = 0;  ///< of every joint's compliance, included in its sigma_ln
+  double common_sigma_ln = 0;  ///< part of every compliance's sigma_ln that is common to the arm
 
   struct Link {
     double mass_kg = 0;            ///< declared, or the median
     double mass_sigma_ln = 0;      ///< 0: declared
-    Vec3 com_L = Vec3::Zero();     ///< in the frame after the joint [m]
-    Vec3 com_sd_L = Vec3::Zero();  ///< one direction along which it is uncertain [m]
-    /// com_L less the centre that the model assumes, where a mass is declared without one [m].
+    Vec3 com_L = Vec3::Zero();     ///< centre of mass in the link's DH frame [m]
+    Vec3 com_sd_L = Vec3::Zero();  ///< its standard deviation, along one direction [m]
+    /// com_L minus the centre that the model assumes for a mass declared without a centre [m].
     Vec3 com_shift_L = Vec3::Zero();
   };
   std::array<Link, kMaxJoints> links;
 
-  std::optional<LogNormal> root_tilt_rad;  ///< at the moment that the coupling is sized for
+  std::optional<LogNormal> root_tilt_rad;  ///< under the moment that the coupling is sized for
   std::optional<LogNormal> base_compliance_rad_per_Nm;
 };
 
-/// The priors of a cell. Samples some hundred postures: not for the cycle.
+/// Determines the priors of a cell. Samples 400 postures; not for the control cycle.
 DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm);
 
 }  // namespace plumbline

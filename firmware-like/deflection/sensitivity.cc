@@ -12,17 +12,18 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
-/// Wide enough for the joints of most arms, where every wanted entry has a closed form.
+/// Wide enough for the joints of most arms, if every wanted entry has a closed form.
 using NarrowDual = ceres::Jet<double, 8>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
 
-/// Entries of a joint that only turn it, by `Sag`: the tip follows them through the posture alone.
+/// Joint entries that act only through the deflection s; the tip depends on them only via the
+/// posture.
 constexpr int kSagEntries = I::kTorque + 1;
 static_assert(I::kTurn == 0 && I::kLengthA == kSagEntries, "the entries of the sag come first");
 
-/// d sag / d entry of one joint: the sum in LoadedArm::Equations, differentiated.
-/// @param tau  measured, or of the model [N m]
-double SagPer(int kind, double compliance, double added_torque, double tau) {
+/// d sag / d entry for one joint: derivative of the sum in LoadedArm::Equations.
+/// @param tau  measured or computed torque [N m]
+double SagDerivative(int kind, double compliance, double added_torque, double tau) {
   switch (kind) {
     case I::kTurn:
       return 1;
@@ -39,13 +40,13 @@ double SagPer(int kind, double compliance, double added_torque, double tau) {
   }
 }
 
-/// True of an entry that acts on the reading alone, after base and posture; see AddReadingEntries.
-bool OfReading(int entry) {
+/// True for an entry that does not affect the posture; see AddReadingEntries.
+bool ActsOnReadingOnly(int entry) {
   return (entry >= I::kBase && entry < I::kBaseRollPitchYaw) || entry >= I::kTip;
 }
 
-/// True of an entry whose derivative has a closed form: a joint's structure, a tilted base, and
-/// what a range is counted from, which no position reads.
+/// True for an entry whose derivative has a closed form: structural deflection of a joint, tilt of
+/// the base, and the errors of ranges, which do not affect a position.
 bool HasClosedForm(int entry) {
   return (entry >= I::kBearing * kMaxJoints && entry < I::kFirst) ||
          (entry >= I::kBaseTilt && entry < I::kTip) || entry >= I::kRangeZero;
@@ -58,7 +59,7 @@ bool WantsStructure(const InfluenceSet& wanted) {
   return false;
 }
 
-/// The wanted entries and those that the closed forms are made of.
+/// The wanted entries, plus those required by their closed forms.
 InfluenceSet WithIngredients(const LoadedArm& arm, const InfluenceSet& wanted) {
   InfluenceSet all = wanted;
   const bool tilts = wanted[I::kBaseTilt] || wanted[I::kBaseTilt + 1];
@@ -76,13 +77,13 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
     const bool of_joint = entry < I::kJointEntries * kMaxJoints;
     if (entry < kSagEntries * kMaxJoints) continue;
     if (of_joint && entry % kMaxJoints >= arm.size()) continue;
-    if (HasClosedForm(entry) || (!arm.read_by_camera() && OfReading(entry))) continue;
+    if (HasClosedForm(entry) || (!arm.read_by_camera() && ActsOnReadingOnly(entry))) continue;
     if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
   return count;
 }
 
-/// Where no camera reads: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)), and no camera's error.
+/// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)).
 void AddReadingEntries(const Influence<double>& influence, const InfluenceSet& wanted,
                        Sensitivity& sensitivity) {
   const double enlarged = 1 + influence[I::kScale];
@@ -95,16 +96,17 @@ void AddReadingEntries(const Influence<double>& influence, const InfluenceSet& w
   if (wanted[I::kScale]) sensitivity.dp.col(I::kScale) = state.X_WT.p;
 }
 
-/// d reading / d place of the tip.
+/// d (reported position) / d (position of the tip).
 Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
                      const Sensitivity& sensitivity) {
   if (arm.read_by_camera()) return sensitivity.dp.middleCols<3>(I::kBase);
   return (1 + influence[I::kScale]) * Mat3::Identity();
 }
 
-/// The rotation vector by which R turns per unit of a dual number's variable.
+/// Derivative of the rotation R, as a rotation vector, with respect to one variable of the dual
+/// numbers.
 template <typename T>
-Vec3 TurnPer(const Mat3Of<T>& R, int variable) {
+Vec3 RotationDerivative(const Mat3Of<T>& R, int variable) {
   Mat3 value, change;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -116,7 +118,7 @@ Vec3 TurnPer(const Mat3Of<T>& R, int variable) {
   return 0.5 * Vec3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
 }
 
-/// The base turns rigidly, and gravity turns the other way in it; first order in the turns.
+/// A tilt rotates the arm rigidly, while gravity rotates the opposite way in B; first order.
 void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
                     const InfluenceSet& wanted, Sensitivity& sensitivity) {
   const Mat3 reading = ReadingPerPlace(arm, influence, sensitivity);
@@ -130,8 +132,8 @@ void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
   }
 }
 
-/// Rigid motions of what is outboard of each joint: of the tip, then turned on with the structure
-/// further inwards, lean and base.
+/// Each structural deflection moves the tip rigidly; the motion is then rotated by the structure
+/// further inboard, by the lean and by the base.
 void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
                          const Influence<double>& influence, const InfluenceSet& wanted,
                          Sensitivity& sensitivity) {
@@ -165,7 +167,7 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
       R_BT = R * R_BT;
     }
   }
-  // Lean and base turn all of it: from R_BT to R_WT.
+  // Lean and base rotate everything: from R_BT to R_WT.
   const Mat3 R_WB = state.X_WT.R * R_BT.transpose();
   const Mat3 outwards = ReadingPerPlace(arm, influence, sensitivity) * R_WB;
   for (int k = 0; k < count; ++k) {
@@ -176,7 +178,7 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
   }
 }
 
-/// The entries with closed forms, and without those that only went into them.
+/// Adds the entries with closed forms, and clears entries that were only their ingredients.
 void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
                     const Influence<double>& influence, const InfluenceSet& wanted,
                     const InfluenceSet& ingredients, Sensitivity& sensitivity) {
@@ -190,7 +192,7 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
   }
 }
 
-/// What the implicit function theorem joins: derivatives of tip and sag at a fixed theta.
+/// Partial derivatives of tip and deflection, combined by the implicit function theorem.
 struct PartialDerivatives {
   Eigen::Matrix<double, 3, kMaxJoints> p_theta, r_theta;
   Square s_theta;
@@ -198,8 +200,8 @@ struct PartialDerivatives {
       Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
 };
 
-/// Derivatives with respect to theta and to `entries`, by dual numbers of type T: as many variables
-/// at a time as T carries derivatives. Those of the tip with respect to the entries go to
+/// Derivatives with respect to theta and to `entries` by dual numbers of type T, processed in
+/// batches of T's width. The derivatives of the tip with respect to the entries are stored in
 /// `sensitivity`.
 template <typename T>
 void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload& payload,
@@ -229,7 +231,7 @@ void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload
     for (int k = 0; k < count; ++k) {
       const int variable = first + k;
       const Vec3 dp(p_W[0].v[k], p_W[1].v[k], p_W[2].v[k]);
-      const Vec3 dr = with_turn ? TurnPer<T>(state.X_WT.R, k) : Vec3(Vec3::Zero());
+      const Vec3 dr = with_turn ? RotationDerivative<T>(state.X_WT.R, k) : Vec3(Vec3::Zero());
       if (variable < n) {
         partial.p_theta.col(variable) = dp;
         partial.r_theta.col(variable) = dr;
@@ -272,7 +274,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
     for (int kind = 0; kind < kSagEntries; ++kind) {
       const int entry = kind * kMaxJoints + i;
       if (!wanted[static_cast<std::size_t>(entry)]) continue;
-      partial.s_x(i, entry) = SagPer(kind, compliance, influence.Joint(I::kTorque, i), tau);
+      partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }
   if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);

@@ -1,4 +1,5 @@
-// Yielding structure: small rigid motions of what is outboard of a bearing or a link that gives.
+// Structural deflections: small rigid motions of everything outboard of a compliant bearing, link
+// or guide.
 #pragma once
 
 #include <algorithm>
@@ -10,25 +11,28 @@
 
 namespace plumbline {
 
-/// Motion of everything outboard, a unit of its influence: a turn about `centre`, then a shift. In
-/// B.
+/// Motion of everything outboard per unit of its influence entry: a rotation about `centre`, then a
+/// translation. In B.
 template <typename T>
 struct OutboardMotionOf {
-  Vec3Of<T> turn = Vec3Of<T>::Zero();  ///< [rad]
+  Vec3Of<T> turn = Vec3Of<T>::Zero();  ///< rotation vector [rad]
   Vec3Of<T> centre = Vec3Of<T>::Zero();
   Vec3Of<T> shift = Vec3Of<T>::Zero();  ///< [m]
 };
 
-/// Entries whose motions a joint's structure makes, in the order in which they act: the link's end
-/// moves in the link, then all of it with the carriage in its guide, then with the bearing or beam.
+/// Influence entries of a joint's structure, in the order in which they act: the end of the link
+/// moves relative to the link, then the link moves with the carriage in its guide, then with the
+/// bearing or beam.
 inline constexpr std::array kStructureEntries = {
     Influence<double>::kLinkTorsion, Influence<double>::kLinkBending,
     Influence<double>::kGuideTiltX, Influence<double>::kGuideTiltY, Influence<double>::kBearing};
 
-/// End of a cantilever along `beam` (its length and direction) under the moments about its root and
-/// its tip, a unit of L / (E I). The moment falls evenly from root to tip.
+/// Motion of the end of a cantilever per unit of L / (E I), under the moments at its root and its
+/// tip. The moment decreases linearly from root to tip.
 ///   turn = (M_root + M_tip)_perp / 2,  shift = (M_root / 3 + M_tip / 6) x beam
 ///                                                          [Gere & Timoshenko, ch. 9]
+/// @param end   end of the cantilever in B [m]
+/// @param beam  vector from root to end [m]
 template <typename T>
 OutboardMotionOf<T> CantileverMotion(const Vec3Of<T>& end, const Vec3Of<T>& beam,
                                      const Vec3Of<T>& M_root, const Vec3Of<T>& M_tip) {
@@ -43,12 +47,14 @@ OutboardMotionOf<T> CantileverMotion(const Vec3Of<T>& end, const Vec3Of<T>& beam
   return motion;
 }
 
-/// Half the length over which a carriage rests in its guide [m]; a judgement, see guide_play.h.
+/// Half the length over which a carriage is supported by its guide [m]; an assumption, see
+/// guide_play.h.
 inline constexpr double kHalfCarriage_m = 0.025;
 
-/// A carriage with play, tipped by the moment M_B about `across`, a unit of half its play.
+/// Tilt of a carriage with play under the moment M_B, about the axis `across`, per unit of half its
+/// play.
 ///   turn = across M / sqrt(M^2 + (W h)^2),  M = across . M_B        see guide_play.h
-/// @param weight_N  W, of everything that the carriage carries
+/// @param weight_N  W: weight of everything that the carriage carries
 template <typename T>
 OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& across,
                                 const Vec3Of<T>& M_B, const T& weight_N) {
@@ -56,15 +62,15 @@ OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& acro
   OutboardMotionOf<T> motion;
   motion.centre = carriage;
   if (!(weight_N > T(0))) return motion;
-  const T M = across.dot(M_B), rest = kHalfCarriage_m * weight_N;
-  motion.turn = across * (M / sqrt(M * M + rest * rest));
+  const T M = across.dot(M_B), width = kHalfCarriage_m * weight_N;
+  motion.turn = across * (M / sqrt(M * M + width * width));
   return motion;
 }
 
-/// The motions of one joint's structure, one for each of kStructureEntries, under the weight
-/// outboard of it, gravity g_B [m/s^2]; see bearing_tilt.h, axis_bending.h, guide_play.h and
-/// link_bending.h.
-/// @param theta  the joint's position [rad] or [m]
+/// Motions of one joint's structure under the weight outboard of it, one for each of
+/// kStructureEntries; see bearing_tilt.h, axis_bending.h, guide_play.h and link_bending.h.
+/// @param g_B    gravity in B [m/s^2]
+/// @param theta  actual position of the joint [rad] or [m]
 template <typename T>
 std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
     const Chain& chain, const PostureOf<T>& posture, const OutboardMassesOf<T>& outboard,
@@ -98,7 +104,7 @@ std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
   return {torsion, CantileverMotion<T>(end, link, M_start, M_end), guide_x, guide_y, bearing};
 }
 
-/// Whether any structure yields.
+/// True if any structural entry is nonzero.
 template <typename T>
 bool StructureYields(const Influence<T>& influence, int joints) {
   for (const auto entry : kStructureEntries) {

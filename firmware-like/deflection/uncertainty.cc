@@ -20,8 +20,8 @@ bool HasCovariance(const ActiveEffect& active) {
   return active.covariance.rows() == static_cast<Eigen::Index>(active.values.size());
 }
 
-/// Writes d(influence)/d(parameter) of one effect into `slopes`; adds the entries that are not zero
-/// to `touched`.
+/// Writes d(influence)/d(parameter) of one effect to `slopes` and adds its nonzero entries to
+/// `touched`.
 void SlopesOf(const ActiveEffect& active, const Conditions& moment, std::span<Dual> values,
               Eigen::Ref<Eigen::MatrixXd> slopes, InfluenceSet& touched) {
   const auto count = static_cast<int>(values.size());
@@ -64,7 +64,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
                       const Conditions& conditions, EffectScratch& scratch) {
   Mat3 covariance = Mat3::Zero();
   if (arm.effects().empty()) return covariance;
-  Conditions moment = arm.MomentOf(q, conditions);
+  Conditions moment = arm.ConditionsAt(q, conditions);
   Influence<double> influence;
   AddEffects(arm.effects(), moment, influence);
   InfluenceSet touched;
@@ -106,9 +106,9 @@ double RadiusHolding95Percent(const Mat3& covariance) {
 
 namespace {
 
-/// A load that is not one of the few that were measured. Between two loads a deflection in
-/// proportion to the load, one with its square and a clearance that any load takes up agree with
-/// the rows alike, and differ in between.
+/// True for a load that is not one of the few measured ones. With measurements at only two loads, a
+/// deflection proportional to the load, one with its square, and a clearance that any load takes up
+/// fit equally well, but differ between these loads.
 bool BetweenLevels(const Domain& domain, double payload_kg) {
   constexpr double kSameLoad = 0.05;  // of the range of the loads
   const std::vector<double>& levels = domain.payload_levels_kg;

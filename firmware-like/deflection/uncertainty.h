@@ -1,4 +1,4 @@
-// How far the loaded tip may be from where the model puts it.
+// Covariance of the predicted tip, and its 95 % radius.
 #pragma once
 
 #include <vector>
@@ -7,35 +7,39 @@
 
 namespace plumbline {
 
-/// Covariance of a point of the posture [m^2] when each joint is read in steps of `resolution`
-/// [rad]: uniform within a step, variance resolution^2 / 12.
+/// Covariance of the tip in B [m^2] due to the resolution of the joint registers: uniform within a
+/// step, variance resolution^2 / 12.
+/// @param resolution  of each joint [rad]
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution);
 
-/// Memory that EffectCovariance works in, large enough for the effects of one arm.
+/// Scratch memory for EffectCovariance, sized for the effects of one arm.
 struct EffectScratch {
   explicit EffectScratch(const LoadedArm& arm);
   std::vector<Dual> values;
-  /// d(influence)/d(parameter), a column each; the effects' parameters one after the other.
+  /// d(influence)/d(parameter), one column per parameter of all effects in turn.
   Eigen::Matrix<double, Influence<double>::kSize, Eigen::Dynamic> slopes;
   Eigen::Matrix<double, 3, Eigen::Dynamic> columns, weighted;
 };
 
-/// Covariance of the measured tip position [m^2] in W by the deviations of the cell's effects,
-///   C = sum_e J_e Sigma_e J_e^T, J_e the tip's derivative to the effect's parameters.
-/// An effect without a covariance adds nothing. Zero where the sagged posture does not settle.
+/// Covariance of the measured tip position in W [m^2] due to the parameter covariances of the
+/// cell's effects:
+///   C = sum_e J_e Sigma_e J_e^T, with J_e the derivative of the tip by the parameters of effect e.
+/// An effect without a covariance contributes nothing. Zero if the deflected posture does not
+/// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                       const Conditions& conditions);
-/// The same; allocates nothing.
+/// The same without allocation.
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                       const Conditions& conditions, EffectScratch& scratch);
 
-/// Radius [m] of the ball that holds 95 % of a zero-mean normal error of covariance C [m^2].
-/// |e|^2 is taken as a chi^2_nu, a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite 1946], its
-/// quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for every C.
+/// Radius [m] of the sphere that contains 95 % of a zero-mean normal error with covariance C [m^2].
+/// |e|^2 is approximated by a chi^2_nu with a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite
+/// 1946], and its quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for
+/// every C.
 double RadiusHolding95Percent(const Mat3& covariance);
 
-/// True where q, payload or temperature lie outside what the model was fitted on, or the time
-/// outside of what an effect of time was; where the cell names no domain, outside the joint limits.
+/// True if q, payload or temperature lie outside the domain of the model's fit, or the time outside
+/// that of a time-dependent effect. Without a domain: true if q is outside the joint limits.
 bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
                    std::optional<double> temp_C, std::optional<double> t_s = std::nullopt);
 

@@ -1,12 +1,12 @@
-// A joint that has not quite arrived when it is measured.
+// Incomplete approach: a joint that is measured before it has fully arrived.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the part of the move that is
-/// still to come. Valid where the wait after each move is the same.
+/// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the fraction of the move that is
+/// still to come. Valid if the waiting time after each move is the same.
 const Effect& ApproachLag();
 
 }  // namespace plumbline

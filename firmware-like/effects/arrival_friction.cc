@@ -8,8 +8,8 @@ struct ArrivalFrictionFormula {
     return {.id = "arrival_friction",
             .meaning = "friction that grows with the load holds the joint short of its command",
             .remedy =
-                "approach from one side; check lubrication and preload where it grows; else let "
-                "the correction carry it",
+                "approach from one side; check lubrication and preload if it grows; otherwise let "
+                "the correction compensate for it",
             .parameters = {{"q#", "rad/(N m)", 1, {-5e-5, 2e-4}}},
             .needs = {Signal::kOrder, Signal::kTorques},
             .confused_with = {"following_error", "backlash", "approach_lag", "joint_compliance"},

@@ -6,10 +6,10 @@ namespace {
 struct AxisBendingFormula {
   static EffectTraits Traits() {
     return {.id = "axis_bending",
-            .meaning = "an extending axis bends under its load, the more the further it is out",
+            .meaning = "an extending axis bends under its load, more so the further it is extended",
             .remedy =
-                "a property of the axis: let the correction carry it; a sudden rise is a "
-                "loose guide",
+                "a property of the axis: let the correction compensate for it; a sudden increase "
+                "indicates a loose guide",
             .parameters = {{.name = "q#",
                             .unit = "1/(N m^2)",
                             .plausible = {0, 1e-3},

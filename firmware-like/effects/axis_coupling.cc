@@ -6,10 +6,10 @@ namespace {
 struct AxisCouplingFormula {
   static EffectTraits Traits() {
     return {.id = "axis_coupling",
-            .meaning = "the joint turns a little along with another one, through gears they share",
+            .meaning = "the joint turns slightly along with another one, through shared gears",
             .remedy =
-                "check the coupling ratio of these axes in the controller; else let the "
-                "correction carry it",
+                "check the coupling ratio of these axes in the controller; otherwise let the "
+                "correction compensate for it",
             .parameters = {{"q#_of_q#", "1", 1, {-0.02, 0.02}}},
             .needs = {},
             .confused_with = {"gear_ratio", "joint_offset", "link_geometry", "gear_periodic"},

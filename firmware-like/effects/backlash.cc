@@ -7,7 +7,7 @@ struct BacklashFormula {
   static EffectTraits Traits() {
     return {.id = "backlash",
             .meaning = "the joint's gearbox has play",
-            .remedy = "approach from one side; have the gearbox adjusted when the gap grows",
+            .remedy = "approach from one side; have the gearbox adjusted if the gap grows",
             .parameters = {{"q#", "rad", 1, {-2e-3, 2e-3}},
                            {.name = "by", .role = ParameterRole::kWord, .words = "load,move"}},
             .needs = {},

@@ -1,4 +1,4 @@
-// Play in a gearbox that gravity, or the last move, takes up.
+// Backlash: play in a gearbox, taken up by gravity or by the last move.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
@@ -6,11 +6,11 @@
 namespace plumbline {
 
 /// value_i is half the gap [rad]   [formats.md; Whitney, Lozinski & Rourke 1986, J. Dyn. Syst.
-/// Meas. Control 108(1)]. `by` says what holds the joint at one flank:
+/// Meas. Control 108(1)]. `by` states what holds the joint at one flank:
 ///   load  s_i += value_i sign(tau_i)
-///   move  s_i += value_i sign(last move of joint i that was not zero); nothing before the first
-/// While that sign never changes, this equals joint_offset. Not valid where the torque is near
-/// zero: the joint then lies anywhere in its gap.
+///   move  s_i += value_i sign(last nonzero move of joint i); nothing before the first one
+/// As long as that sign does not change, equivalent to joint_offset. Not valid for torques near
+/// zero, where the joint may lie anywhere in its gap.
 const Effect& Backlash();
 
 }  // namespace plumbline

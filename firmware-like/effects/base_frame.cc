@@ -7,7 +7,7 @@ struct BaseFrameFormula {
   static EffectTraits Traits() {
     return {
         .id = "base_frame",
-        .meaning = "the robot's base stands elsewhere than declared",
+        .meaning = "the robot's base is not where it was declared",
         .remedy = "align the instrument to the base again, or correct base_xyz_mm and base_rpy_deg",
         .parameters = {{"x", "mm", 1e-3, {-20, 20}},
                        {"y", "mm", 1e-3, {-20, 20}},

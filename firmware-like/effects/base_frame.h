@@ -1,15 +1,15 @@
-// A robot that stands elsewhere in the measurement frame than declared.
+// Base frame error: a robot base that is not where it was declared in the measurement frame.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The base moves by (x, y, z) in W, and (roll, pitch, yaw) add to its declared angles:
+/// The base moves by (x, y, z) in W, and (roll, pitch, yaw) are added to its declared angles:
 ///   X_WB = (R = Rz(yaw) Ry(pitch) Rx(roll), p = p_WB + (x, y, z))
-/// Gravity is given in W and stays there: a turned base loads the joints otherwise. A nuisance
-/// where the cell calls the measurement frame unaligned, an effect where it calls it aligned. Units
-/// of the files: mm, deg. Valid away from pitch = 90 deg.
+/// Gravity is fixed in W, so a rotated base also changes the joint loads. A nuisance if the cell
+/// declares the measurement frame as unaligned, an effect if aligned. File units: mm, deg. Valid
+/// away from pitch = 90 deg.
 const Effect& BaseFrame();
 
 }  // namespace plumbline

@@ -8,8 +8,8 @@ struct BaseTiltFormula {
     return {.id = "base_tilt",
             .meaning = "the base tilts as its inclinometer reads",
             .remedy =
-                "find out what tilts it: the floor, the anchor bolts, a press beside it; let the "
-                "correction carry it where the inclinometer stays",
+                "find out what tilts it: the floor, the anchor bolts, a press beside it; with a "
+                "permanent inclinometer, let the correction compensate for it",
             .parameters = {{"gain", "1", 1, {-2, 2}}},
             .needs = {Signal::kTilt},
             .confused_with = {"tilt_event", "thermal_drift", "pedestal_compliance", "base_frame"}};

@@ -1,14 +1,14 @@
-// A base that follows an inclinometer mounted on it.
+// Base tilt: a base that follows the inclinometer mounted on it.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The base turns about its origin by value times what an inclinometer on it reads, the columns
-/// tilt_x_deg and tilt_y_deg: turns about W's x and y. Unit: 1; a base that turns as the
-/// inclinometer does has 1. Gravity keeps its direction in W. Valid for milliradians. Without the
-/// columns nothing.
+/// The base rotates about its origin by value times the inclinometer reading, columns tilt_x_deg
+/// and tilt_y_deg: rotations about x and y of W. Unit: 1; a base that rotates exactly as the
+/// inclinometer reads has 1. Gravity keeps its direction in W. Valid for milliradians. Adds nothing
+/// without the columns.
 const Effect& BaseTilt();
 
 }  // namespace plumbline

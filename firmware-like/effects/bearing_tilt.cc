@@ -5,20 +5,21 @@ namespace {
 
 struct BearingTiltFormula {
   static EffectTraits Traits() {
-    return {.id = "bearing_tilt",
-            .meaning = "a joint's bearing tilts under the weight that it carries",
-            .remedy =
-                "a bearing's property: let the correction carry it; a sudden rise is a worn or "
-                "loose bearing",
-            .parameters = {{.name = "q#",
-                            .unit = "rad/(N m)",
-                            .plausible = {0, 2e-5},
-                            .only = JointType::kRevolute,
-                            .not_of_first = true}},
-            .needs = {Signal::kWeight},
-            .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
-                              "link_geometry", "payload_cog"},
-            .per_joint = true};
+    return {
+        .id = "bearing_tilt",
+        .meaning = "a joint's bearing tilts under the weight that it carries",
+        .remedy =
+            "a property of the bearing: let the correction compensate for it; a sudden increase "
+            "indicates a worn or loose bearing",
+        .parameters = {{.name = "q#",
+                        .unit = "rad/(N m)",
+                        .plausible = {0, 2e-5},
+                        .only = JointType::kRevolute,
+                        .not_of_first = true}},
+        .needs = {Signal::kWeight},
+        .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
+                          "link_geometry", "payload_cog"},
+        .per_joint = true};
   }
 
   template <typename T>

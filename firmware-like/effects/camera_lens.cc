@@ -6,7 +6,7 @@ namespace {
 struct CameraLensFormula {
   static EffectTraits Traits() {
     return {.id = "camera_lens",
-            .meaning = "the lens is not the calibrated one any more: its distortion has changed",
+            .meaning = "the lens distortion has changed since calibration",
             .remedy =
                 "calibrate the lens at this zoom and focus, and measure again; do not correct "
                 "the robot for it",

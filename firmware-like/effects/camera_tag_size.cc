@@ -6,7 +6,7 @@ namespace {
 struct CameraTagSizeFormula {
   static EffectTraits Traits() {
     return {.id = "camera_tag_size",
-            .meaning = "the tags are not as large as the camera was told",
+            .meaning = "the tags are not as large as configured",
             .remedy =
                 "measure a tag's black border with a calliper and correct the size in the "
                 "camera's configuration; do not correct the robot for it",

@@ -8,7 +8,7 @@ struct CameraZoomFormula {
 
   static EffectTraits Traits() {
     return {.id = "camera_zoom",
-            .meaning = "the camera was zoomed or focused and measures with its old focal length",
+            .meaning = "the camera was zoomed or focused but measures with its old focal length",
             .remedy =
                 "calibrate the lens at this zoom, or zoom back, and measure again; do not "
                 "correct the robot for it",

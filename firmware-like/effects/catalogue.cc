@@ -7,8 +7,8 @@
 
 namespace plumbline {
 
-/// Every effect, in the order of the file formats' table; its line here is all that a new one
-/// needs beside its two files.
+/// In the order of the table in the file-format description. A new effect needs only its line here
+/// and its two files.
 // clang-format off
 #define PLUMBLINE_EFFECTS(EFFECT) \
   EFFECT(BaseFrame) \

@@ -1,4 +1,4 @@
-// Every effect that the model knows.
+// Catalogue of all physical effects.
 #pragma once
 
 #include <span>
@@ -8,11 +8,11 @@
 
 namespace plumbline {
 
-/// The physical effects, in the order of the file formats' table; a line here makes an effect known
-/// to configuration, compensation, diagnosis and report. The order is also that of summation.
+/// All physical effects, in the order of the table in the file-format description, which is also
+/// the order of summation. Configuration, compensation, diagnosis and report all use this list.
 std::span<const Effect* const> Catalogue();
 
-/// The effect of an id, of the catalogue or "empirical"; null where there is none.
+/// Looks up an effect by id, in the catalogue or "empirical"; null if there is none.
 const Effect* FindEffect(std::string_view id);
 
 }  // namespace plumbline

@@ -10,16 +10,16 @@ struct CounterbalanceFormula {
   static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
 
   static EffectTraits Traits() {
-    return {
-        .id = "counterbalance",
-        .meaning = "a balancing spring or cylinder loads the joint",
-        .remedy =
-            "check the cylinder's pressure or the spring; a constant one goes into the correction",
-        .parameters = {{"q#_amplitude", "N m", 1, {-1e4, 1e4}},
-                       {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
-        .needs = {},
-        .confused_with = {"gear_periodic", "joint_compliance", "gear_ratio", "payload_mass"},
-        .per_joint = true};
+    return {.id = "counterbalance",
+            .meaning = "a balancing spring or cylinder loads the joint",
+            .remedy =
+                "check the cylinder's pressure or the spring; let the correction compensate for a "
+                "constant one",
+            .parameters = {{"q#_amplitude", "N m", 1, {-1e4, 1e4}},
+                           {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape}},
+            .needs = {},
+            .confused_with = {"gear_periodic", "joint_compliance", "gear_ratio", "payload_mass"},
+            .per_joint = true};
   }
 
   template <typename T>

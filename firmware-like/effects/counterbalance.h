@@ -1,4 +1,4 @@
-// A spring that helps a joint against gravity and that the model lacks.
+// Counterbalance: a balancing spring that the model lacks.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
@@ -6,9 +6,9 @@
 namespace plumbline {
 
 /// tau_i += amplitude sin(q_i + phase), a torque that moves the arm only through that joint's
-/// compliance, declared or found. Units: N m, rad. An absent phase is 0. Over the same data it is
-/// equivalent to gear_periodic with one cycle [formats.md]. Valid for a spring or a gas cylinder
-/// whose lever is short against its length.
+/// compliance, declared or fitted. Units: N m, rad. An absent phase is 0. Over the same data
+/// equivalent to gear_periodic with one cycle [formats.md]. Valid for a spring or gas cylinder
+/// whose lever is short compared with its length.
 const Effect& Counterbalance();
 
 }  // namespace plumbline

@@ -7,7 +7,7 @@ struct DynamicInertiaFormula {
   static EffectTraits Traits() {
     return {.id = "dynamic_inertia",
             .meaning = "the joint winds up under the inertia of what it accelerates",
-            .remedy = "measure at a standstill, or lower the acceleration near the point",
+            .remedy = "measure at standstill, or lower the acceleration near the point",
             .parameters = {{"q#", "s^2", 1, {0, 3e-3}}},
             .needs = {Signal::kAcceleration},
             .confused_with = {"latency", "joint_compliance", "approach_lag"},

@@ -1,4 +1,4 @@
-// A physical effect: what it needs, its parameters, and how it adds to the arm.
+// Interface of a physical effect: required signals, parameters, and its contribution to the arm.
 #pragma once
 
 #include <ceres/jet.h>
@@ -15,70 +15,74 @@
 
 namespace plumbline {
 
-/// A number with kDualWidth derivatives, for identification.
+/// Dual number with kDualWidth derivatives, for identification by automatic differentiation.
 inline constexpr int kDualWidth = 16;
 using Dual = ceres::Jet<double, kDualWidth>;
 
-/// What an effect reads beside the joint positions; a row without it cannot show the effect.
+/// Signals, besides joint positions, that an effect depends on. Rows without them carry no
+/// information about the effect.
 enum class Signal {
   kTime,          ///< t_s
   kTemperature,   ///< temp_C, and the cell's reference temperature
   kVelocity,      ///< qd
   kAcceleration,  ///< qdd
-  kOrder,         ///< the order of execution: last moves
+  kOrder,         ///< execution order of the rows, which defines the last moves
   kPayload,       ///< payload_kg and the cell's [payload]
   kTorques,       ///< link masses, or measured torques
-  kWeight,        ///< link masses: what the structure bears, no torque sensor measures
-  kNoTorques,     ///< neither, so that what yields to torque cannot be told apart by it
+  kWeight,        ///< link masses; structural loads are not measured by torque sensors
+  kNoTorques,     ///< torques are unknown, for effects that stand in for them
   kBeam,          ///< a tool that bends
-  kCamera,        ///< a measuring camera whose pose in W is declared
-  kRange,         ///< distances from an anchor are measured
-  kTilt,          ///< tilt_x_deg and tilt_y_deg of an inclinometer on the base, not constant
+  kCamera,        ///< a measuring camera with a declared pose in W
+  kRange,         ///< measured distances from an anchor
+  kTilt,          ///< varying tilt_x_deg and tilt_y_deg of an inclinometer on the base
 };
 
-/// How a parameter enters.
+/// Role of a parameter in its effect.
 enum class ParameterRole {
-  kSize,   ///< zero means "does not act"; the effect is linear in its sizes near zero
-  kShape,  ///< where or how it acts: a phase, cycles a turn, a time constant, a moment
+  kSize,   ///< zero means no effect; the effect is linear in its sizes near zero
+  kShape,  ///< where or how the effect acts: phase, cycles per turn, time constant, event time
   kWord,   ///< a choice: `by` of backlash, `frame` of step_event
 };
 
-/// A parameter of the file formats. In `name`, `#` stands for a number, the first that of a joint;
-/// the second one of another joint inwards of it where it follows a `q`, of a link from its own
-/// outwards where it follows `link`, else a count from 2.
+/// Specification of a parameter as it appears in files. In `name`, each `#` stands for a number.
+/// The first is a joint number. A second one is the number of a joint inboard of it if it follows
+/// `q`, of a link from the joint's own outwards if it follows `link`, otherwise a term index from
+/// 2.
 struct ParameterSpec {
   std::string_view name{};
-  std::string_view unit{};  ///< as in the files
-  double to_SI = 1;         ///< file value times this is the SI value that Add() gets
-  /// Sizes that a sound machine can show, in file units; beyond them an explanation is
-  /// implausible. For a shape, the range to search. Of an inverse one, infinite is plausible too.
+  std::string_view unit{};  ///< in files
+  double to_SI = 1;         ///< SI value passed to Add() = file value * to_SI
+  /// For a size, the values that a sound machine can have, in file units; an explanation beyond
+  /// them is implausible. For a shape, the search range. For an inverse parameter, infinity is
+  /// plausible too.
   Interval plausible{-1e300, 1e300};
   ParameterRole role = ParameterRole::kSize;
-  std::string_view words{};  ///< of a kWord: its choices, comma-separated; the first if not said
-  bool inverse = false;      ///< the SI value is 1 / (file value): absent is infinite (kappa)
-  /// Of a size that does not act linearly: the value that acts as `linear` times the derivative at
-  /// zero does. Null: the size is linear, that value is `linear` itself.
+  std::string_view words{};  ///< for kWord: comma-separated choices; the first one is the default
+  bool inverse = false;      ///< the SI value is 1 / (file value); absent means infinite (kappa)
+  /// For a size that acts nonlinearly: the value whose effect equals `linear` times the derivative
+  /// at zero. Null: the size acts linearly, and that value is `linear` itself.
   double (*value_of_linear)(double linear) = nullptr;
-  /// True where the parameter makes sense between parallel axes only; elsewhere others imitate it.
+  /// Offered between parallel axes only; elsewhere other parameters are equivalent.
   bool parallel_axes_only = false;
-  std::optional<JointType> only{};  ///< joints of this type only
-  bool not_of_first = false;  ///< of the first joint another effect of the catalogue does the same
-  /// Of a prismatic joint, where it has another unit than a revolute one; to_SI is the same.
+  std::optional<JointType> only{};  ///< for joints of this type only
+  bool not_of_first = false;        ///< not for the first joint, where another effect is equivalent
+  /// Unit and range for prismatic joints, if they differ; to_SI is the same.
   std::string_view prismatic_unit{};
   Interval prismatic_plausible{};
 };
 
-/// True of the moment (`time` or `row`) from which an effect acts: a threshold, without derivative.
+/// True for the event time (`time` or `row`) from which an effect acts: a threshold without
+/// derivative.
 bool IsMoment(const ParameterSpec& spec);
-/// True of a parameter between two joints: its name has a second `q#`.
+/// True for a parameter that relates two joints: its name has a second `q#`.
 bool IsOfTwoJoints(const ParameterSpec& spec);
-/// True of a parameter of a joint and a link outboard of it: its name has `link#`.
+/// True for a parameter of a joint and a link outboard of it: its name has `link#`.
 bool IsOfJointAndLink(const ParameterSpec& spec);
-/// True of the cycles a turn of an effect that repeats with a joint's angle.
+/// True for the number of cycles per turn of an effect that repeats with the joint angle.
 bool IsCycles(const ParameterSpec& spec);
 
-/// One parameter of a term: which spec, of which joint (0-based; -1: none), which of several terms
-/// of one joint (harmonics count from 1), and with which second joint.
+/// Identifies one parameter of a term: its spec, its joint (0-based; -1: none), its harmonic (from
+/// 1) and the second joint or link.
 struct TermParameter {
   int spec = 0;
   int joint = -1;
@@ -91,55 +95,55 @@ class Effect;
 
 /// The prismatic joints of a robot as bits; see EffectTerm.
 std::uint32_t PrismaticJoints(const Robot& robot);
-/// Unit and plausible range of a parameter of that joint.
+/// Unit and plausible range of a parameter for one joint.
 std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
 const Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
 
-/// An effect with the parameters that are in use; values stand beside it, in SI, in this order.
-/// Words are no numbers: `word` holds the choice, and it has no entry here.
+/// An effect with the parameters in use. The numeric values are stored separately, in SI units and
+/// in this order. A kWord parameter has no entry in `parameters`; `word` holds its choice.
 struct EffectTerm {
   const Effect* effect = nullptr;
   std::vector<TermParameter> parameters;
-  std::string_view word{};             ///< one of the spec's words; empty stands for its first
+  std::string_view word{};             ///< one of the spec's words; empty: the first one
   std::uint32_t prismatic = 0;         ///< bit k: joint k is prismatic, which may change units
-  std::vector<std::string> drivers{};  ///< of an empirical term: the column that it follows
+  std::vector<std::string> drivers{};  ///< of an empirical term: the columns it depends on
   Eigen::MatrixXd nodes{};             ///< of an empirical term, in file units; see empirical.h
 };
 
-/// What a word's choice needs beside what the effect needs.
+/// Additional signal required by one choice of a word.
 struct WordNeed {
   std::string_view word;
   Signal signal;
 };
 
-/// A frame that a measurement may leave unknown, so that every fit estimates it anyway.
+/// Frame that a measurement may leave unknown, and which every fit then estimates.
 enum class Nuisance { kNone, kBaseFrame, kToolFrame };
 
-/// What the catalogue tells of an effect.
+/// Description of an effect, used by configuration, diagnosis and report.
 struct EffectTraits {
   std::string_view id;
-  std::string_view meaning;  ///< one sentence for the report: what it is on the machine
+  std::string_view meaning;  ///< one sentence for the report: the cause on the machine
   std::string_view remedy;   ///< one sentence for the report: what to do about it
   std::vector<ParameterSpec> parameters;
   std::vector<Signal> needs;
   std::vector<WordNeed> word_needs{};
   std::vector<std::string_view> confused_with;  ///< ids
-  /// True where joints are judged one by one, and the answer's scope names them.
+  /// Joints are accepted or rejected individually, and the scope of the result lists them.
   bool per_joint = false;
-  /// True where its parameters are kept or dropped one by one, although they belong to no joint.
+  /// Parameters are accepted or rejected individually, although they belong to no joint.
   bool one_by_one = false;
-  std::string_view name{};  ///< in sentences; empty: the id with spaces
+  std::string_view name{};  ///< for use in sentences; empty: the id with spaces
   Nuisance nuisance = Nuisance::kNone;
-  /// True where a parameter adds to the declared compliance of its joint: the sum is not negative
-  /// in any passive joint.
+  /// A parameter adds to the declared compliance of its joint; the sum of a passive joint must not
+  /// be negative.
   bool adds_compliance = false;
-  bool empirical = false;  ///< a curve along a recorded signal, no physics
+  bool empirical = false;  ///< a curve along a recorded signal without physical model
 
-  /// Whether a row must have `signal` to show the effect with that word.
+  /// True if a row needs `signal` to show the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;
 };
 
-/// The base of every effect; one object each in the catalogue, without state.
+/// Base class of the effects. The catalogue holds one stateless object of each.
 class Effect {
  public:
   virtual ~Effect() = default;
@@ -148,12 +152,12 @@ class Effect {
 
   const EffectTraits& traits() const { return traits_; }
 
-  /// Adds what the effect does in these conditions; nothing where a signal it needs is absent.
-  /// Allocates nothing.
-  /// @param values  of term.parameters, in SI
+  /// Adds the contribution of the effect under these conditions; adds nothing if a required signal
+  /// is absent. Does not allocate.
+  /// @param values  values of term.parameters, in SI units
   virtual void Add(const EffectTerm& term, std::span<const double> values,
                    const Conditions& conditions, Influence<double>& influence) const = 0;
-  /// The same with derivatives; identical in its values.
+  /// The same with derivatives; the values are identical.
   virtual void Add(const EffectTerm& term, std::span<const Dual> values,
                    const Conditions& conditions, Influence<Dual>& influence) const = 0;
 
@@ -164,8 +168,8 @@ class Effect {
   EffectTraits traits_;
 };
 
-/// Makes an Effect of a struct with `static EffectTraits Traits()` and a template
-/// `static void Add<T>(term, std::span<const T>, conditions, Influence<T>&)`.
+/// Adapts a struct with `static EffectTraits Traits()` and a template `static void Add<T>(term,
+/// std::span<const T>, conditions, Influence<T>&)` to the Effect interface.
 template <typename Formula>
 class EffectOf final : public Effect {
  public:
@@ -180,7 +184,8 @@ class EffectOf final : public Effect {
   }
 };
 
-/// The value of the parameter `spec` that belongs to parameter k: of its joint and its harmonic.
+/// The value of parameter `spec` with the same joint and harmonic as parameter k; `otherwise` if
+/// the term has none.
 template <typename T>
 T ValueOfSame(const EffectTerm& term, std::span<const T> values, std::size_t k, int spec,
               const T& otherwise) {

@@ -7,19 +7,19 @@
 namespace plumbline {
 namespace {
 
-/// Where a value lies among ascending ones: at `below` with weight 1 - part, at the next with
+/// Position of a value in an ascending sequence: element `below` has weight 1 - part, the next one
 /// weight part.
 struct Place {
   Eigen::Index below = 0;
   double part = 0;
 };
 
-/// @param stride  rows from one value to the next
+/// @param stride  number of rows between consecutive values
 Place PlaceOf(double driver, const Eigen::MatrixXd& nodes, Eigen::Index column, Eigen::Index count,
               Eigen::Index stride) {
   const auto at = [&](Eigen::Index k) { return nodes(k * stride, column); };
   Place place;
-  for (Eigen::Index above = count; above - place.below > 1;) {  // halved until one is left
+  for (Eigen::Index above = count; above - place.below > 1;) {  // bisection
     const Eigen::Index middle = (place.below + above) / 2;
     (at(middle) <= driver ? place.below : above) = middle;
   }
@@ -30,15 +30,15 @@ Place PlaceOf(double driver, const Eigen::MatrixXd& nodes, Eigen::Index column, 
   return place;
 }
 
-/// Rows of the nodes with the first one's value of the first driver: of one driver 1, of two the
-/// values of the second.
+/// Number of rows with the same value of the first driver: 1 for one driver; for two, the number of
+/// values of the second driver.
 Eigen::Index GroupSize(const Eigen::MatrixXd& nodes) {
   Eigen::Index size = 1;
   while (size < nodes.rows() && nodes(size, 0) == nodes(0, 0)) ++size;
   return size;
 }
 
-/// The nodes about a moment, with weights that sum to 1.
+/// The nodes used for interpolation, with weights that sum to 1.
 struct Around {
   std::array<Eigen::Index, 4> node{};
   std::array<double, 4> weight{};
@@ -51,7 +51,7 @@ struct Around {
   }
 };
 
-/// Nothing where a driver is not known.
+/// nullopt if a driver is unknown.
 std::optional<Around> NodesAround(const EffectTerm& term, const Conditions& conditions) {
   std::array<double, 2> value{};
   for (std::size_t k = 0; k < term.drivers.size(); ++k) {
@@ -77,21 +77,24 @@ struct EmpiricalFormula {
 
   static EffectTraits Traits() {
     constexpr Interval kFactor{0, 2};
-    return {.id = "empirical",
-            .meaning = "the error follows a recorded signal, by no catalogued physics",
-            .remedy = "find out what the signal stands for; corrected only where there is data",
-            .parameters = {{"base_x", "1", 1, kFactor},
-                           {"base_y", "1", 1, kFactor},
-                           {"base_z", "1", 1, kFactor},
-                           {"tip_x", "1", 1, kFactor},
-                           {"tip_y", "1", 1, kFactor},
-                           {"tip_z", "1", 1, kFactor},
-                           {"q#", "1", 1, kFactor},
-                           {"tool_bending", "1", 1, kFactor}},
-            .needs = {},
-            .confused_with = {},
-            .name = "an empirical term",
-            .empirical = true};
+    return {
+        .id = "empirical",
+        .meaning = "the error follows a recorded signal, without a known physical cause",
+        .remedy =
+            "find the physical cause behind the signal; the correction is valid only where there "
+            "is data",
+        .parameters = {{"base_x", "1", 1, kFactor},
+                       {"base_y", "1", 1, kFactor},
+                       {"base_z", "1", 1, kFactor},
+                       {"tip_x", "1", 1, kFactor},
+                       {"tip_y", "1", 1, kFactor},
+                       {"tip_z", "1", 1, kFactor},
+                       {"q#", "1", 1, kFactor},
+                       {"tool_bending", "1", 1, kFactor}},
+        .needs = {},
+        .confused_with = {},
+        .name = "an empirical term",
+        .empirical = true};
   }
 
   template <typename T>

@@ -1,29 +1,32 @@
-// A correction without a physical name: what the residual does along one or two recorded signals.
+// Empirical term: a piecewise linear correction along one or two recorded signals, without a
+// physical model.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// Adds value_k n_k(driver) to carrier k, n piecewise linear between nodes and held constant beyond
-/// the first and the last one. One parameter a carrier, named after it:
+/// Adds value_k n_k(driver) to carrier k, with n piecewise linear between nodes and constant beyond
+/// the first and last node. There is one parameter per carrier, named after it:
 ///   base_x, base_y, base_z    the base in W            nodes in mm
 ///   tip_x, tip_y, tip_z       the tip in F             nodes in mm
-///   q1, q2, ..                turn of the joint        nodes in rad
-///   tool_bending              the tool bends times 1 + value, nodes in 1
-/// The value is a factor on the whole curve, usually 1 (or the shrinkage), and carries the
-/// deviation. Term.nodes has one row a node: the driver's value, ascending, in the unit of its
-/// column; then one column a parameter, in their order. With two drivers the nodes are a full grid,
-/// bilinear between: the first driver's value, the second's, then the parameters; of rows with the
-/// same first value the second rises, and every such group has the same second values. Term.drivers
-/// names the columns; in a moment where one is not known nothing is added. Valid inside its nodes
-/// only.
+///   q1, q2, ..                deflection of the joint  nodes in rad
+///   tool_bending              factor 1 + value on the bending of the tool, nodes in 1
+/// The value is a factor on the whole curve, usually 1 (or the shrinkage), and carries the standard
+/// deviation. EffectTerm::nodes has one row per node: the driver's value, ascending, in the unit of
+/// its column, followed by one value per parameter in their order. With two drivers the nodes form
+/// a full grid with bilinear interpolation: the values of the first and the second driver, then the
+/// parameters. Rows are grouped by the first value; within a group the second value ascends, and
+/// every group has the same second values. EffectTerm::drivers names the columns; nothing is added
+/// if one of them is unknown. Valid within the range of the nodes.
 const Effect& Empirical();
 
-/// SI units in one unit of a node of that carrier: 1e-3 of a shift, in mm; 1 of a turn or a ratio.
+/// Conversion factor from node units to SI units: 1e-3 for translations in mm, 1 for rotations and
+/// ratios.
 double EmpiricalNodeToSI(const TermParameter& parameter);
 
-/// Why drivers and nodes make no empirical term of that many parameters; empty where they do.
+/// Error message if drivers and nodes do not form a valid empirical term with that many parameters;
+/// empty if they do.
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,
                            std::size_t parameters);
 

@@ -1,11 +1,12 @@
-// When an event happened: what the effects that begin at a moment have in common.
+// Event time: common part of the effects that act from one time on.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// True where the moment of a term, its `time` [s] or its `row`, has come in these conditions.
+/// True if the event time of a term, its `time` [s] or `row`, has been reached under these
+/// conditions.
 template <typename T>
 bool HasHappened(const EffectTerm& term, std::span<const T> values, const Conditions& conditions) {
   for (std::size_t k = 0; k < values.size(); ++k) {

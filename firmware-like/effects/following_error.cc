@@ -6,10 +6,11 @@ namespace {
 struct FollowingErrorFormula {
   static EffectTraits Traits() {
     return {.id = "following_error",
-            .meaning = "the joint stops behind its command by its share of the last move's speed",
+            .meaning =
+                "the joint stops short of its command in proportion to its speed in the last move",
             .remedy =
-                "wait longer after a move or raise the position loop's gain; measure at the speed "
-                "of production",
+                "wait longer after a move, or increase the gain of the position loop; measure at "
+                "production speed",
             .parameters = {{"q#", "rad", 1, {-5e-3, 5e-3}}},
             .needs = {Signal::kOrder},
             .confused_with = {"approach_lag", "backlash", "arrival_friction", "latency"},

@@ -8,8 +8,8 @@ namespace {
 struct GearPeriodicFormula {
   enum Parameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
   static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
-  // No wheel of a gear train turns slower than its joint; below half a cycle a turn a sine is no
-  // line but an offset and a slope.
+  // No wheel of a gear train turns slower than its joint. Below half a cycle per turn, a sine is
+  // indistinguishable from an offset and a slope.
   static constexpr Interval kCycleRange{0.5, 400};
 
   static ParameterSpec Amplitude(std::string_view name) {
@@ -19,7 +19,7 @@ struct GearPeriodicFormula {
             .prismatic_unit = "m",
             .prismatic_plausible = {-2e-3, 2e-3}};
   }
-  /// Of a prismatic joint 2 pi over the period in metres.
+  /// For a prismatic joint: 2 pi divided by the period [rad/m].
   static ParameterSpec Cycles(std::string_view name) {
     return {.name = name,
             .unit = "1/turn",
@@ -32,7 +32,9 @@ struct GearPeriodicFormula {
   static EffectTraits Traits() {
     return {.id = "gear_periodic",
             .meaning = "the joint's error repeats with its angle: gear, encoder or bearing",
-            .remedy = "a property of gear or encoder: let the correction carry it; a rise is wear",
+            .remedy =
+                "a property of gear or encoder: let the correction compensate for it; an increase "
+                "indicates wear",
             .parameters = {Amplitude("q#_amplitude"),
                            Cycles("q#_cycles"),
                            {"q#_phase", "rad", 1, kCircle, ParameterRole::kShape},

@@ -8,7 +8,8 @@ struct GearRatioFormula {
     return {.id = "gear_ratio",
             .meaning = "the joint turns by a constant fraction more or less than commanded",
             .remedy =
-                "check the joint's gear ratio in the controller; else let the correction carry it",
+                "check the joint's gear ratio in the controller; otherwise let the correction "
+                "compensate for it",
             .parameters = {{"q#", "1", 1, {-5e-3, 5e-3}}},
             .needs = {},
             .confused_with = {"joint_offset", "gear_periodic", "counterbalance", "link_geometry",

@@ -1,12 +1,13 @@
-// A joint that turns a little more, or less, than it was told.
+// Gear ratio error: a joint that turns by a constant fraction more or less than commanded.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// s_i += value_i q_i, q_i as commanded [rad]. Unit: 1. A gearbox's ratio is a ratio of teeth, so
-/// what is found is a wrong entry in the controller, or an encoder's scale; 5e-3 is generous.
+/// s_i += value_i q_i, with the commanded q_i [rad]. Unit: 1. The true ratio is a ratio of tooth
+/// counts, so what is found is a wrong entry in the controller or an encoder's scale error; 5e-3 is
+/// a generous limit.
 const Effect& GearRatio();
 
 }  // namespace plumbline

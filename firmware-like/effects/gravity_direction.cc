@@ -7,8 +7,7 @@ struct GravityDirectionFormula {
   static EffectTraits Traits() {
     return {.id = "gravity_direction",
             .meaning = "the measurement frame is not level",
-            .remedy =
-                "level the instrument, or enter gravity_m_s2 as it stands in the measurement frame",
+            .remedy = "level the instrument, or enter gravity_m_s2 in the measurement frame",
             .parameters = {{"x", "rad", 1, {-0.035, 0.035}}, {"y", "rad", 1, {-0.035, 0.035}}},
             .needs = {},
             .confused_with = {"base_frame", "pedestal_compliance", "payload_mass", "payload_cog"}};

@@ -1,13 +1,13 @@
-// Gravity that is not where the measurement frame says.
+// Gravity direction: a measurement frame that is not level.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// Gravity turns about the measurement axes by the rotation vector (x, y, 0)   [formats.md]. Unit:
-/// rad. The instrument, or the frame built from its marks, was not levelled; geometry stays, only
-/// loads change.
+/// Gravity rotates about the axes of the measurement frame by the rotation vector (x, y, 0)
+/// [formats.md]. Unit: rad. The instrument, or the frame built from its reference marks, was not
+/// levelled; only loads change, not the geometry.
 const Effect& GravityDirection();
 
 }  // namespace plumbline

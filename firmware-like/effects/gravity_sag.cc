@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// Of each link the frame turned with its joint, z along the joint's axis, in B.
+/// For each link, the frame that rotates with its joint, with z along the joint's axis, in B.
 void TurnedFrames(const Robot& robot, const JointVector& q, std::array<Mat3, kMaxJoints>& R_BK) {
   Mat3 R = Mat3::Identity();
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
@@ -34,8 +34,8 @@ struct GravitySagFormula {
     return {.id = "gravity_sag",
             .meaning = "the joint winds up under its gravity torque; the links' masses are unknown",
             .remedy =
-                "a gearbox property: let the correction carry it; declare link_mass_kg and "
-                "link_com_mm to tell compliance from weight",
+                "a property of the gearbox: let the correction compensate for it; declare "
+                "link_mass_kg and link_com_mm to separate compliance from weight",
             .parameters = {{.name = "q#",
                             .unit = "rad/(N m)",
                             .plausible = {0, 2e-4},

@@ -8,7 +8,7 @@ struct GuidePlayFormula {
     return {.id = "guide_play",
             .meaning = "a sliding axis has play in its guide, and its load tips the carriage",
             .remedy =
-                "adjust the preload of the carriage (gib, eccentric rollers), or exchange it for "
+                "adjust the preload of the carriage (gib, eccentric rollers), or replace it with "
                 "one of a higher preload class",
             .parameters = {{.name = "q#_x",
                             .unit = "rad",

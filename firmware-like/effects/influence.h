@@ -1,4 +1,4 @@
-// What the active effects do to the arm in one moment: the accumulator that every effect adds to.
+// Influence, the accumulator that all active effects add to, and the Conditions they depend on.
 #pragma once
 
 #include <memory>
@@ -11,58 +11,58 @@
 
 namespace plumbline {
 
-/// One value a joint, of a number type T.
+/// One value per joint, of number type T.
 template <typename T>
 using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
-/// Changes to the declared arm, all zero where nothing acts. An effect reads the moment's
-/// conditions and *adds* to the entries it means; the arm's equations (deflection/loaded_arm.h)
-/// read the sum. Stored flat, so that its derivatives are a matrix: column k of the tip's gradient
-/// belongs to entry k here. T is double, or a number that carries its derivatives.
+/// Changes to the declared arm; all entries are zero if no effect acts. Effects read the conditions
+/// and *add* to their entries; the arm's equations (deflection/loaded_arm.h) read the sum. Stored
+/// flat so that the derivatives form a matrix: column k of the tip's gradient belongs to entry k. T
+/// is double or a dual number.
 template <typename T>
 class Influence {
  public:
   /// Joint entries come first: kind * kMaxJoints + joint.
   enum JointEntry {
-    kTurn,        ///< rotation of the joint, whatever its load [rad] (or [m])
+    kTurn,        ///< deflection of the joint independent of its load [rad] or [m]
     kCompliance,  ///< added to the declared compliance [rad/(N m)]
     kHardening,   ///< s -= value tau^3 [rad/(N m)^3]
     kLoadGap,     ///< s += value sign(tau) [rad]
-    kLoadShare,   ///< s += value |tau|, whichever way the load pulls [rad/(N m)]
-    kTorque,      ///< acts only through the joint's compliance [N m]
+    kLoadShare,   ///< s += value |tau| [rad/(N m)]
+    kTorque,      ///< torque that acts only through the joint's compliance [N m]
     kLengthA,     ///< added to a of the DH table [m]
     kOffsetD,     ///< added to d [m]
     kTwistAlpha,  ///< added to alpha [rad]
-    kTwistBeta,   ///< turn about y after that about x, of axes that are parallel [rad]
-    /// What carries the joint yields to the weight outboard of it: of a turning joint its bearing
-    /// tilts [rad/(N m)], of a sliding one its beam bends where it is extended [1/(N m^2)].
+    kTwistBeta,   ///< rotation about y after the one about x, between parallel axes [rad]
+    /// Compliance of the joint's support: tilt of the bearing of a revolute joint [rad/(N m)], or
+    /// 1/(E I) of the extended beam of a prismatic joint [1/(N m^2)].
     kBearing,
-    kLinkBending,  ///< the link bends: L / (E I) [rad/(N m)]
-    kLinkTorsion,  ///< and twists: L / (G J) [rad/(N m)]
-    kGuideTiltX,   ///< of a prismatic joint: half the play about the x axis of its frame [rad]
-    kGuideTiltY,   ///< and about the travel x x; see guide_play.h
+    kLinkBending,  ///< bending of the link: L / (E I) [rad/(N m)]
+    kLinkTorsion,  ///< torsion of the link: L / (G J) [rad/(N m)]
+    kGuideTiltX,   ///< prismatic joint: half the play about the x axis of its frame [rad]
+    kGuideTiltY,   ///< the same about (travel x x axis); see guide_play.h
     kJointEntries
   };
   enum Entry {
     kFirst = kJointEntries * kMaxJoints,
-    kGravityTurnX = kFirst,  ///< gravity turns about the measurement axes x, y [rad]
+    kGravityTurnX = kFirst,  ///< rotation of gravity about the axes x, y of W [rad]
     kGravityTurnY,
     kPayloadMass,                       ///< added to the payload [kg]
-    kPayloadCog,                        ///< 3: added to its centre of gravity in F [m]
+    kPayloadCog,                        ///< 3: added to the centre of gravity in F [m]
     kBendRatio = kPayloadCog + 3,       ///< bending of the tool times (1 + value)
     kShear,                             ///< 1/kappa: the tip moves by value F L / (G A)
     kRootCompliance,                    ///< of the flange coupling [rad/(N m)]
     kPedestalCompliance,                ///< of the base [rad/(N m)]
-    kBase,                              ///< 3: the base moves in W [m]
+    kBase,                              ///< 3: translation of the base in W [m]
     kBaseRollPitchYaw = kBase + 3,      ///< 3: added to the base's roll, pitch, yaw [rad]
-    kBaseTilt = kBaseRollPitchYaw + 3,  ///< 2: turns of the base about W's x and y [rad]
-    kTip = kBaseTilt + 2,               ///< 3: the tip moves in F [m]
+    kBaseTilt = kBaseRollPitchYaw + 3,  ///< 2: rotations of the base about x and y of W [rad]
+    kTip = kBaseTilt + 2,               ///< 3: translation of the tip in F [m]
     kScale = kTip + 3,                  ///< measured positions times (1 + value)
-    kCameraScale,                       ///< the same from the measuring camera's place
-    kCameraDepth,                       ///< along its optical axis only
-    kCameraRadial,                      ///< k1 of the lens that its calibration lacks
+    kCameraScale,                       ///< the same relative to the measuring camera's position
+    kCameraDepth,                       ///< the same along the camera's optical axis only
+    kCameraRadial,                      ///< k1 of the lens minus the calibrated one
     kRangeZero,                         ///< added to a measured range [m]
-    kRangeAnchor,                       ///< 3: the anchor of the ranges moves in W [m]
+    kRangeAnchor,                       ///< 3: translation of the range anchor in W [m]
     kSize = kRangeAnchor + 3
   };
 
@@ -77,44 +77,43 @@ class Influence {
   Eigen::Matrix<T, kSize, 1> values_ = Eigen::Matrix<T, kSize, 1>::Zero();
 };
 
-/// A further recorded column in one moment, as the file has it.
+/// Value of an additional recorded column, in file units.
 struct RecordedValue {
   std::string column;
   double value = 0;
 };
 
-/// What is known of one moment beside the joint positions; filled once a row. An empty vector, or
-/// an absent value, was not recorded: an effect that needs it adds nothing, and the diagnosis does
-/// not offer it.
+/// Conditions at one instant, filled once per row. An empty vector or an absent value was not
+/// recorded; effects that need it add nothing, and the diagnosis does not consider them.
 struct Conditions {
-  JointVector q;          ///< as commanded [rad] or [m]
+  JointVector q;          ///< commanded [rad] or [m]
   JointVector qd;         ///< [rad/s]
   JointVector qdd;        ///< [rad/s^2]
-  JointVector last_move;  ///< change of q from the row before in execution order [rad]
-  JointVector approach;   ///< sign of each joint's last move that was not zero: -1, 0 (unknown), +1
+  JointVector last_move;  ///< change of q since the previous row in execution order [rad] or [m]
+  JointVector approach;   ///< sign of each joint's last nonzero move: -1, 0 (unknown), +1
   JointVector tau;        ///< measured joint torques [N m]
   double payload_kg = 0;
   std::optional<double> t_s;
   std::optional<double> temp_C;
-  std::optional<double> row;           ///< place in the file's order, the first row being 1
-  std::vector<RecordedValue> further;  ///< recorded columns without a meaning of their own
+  std::optional<double> row;           ///< row number in the file, from 1
+  std::vector<RecordedValue> further;  ///< recorded columns without a predefined meaning
 
-  // Declared, the same in every moment; see DeclaredConditions.
+  // Declared by the cell and constant; see DeclaredConditions.
   std::shared_ptr<const Robot> robot;  ///< as declared; its base may be that of a session
   std::optional<double> reference_temperature_C;
-  bool camera = false;  ///< a camera measures, and its pose in W is declared
+  bool camera = false;  ///< a camera with a declared pose in W measures
 
-  /// What a file's column of that name would hold in this moment, in its unit: t_s, temp_C,
-  /// payload_kg, row, a joint's (model/joint_columns.h), or one of `further`; nothing where it is
-  /// not known. Allocates nothing.
+  /// Value that a file column of that name would have, in file units: t_s, temp_C, payload_kg, row,
+  /// a joint column (model/joint_columns.h), or one of `further`; nullopt if unknown. Does not
+  /// allocate.
   std::optional<double> Signal(std::string_view column) const;
 };
 
-/// Joint i's share of the last synchronised move, dq_i / max_j |dq_j| in -1..1; zero where nothing
-/// moved or the move is not known.
+/// Relative speed of a joint in the last synchronised move, dq_i / max_j |dq_j|, in -1..1; zero if
+/// nothing moved or the move is unknown.
 double ShareOfMove(const Conditions& conditions, int joint);
 
-/// Conditions with what the cell declares filled in and nothing known of the moment.
+/// Conditions with only the values declared by the cell filled in.
 Conditions DeclaredConditions(const CellModel& cell);
 
 }  // namespace plumbline

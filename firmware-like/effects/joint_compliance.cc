@@ -5,20 +5,23 @@ namespace {
 
 struct JointComplianceFormula {
   static EffectTraits Traits() {
-    return {.id = "joint_compliance",
-            .meaning = "the joint winds up under its gravity torque",
-            .remedy = "a gearbox property: let the correction carry it; a sudden rise is wear",
-            .parameters = {{.name = "q#",
-                            .unit = "rad/(N m)",
-                            .plausible = {-2e-5, 2e-4},
-                            .prismatic_unit = "m/N",
-                            .prismatic_plausible = {-1e-6, 1e-5}}},
-            .needs = {Signal::kTorques},
-            .confused_with = {"joint_hardening", "payload_mass", "payload_cog",
-                              "pedestal_compliance", "link_geometry", "counterbalance", "backlash",
-                              "link_bending", "bearing_tilt"},
-            .per_joint = true,
-            .adds_compliance = true};
+    return {
+        .id = "joint_compliance",
+        .meaning = "the joint winds up under its gravity torque",
+        .remedy =
+            "a property of the gearbox: let the correction compensate for it; a sudden increase "
+            "indicates wear",
+        .parameters = {{.name = "q#",
+                        .unit = "rad/(N m)",
+                        .plausible = {-2e-5, 2e-4},
+                        .prismatic_unit = "m/N",
+                        .prismatic_plausible = {-1e-6, 1e-5}}},
+        .needs = {Signal::kTorques},
+        .confused_with = {"joint_hardening", "payload_mass", "payload_cog", "pedestal_compliance",
+                          "link_geometry", "counterbalance", "backlash", "link_bending",
+                          "bearing_tilt"},
+        .per_joint = true,
+        .adds_compliance = true};
   }
 
   template <typename T>

@@ -6,8 +6,8 @@ namespace {
 struct JointHardeningFormula {
   static EffectTraits Traits() {
     return {.id = "joint_hardening",
-            .meaning = "the joint's compliance falls as its torque grows",
-            .remedy = "a gearbox property: let the correction carry it",
+            .meaning = "the joint's compliance decreases as its torque grows",
+            .remedy = "a property of the gearbox: let the correction compensate for it",
             .parameters = {{"q#", "rad/(N m)^3", 1, {0, 1e-6}}},
             .needs = {Signal::kTorques},
             .confused_with = {"joint_compliance", "backlash", "gear_periodic"},

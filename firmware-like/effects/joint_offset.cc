@@ -8,7 +8,7 @@ struct JointOffsetFormula {
     return {
         .id = "joint_offset",
         .meaning = "the joint's zero position is off",
-        .remedy = "master the joint again, or let the correction carry the offset",
+        .remedy = "master the joint again, or let the correction compensate for the offset",
         .parameters = {{"q#", "rad", 1, {-0.02, 0.02}}},
         .needs = {},
         .confused_with = {"backlash", "gear_ratio", "link_geometry", "base_frame", "tool_frame"},

@@ -6,8 +6,8 @@ namespace {
 struct LatencyFormula {
   static EffectTraits Traits() {
     return {.id = "latency",
-            .meaning = "the arm is measured at another moment than its joints are read",
-            .remedy = "synchronise instrument and controller, or measure at a standstill",
+            .meaning = "the arm is measured at another time than its joints are read",
+            .remedy = "synchronise instrument and controller, or measure at standstill",
             .parameters = {{"time", "s", 1, {-0.2, 0.5}}},
             .needs = {Signal::kVelocity},
             .confused_with = {"approach_lag", "backlash", "dynamic_inertia"}};

@@ -1,12 +1,13 @@
-// Joints and measurement that are not of the same moment.
+// Latency: joints and measurement that were not sampled at the same time.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// s_i -= time qd_i, all joints alike   [formats.md]: the arm is where it was `time` ago. Unit: s.
-/// Nothing where velocities are unknown. Valid while qd hardly changes within `time`.
+/// s_i -= time qd_i, the same time for all joints   [formats.md]: the measurement shows the arm
+/// where it was `time` ago. Unit: s. Adds nothing if velocities are unknown. Valid if qd hardly
+/// changes within `time`.
 const Effect& Latency();
 
 }  // namespace plumbline

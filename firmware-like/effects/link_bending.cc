@@ -7,7 +7,7 @@ struct LinkBendingFormula {
   static EffectTraits Traits() {
     return {.id = "link_bending",
             .meaning = "a link bends or twists under the weight that it carries",
-            .remedy = "a property of the arm's structure: let the correction carry it",
+            .remedy = "a property of the arm's structure: let the correction compensate for it",
             .parameters = {{"q#", "rad/(N m)", 1, {0, 2e-5}},
                            {"q#_torsion", "rad/(N m)", 1, {0, 2e-5}}},
             .needs = {Signal::kWeight},

@@ -7,23 +7,23 @@ namespace {
 
 struct LinkGeometryFormula {
   static EffectTraits Traits() {
-    return {
-        .id = "link_geometry",
-        .meaning = "the arm's links differ from the declared DH table",
-        .remedy =
-            "a property of this arm: let the correction carry it; a sudden change is a collision",
-        .parameters = {{"a#", "mm", 1e-3, {-5, 5}},
-                       {"d#", "mm", 1e-3, {-5, 5}},
-                       {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}},
-                       {.name = "beta#",
-                        .unit = "deg",
-                        .to_SI = kRadPerDeg,
-                        .plausible = {-0.5, 0.5},
-                        .parallel_axes_only = true}},
-        .needs = {},
-        .confused_with = {"joint_offset", "thermal_growth", "measurement_scale", "base_frame",
-                          "tool_frame", "joint_compliance"},
-        .per_joint = true};
+    return {.id = "link_geometry",
+            .meaning = "the arm's links differ from the declared DH table",
+            .remedy =
+                "a property of this arm: let the correction compensate for it; a sudden change "
+                "indicates a collision",
+            .parameters = {{"a#", "mm", 1e-3, {-5, 5}},
+                           {"d#", "mm", 1e-3, {-5, 5}},
+                           {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}},
+                           {.name = "beta#",
+                            .unit = "deg",
+                            .to_SI = kRadPerDeg,
+                            .plausible = {-0.5, 0.5},
+                            .parallel_axes_only = true}},
+            .needs = {},
+            .confused_with = {"joint_offset", "thermal_growth", "measurement_scale", "base_frame",
+                              "tool_frame", "joint_compliance"},
+            .per_joint = true};
   }
 
   template <typename T>

@@ -6,7 +6,7 @@ namespace {
 struct MeasurementScaleFormula {
   static EffectTraits Traits() {
     return {.id = "measurement_scale",
-            .meaning = "the instrument's scale is off",
+            .meaning = "the instrument's scale is wrong",
             .remedy =
                 "calibrate the instrument against a known length; do not correct the robot for it",
             .parameters = {{"scale", "1", 1, {-2e-3, 2e-3}}},

@@ -1,4 +1,4 @@
-// An instrument whose metre is not a metre.
+// Measurement scale: an instrument with a wrong scale.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
@@ -6,8 +6,8 @@
 namespace plumbline {
 
 /// The instrument reads (1 + scale) times the position   [formats.md]. Unit: 1. The arm itself is
-/// right: for a correction this is nothing to correct. From points alone it cannot be told from
-/// an arm whose lengths all differ by the same ratio.
+/// not affected, so a correction ignores this effect. From points alone it is indistinguishable
+/// from an arm whose lengths all differ by the same ratio.
 const Effect& MeasurementScale();
 
 }  // namespace plumbline

@@ -4,7 +4,8 @@
 
 namespace plumbline {
 
-std::optional<OpenMoment> MomentLeftOpen(const ActiveEffect& effect, const Conditions& conditions) {
+std::optional<AmbiguousEventTime> MomentLeftOpen(const ActiveEffect& effect,
+                                                 const Conditions& conditions) {
   const auto& specs = effect.term.effect->traits().parameters;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const ParameterSpec& spec = specs[static_cast<std::size_t>(effect.term.parameters[k].spec)];
@@ -14,7 +15,8 @@ std::optional<OpenMoment> MomentLeftOpen(const ActiveEffect& effect, const Condi
     const std::optional<double>& now = is_row ? conditions.row : conditions.t_s;
     const double half = std::sqrt(3 * effect.covariance(at, at));
     const Interval between{effect.values[k] - half, effect.values[k] + half};
-    if (now && *now > between.low && *now < between.high) return OpenMoment{is_row, between};
+    if (now && *now > between.low && *now < between.high)
+      return AmbiguousEventTime{is_row, between};
   }
   return std::nullopt;
 }

@@ -1,4 +1,4 @@
-// Moments of which nothing says whether an event has happened.
+// Time span in which it is uncertain whether an event has already happened.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,16 @@
 
 namespace plumbline {
 
-/// When an event happened that is known only to lie between two rows.
-struct OpenMoment {
-  bool is_row = false;  ///< counted in rows, else in seconds
+/// Span of an event that is only known to lie between two rows.
+struct AmbiguousEventTime {
+  bool is_row = false;  ///< in row numbers, otherwise in seconds
   Interval between;
 };
 
-/// The interval about an event's moment that its deviation leaves open, if these conditions lie in
-/// it: even between two rows, sqrt(3) deviations to either side.
-std::optional<OpenMoment> MomentLeftOpen(const ActiveEffect& effect, const Conditions& conditions);
+/// The span around an event time that its standard deviation leaves open, if the conditions lie
+/// within it; otherwise nullopt. Uniform between two rows: sqrt(3) standard deviations to either
+/// side.
+std::optional<AmbiguousEventTime> MomentLeftOpen(const ActiveEffect& effect,
+                                                 const Conditions& conditions);
 
 }  // namespace plumbline

@@ -5,7 +5,8 @@
 namespace plumbline {
 namespace {
 
-/// Takes a number without leading zero from the front of text; 0 where there is none.
+/// Removes a number without leading zeros from the front of the text and returns it; 0 if there is
+/// none.
 int TakeNumber(std::string_view& text) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -14,7 +15,7 @@ int TakeNumber(std::string_view& text) {
   return number;
 }
 
-/// The joint and harmonic of a name that fits the pattern, each `#` standing for a number.
+/// Matches a name against a pattern in which each `#` stands for a number.
 std::optional<TermParameter> Fit(std::string_view pattern, std::string_view name, int joint_count) {
   TermParameter parameter;
   char before = 0;
@@ -32,11 +33,11 @@ std::optional<TermParameter> Fit(std::string_view pattern, std::string_view name
       if (number > joint_count) return std::nullopt;
       parameter.joint = number - 1;
     } else if (before == 'q') {
-      if (number > parameter.joint) return std::nullopt;  // a joint inwards of the first
+      if (number > parameter.joint) return std::nullopt;  // must be inboard of the first joint
       parameter.of = number - 1;
     } else if (before == 'k') {
       if (number <= parameter.joint || number > joint_count) return std::nullopt;
-      parameter.of = number - 1;  // a link from the joint's own outwards
+      parameter.of = number - 1;  // the joint's own link or one outboard of it
     } else {
       if (number < 2) return std::nullopt;
       parameter.harmonic = number;

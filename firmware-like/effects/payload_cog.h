@@ -1,12 +1,12 @@
-// A load whose weight pulls elsewhere than declared.
+// Payload centre of gravity: a load whose weight acts elsewhere than declared.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The payload's centre of gravity moves by (x, y, z) in F   [formats.md]. Unit of the files: mm.
-/// Needs a payload; without one nothing moves.
+/// The payload's centre of gravity moves by (x, y, z) in F   [formats.md]. File unit: mm. Has no
+/// effect without a payload.
 const Effect& PayloadCog();
 
 }  // namespace plumbline

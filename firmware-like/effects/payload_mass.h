@@ -1,13 +1,14 @@
-// A load that weighs more, or less, than it is said to.
+// Payload mass: a load that weighs more or less than stated.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// m becomes m (1 + scale) + constant, in every row, empty ones too   [formats.md]. Units: 1, kg.
-/// The scale is a wrong unit or cell, the constant a gripper or a hose that nobody entered. The
-/// mass acts at the declared centre of gravity, on the joints and on the tool alike.
+/// m becomes m (1 + scale) + constant, in every row including those without payload   [formats.md].
+/// Units: 1, kg. The scale represents a wrong unit or load cell, the constant a gripper or hose
+/// that was not entered. The mass acts at the declared centre of gravity, on the joints and on the
+/// tool.
 const Effect& PayloadMass();
 
 }  // namespace plumbline

@@ -5,13 +5,15 @@ namespace {
 
 struct PedestalComplianceFormula {
   static EffectTraits Traits() {
-    return {.id = "pedestal_compliance",
-            .meaning = "the pedestal or the floor tilts as the arm reaches out",
-            .remedy = "check the anchor bolts and the grout; else let the correction carry it",
-            .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-5}}},
-            .needs = {Signal::kWeight},
-            .confused_with = {"joint_compliance", "base_frame", "gravity_direction",
-                              "link_geometry", "bearing_tilt", "link_bending"}};
+    return {
+        .id = "pedestal_compliance",
+        .meaning = "the pedestal or the floor tilts as the arm reaches out",
+        .remedy =
+            "check the anchor bolts and the grout; otherwise let the correction compensate for it",
+        .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-5}}},
+        .needs = {Signal::kWeight},
+        .confused_with = {"joint_compliance", "base_frame", "gravity_direction", "link_geometry",
+                          "bearing_tilt", "link_bending"}};
   }
 
   template <typename T>

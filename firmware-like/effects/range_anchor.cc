@@ -6,8 +6,8 @@ namespace {
 struct RangeAnchorFormula {
   static EffectTraits Traits() {
     return {.id = "range_anchor",
-            .meaning = "the anchor of the ranges is not where the cell says",
-            .remedy = "measure where the anchor is and correct anchor_mm",
+            .meaning = "the anchor of the ranges is not where it was declared",
+            .remedy = "measure the position of the anchor and correct anchor_mm",
             .parameters = {{"x", "mm", 1e-3, {-50, 50}},
                            {"y", "mm", 1e-3, {-50, 50}},
                            {"z", "mm", 1e-3, {-50, 50}}},

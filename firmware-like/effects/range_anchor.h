@@ -1,4 +1,4 @@
-// An anchor of measured ranges that is not where it is declared.
+// Range anchor error: an anchor of measured ranges that is not where it was declared.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
@@ -7,8 +7,8 @@ namespace plumbline {
 
 /// Ranges are measured from anchor_mm + (x, y, z) in W:
 ///   range = |p_WT - anchor - shift| (1 + measurement_scale) + range_zero
-/// Unit of the files: mm. It changes what is read, not where the arm is; a base that moved the
-/// other way (base_frame) reads the same. Needs [measurement] kind = "range".
+/// File unit: mm. Changes the reading, not the arm; equivalent to a base that moved the opposite
+/// way (base_frame). Needs [measurement] kind = "range".
 const Effect& RangeAnchor();
 
 }  // namespace plumbline

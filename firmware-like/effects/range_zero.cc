@@ -6,7 +6,7 @@ namespace {
 struct RangeZeroFormula {
   static EffectTraits Traits() {
     return {.id = "range_zero",
-            .meaning = "every range is longer or shorter by the same length",
+            .meaning = "every range is too long or too short by the same length",
             .remedy =
                 "check the wire's length at its zero, or the prism constant; do not correct the "
                 "robot for it",

@@ -1,13 +1,13 @@
-// Ranges counted from another place than the instrument's zero.
+// Range zero error: ranges with a constant offset.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// A measured range is longer by the value: where a wire leaves its drum, or the offset of a
-/// distance meter's prism. Unit of the files: mm. It changes what is read, not where the arm is.
-/// Needs [measurement] kind = "range".
+/// A measured range is too long by the value: the wire's exit point from its drum, or the prism
+/// offset of a distance meter. File unit: mm. Changes the reading, not the arm. Needs [measurement]
+/// kind = "range".
 const Effect& RangeZero();
 
 }  // namespace plumbline

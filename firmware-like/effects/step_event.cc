@@ -9,19 +9,21 @@ struct StepEventFormula {
   enum Parameter { kTime, kRow, kX };
 
   static EffectTraits Traits() {
-    return {.id = "step_event",
-            .meaning = "something moved at one moment: a slip, a collision, an exchanged tool",
-            .remedy = "look what happened at that moment; fasten it, and align or calibrate again",
-            .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
-                           {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
-                           {"x", "mm", 1e-3, {-10, 10}},
-                           {"y", "mm", 1e-3, {-10, 10}},
-                           {"z", "mm", 1e-3, {-10, 10}},
-                           {.name = "frame", .role = ParameterRole::kWord, .words = "base,tool"}},
-            .needs = {},
-            .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth",
-                              "tilt_event"},
-            .name = "a step at one moment"};
+    return {
+        .id = "step_event",
+        .meaning = "something moved at one time: a slip, a collision, an exchanged tool",
+        .remedy =
+            "find out what happened at that time; fasten the part, and align or calibrate again",
+        .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
+                       {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
+                       {"x", "mm", 1e-3, {-10, 10}},
+                       {"y", "mm", 1e-3, {-10, 10}},
+                       {"z", "mm", 1e-3, {-10, 10}},
+                       {.name = "frame", .role = ParameterRole::kWord, .words = "base,tool"}},
+        .needs = {},
+        .confused_with = {"thermal_drift", "base_frame", "tool_frame", "thermal_growth",
+                          "tilt_event"},
+        .name = "a step at one time"};
   }
 
   template <typename T>

@@ -1,14 +1,14 @@
-// Something that slipped, was hit or was exchanged at one moment.
+// Step event: something that slipped, was hit or was exchanged at one time.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// From the moment on, t_s >= time or row >= row (the first row being 1), something stands (x, y,
-/// z) farther: the base in W (frame = base) or the tip in F (frame = tool). Units of the files: s,
-/// 1, mm. Without a moment, or where its signal is unknown, nothing. The moment has no derivative:
-/// search it.
+/// From the event on (t_s >= time, or row >= row with the first row being 1), the base in W (frame
+/// = base) or the tip in F (frame = tool) is displaced by (x, y, z). File units: s, 1, mm. Adds
+/// nothing if no event time is given or its signal is unknown. The event time has no derivative and
+/// must be searched.
 const Effect& StepEvent();
 
 }  // namespace plumbline

@@ -9,7 +9,7 @@ struct ThermalDriftFormula {
   static EffectTraits Traits() {
     return {.id = "thermal_drift",
             .meaning = "the base, or the instrument, moves as the cell warms up",
-            .remedy = "warm the cell up before work, or measure a fixed mark between parts",
+            .remedy = "warm up the cell before work, or measure a fixed reference between parts",
             .parameters = {{"x", "mm", 1e-3, {-3, 3}},
                            {"y", "mm", 1e-3, {-3, 3}},
                            {"z", "mm", 1e-3, {-3, 3}},

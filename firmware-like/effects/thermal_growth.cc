@@ -5,12 +5,13 @@ namespace {
 
 struct ThermalGrowthFormula {
   static EffectTraits Traits() {
-    return {.id = "thermal_growth",
-            .meaning = "the arm's links grow with the temperature",
-            .remedy = "give the daemon the temperature, or keep the cell's constant",
-            .parameters = {{"alpha", "1/K", 1, {0, 4e-5}}},
-            .needs = {Signal::kTemperature},
-            .confused_with = {"thermal_drift", "link_geometry", "measurement_scale"}};
+    return {
+        .id = "thermal_growth",
+        .meaning = "the arm's links expand with temperature",
+        .remedy = "provide the temperature to the daemon, or keep the cell's temperature constant",
+        .parameters = {{"alpha", "1/K", 1, {0, 4e-5}}},
+        .needs = {Signal::kTemperature},
+        .confused_with = {"thermal_drift", "link_geometry", "measurement_scale"}};
   }
 
   template <typename T>

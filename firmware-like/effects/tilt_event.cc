@@ -10,15 +10,15 @@ struct TiltEventFormula {
 
   static EffectTraits Traits() {
     return {.id = "tilt_event",
-            .meaning = "the base tilted at one moment: its bolts slipped, the floor settled",
-            .remedy = "find out what happened at that moment; fasten the base, and align again",
+            .meaning = "the base tilted at one time: its bolts slipped, or the floor settled",
+            .remedy = "find out what happened at that time; fasten the base, and align again",
             .parameters = {{"time", "s", 1, {0, 1e7}, ParameterRole::kShape},
                            {"row", "1", 1, {1, 1e6}, ParameterRole::kShape},
                            {"x", "deg", kRadPerDeg, {-1, 1}},
                            {"y", "deg", kRadPerDeg, {-1, 1}}},
             .needs = {},
             .confused_with = {"step_event", "thermal_drift", "base_tilt", "base_frame"},
-            .name = "a tilt at one moment"};
+            .name = "a tilt at one time"};
   }
 
   template <typename T>

@@ -5,17 +5,17 @@ namespace {
 
 struct ToolFrameFormula {
   static EffectTraits Traits() {
-    return {
-        .id = "tool_frame",
-        .meaning = "the tool tip sits elsewhere on the flange than declared",
-        .remedy = "calibrate the tool centre point again, and look for a bent or badly seated tool",
-        .parameters = {{"x", "mm", 1e-3, {-10, 10}},
-                       {"y", "mm", 1e-3, {-10, 10}},
-                       {"z", "mm", 1e-3, {-10, 10}}},
-        .needs = {},
-        .confused_with = {"joint_offset", "link_geometry", "payload_cog", "step_event",
-                          "base_frame"},
-        .nuisance = Nuisance::kToolFrame};
+    return {.id = "tool_frame",
+            .meaning = "the tool tip is not where it was declared on the flange",
+            .remedy =
+                "calibrate the tool centre point again, and check for a bent or badly seated tool",
+            .parameters = {{"x", "mm", 1e-3, {-10, 10}},
+                           {"y", "mm", 1e-3, {-10, 10}},
+                           {"z", "mm", 1e-3, {-10, 10}}},
+            .needs = {},
+            .confused_with = {"joint_offset", "link_geometry", "payload_cog", "step_event",
+                              "base_frame"},
+            .nuisance = Nuisance::kToolFrame};
   }
 
   template <typename T>

@@ -1,13 +1,13 @@
-// A tip that sits elsewhere on the flange than declared.
+// Tool frame error: a tip that is not where it was declared on the flange.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The tip moves by (x, y, z) in F, beside what bends. A nuisance where the cell calls the tool
-/// unknown, an effect where it calls it known. Unit of the files: mm. Only the tip moves; masses
-/// and the tool's bending stay as declared.
+/// The tip moves by (x, y, z) in F, in addition to the bending. A nuisance if the cell declares the
+/// tool as unknown, an effect if known. File unit: mm. Only the tip moves; masses and the bending
+/// of the tool stay as declared.
 const Effect& ToolFrame();
 
 }  // namespace plumbline

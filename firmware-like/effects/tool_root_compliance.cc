@@ -5,15 +5,15 @@ namespace {
 
 struct ToolRootComplianceFormula {
   static EffectTraits Traits() {
-    return {
-        .id = "tool_root_compliance",
-        .meaning = "the tool's seat on the flange tilts under load",
-        .remedy =
-            "check the flange screws and the tool changer's wear; else let the correction carry it",
-        .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-4}}},
-        .needs = {},
-        .confused_with = {"tool_stiffness", "payload_cog", "payload_mass", "tool_shear",
-                          "joint_compliance"}};
+    return {.id = "tool_root_compliance",
+            .meaning = "the tool's seat on the flange tilts under load",
+            .remedy =
+                "check the flange screws and the tool changer's wear; otherwise let the correction "
+                "compensate for it",
+            .parameters = {{"compliance", "rad/(N m)", 1, {0, 1e-4}}},
+            .needs = {},
+            .confused_with = {"tool_stiffness", "payload_cog", "payload_mass", "tool_shear",
+                              "joint_compliance"}};
   }
 
   template <typename T>

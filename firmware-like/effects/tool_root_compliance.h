@@ -1,13 +1,13 @@
-// A flange coupling that tilts under the tool's moment.
+// Tool root compliance: a flange coupling that tilts under the tool's moment.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The coupling turns by value times the transverse moment at the root, of the payload at its
-/// centre of gravity and of the tool body at mid length (without the mount); the tip moves by that
-/// rotation x (0, 0, L)   [formats.md]. Unit: rad/(N m). Valid while the seat does not open.
+/// The coupling rotates by value times the transverse moment at the root, of the payload at its
+/// centre of gravity and of the tool body at mid length (without the mount). The tip moves by that
+/// rotation x (0, 0, L) [formats.md]. Unit: rad/(N m). Valid as long as the seat does not open.
 const Effect& ToolRootCompliance();
 
 }  // namespace plumbline

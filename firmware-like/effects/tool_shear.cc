@@ -7,7 +7,7 @@ struct ToolShearFormula {
   static EffectTraits Traits() {
     return {
         .id = "tool_shear",
-        .meaning = "the tool shears under the payload, beside its bending",
+        .meaning = "the tool shears under the payload, in addition to bending",
         .remedy = "declare the tool with model = \"timoshenko\"",
         .parameters = {{.name = "kappa", .unit = "1", .plausible = {0.2, 1.2}, .inverse = true}},
         .needs = {Signal::kBeam, Signal::kPayload},

@@ -1,15 +1,15 @@
-// A short tool whose sections slide as well as turn.
+// Tool shear: a short tool whose sections slide as well as rotate.
 #pragma once
 
 #include "firmware-like/effects/effect.h"
 
 namespace plumbline {
 
-/// The tip moves by F L / (kappa G A) across the tool, F the payload's transverse force   [Gere &
-/// Timoshenko, Mechanics of Materials; kappa: Cowper 1966, J. Appl. Mech. 33(2)]. Unit: 1. The
-/// number that is linear, and that Add() gets, is 1/kappa: 0 where shear is neglected. A full
-/// rectangle has kappa 0.85, a thin square tube 0.44. Matters below L/h of about 10; a tool
-/// declared as Timoshenko's has its shear already, and this comes on top.
+/// The tip moves by F L / (kappa G A) across the tool, with F the transverse force of the payload
+/// [Gere & Timoshenko, Mechanics of Materials; kappa: Cowper 1966, J. Appl. Mech. 33(2)]. Unit: 1.
+/// Add() receives the linear quantity 1/kappa, which is 0 if shear is neglected. kappa is 0.85 for
+/// a solid rectangle, 0.44 for a thin square tube. Relevant below L/h of about 10. A tool declared
+/// with Timoshenko theory already includes its shear; this effect adds to it.
 const Effect& ToolShear();
 
 }  // namespace plumbline

@@ -21,8 +21,8 @@ const ParameterSpec* WordSpecOf(const EffectTraits& traits) {
   return word == traits.parameters.end() ? nullptr : &*word;
 }
 
-/// The catalogue's own text of a word, which outlives the file's; the first choice where it is
-/// none.
+/// The catalogue's copy of a word, which outlives the file's; the first choice if the word is empty
+/// or unknown.
 std::string_view CataloguedWord(const ParameterSpec& spec, std::string_view word) {
   const auto choices = Choices(spec.words);
   const auto known = std::find(choices.begin(), choices.end(), word);
@@ -33,12 +33,12 @@ double FileFromSI(const ParameterSpec& spec, double value) {
   return spec.inverse ? 1 / value : value / spec.to_SI;
 }
 
-/// d file / d SI, at an SI value.
+/// d (file value) / d (SI value), at an SI value.
 double FilePerSI(const ParameterSpec& spec, double value) {
   return spec.inverse ? -1 / (value * value) : 1 / spec.to_SI;
 }
 
-/// The same for all values of a term.
+/// The same for every value of a term.
 Eigen::VectorXd FilePerSI(const EffectTerm& term, const std::vector<double>& values) {
   Eigen::VectorXd factors(static_cast<Eigen::Index>(values.size()));
   for (std::size_t k = 0; k < values.size(); ++k) {
@@ -47,7 +47,8 @@ Eigen::VectorXd FilePerSI(const EffectTerm& term, const std::vector<double>& val
   return factors;
 }
 
-/// The written covariance, or that of the deviations; empty where neither is complete.
+/// The stored covariance, or a diagonal one from the standard deviations; empty if neither is
+/// complete.
 Eigen::MatrixXd CovarianceInFileUnits(const WrittenEffect& written) {
   if (written.covariance.size() > 0) return written.covariance;
   std::vector<double> variances;

@@ -1,4 +1,4 @@
-// Effects as cells carry them in their files, and as the model adds them.
+// Conversion between effects as stored in cell files and active effects of the model.
 #pragma once
 
 #include <optional>
@@ -9,40 +9,40 @@
 
 namespace plumbline {
 
-/// An effect that acts: its term and the values of its parameters.
+/// An active effect of the model: its term and the values of its parameters.
 struct ActiveEffect {
   EffectTerm term;
-  std::vector<double> values;  ///< of term.parameters, in SI
-  /// Of the values, in SI; from the deviations where no covariance was written, and empty where not
-  /// every number has one.
+  std::vector<double> values;  ///< of term.parameters, in SI units
+  /// Covariance of the values, in SI units; built from the standard deviations if the file has no
+  /// covariance; empty if not every number has a standard deviation.
   Eigen::MatrixXd covariance;
   std::optional<Interval> seen_t_s{};  ///< see WrittenEffect
 };
 
-/// True where the effect changes as time goes on (a warm-up, a curve over t_s).
+/// True if the effect varies continuously with time (a warm-up, a curve over t_s).
 bool FollowsTime(const EffectTerm& term);
-/// True where it reads the time at all: likewise, or from a moment on.
+/// True if the effect depends on time at all: continuously, or from an event time on.
 bool ReadsTime(const EffectTerm& term);
 
-/// The time that an effect sees: held at the ends of what it was fitted to.
+/// The time passed to an effect: clamped to the time span that it was fitted to.
 std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double> t_s);
 
-/// The effect that a cell's file holds. A covariance goes before the deviations.
-/// @param written  as the configuration reader has checked it: known id, names and words
-/// @param cell     whose arm it belongs to
+/// Converts a stored effect. A covariance takes precedence over standard deviations.
+/// @param written  validated by the configuration reader: known id, names and words
+/// @param cell     the cell that the effect belongs to
 ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& cell);
 
-/// All effects of a cell, in its order.
+/// All effects of a cell, in file order.
 std::vector<ActiveEffect> ActiveEffectsOf(const CellModel& cell);
 
-/// The effect as a file holds it: names, units, values, deviations and covariance in file units;
-/// numbers first, then the word, if the effect has one. The scope names the joints of its
-/// parameters. Where it came from is left to the caller.
-/// @param covariance_SI  of active.values; empty: not known. For an inverse parameter (kappa) by
-///                       the delta method, sd(1/v) = sd(v) / v^2.
+/// Converts an active effect for storage: names, units, values, standard deviations and covariance
+/// in file units; numbers first, then the word, if the effect has one. The scope lists the joints
+/// of its parameters. The caller fills in the origin (from_file, from_date, from_rows).
+/// @param covariance_SI  of active.values; empty: unknown. For an inverse parameter (kappa) it is
+///                       converted by the delta method, sd(1/v) = sd(v) / v^2.
 WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixXd& covariance_SI);
 
-/// Adds all effects in these conditions. Allocates nothing.
+/// Adds the contributions of all effects under these conditions. Does not allocate.
 void AddEffects(std::span<const ActiveEffect> effects, const Conditions& conditions,
                 Influence<double>& influence);
 

@@ -1,4 +1,4 @@
-// Angles of the files in SI.
+// Conversion factors between degrees and radians.
 #pragma once
 
 #include <numbers>

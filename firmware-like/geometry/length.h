@@ -1,4 +1,4 @@
-// Lengths of the files in SI.
+// Conversion factors between millimetres and metres.
 #pragma once
 
 namespace plumbline {

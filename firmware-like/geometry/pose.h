@@ -1,8 +1,8 @@
-// Rigid poses and the frames of a cell.
+// Rigid poses, and the frame notation used throughout.
 //
-// Frames: W world (the instrument's, "measurement frame" in the files), B robot base, F flange,
-// T tool tip. X_BF is the pose of F in B; p_BQ is the position of Q, measured in B. A product
-// checks by eye: X_WT = X_WB * X_BF * X_FT, p_BQ = X_BF * p_FQ.
+// Frames: W world (that of the instrument; "measurement frame" in files), B robot base, F flange, T
+// tool tip. X_BF is the pose of F in B; p_BQ is the position of point Q expressed in B. Adjacent
+// frame letters must match in a product: X_WT = X_WB * X_BF * X_FT, p_BQ = X_BF * p_FQ.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ using Mat3 = Mat3Of<double>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Vec3f = Vec3Of<float>;
 
-/// A rigid pose X_AB: R_AB and p_AB [m], so that p_AQ = R_AB p_BQ + p_AB. T is double, or a number
-/// that carries its derivatives.
+/// A rigid pose X_AB with rotation R_AB and translation p_AB [m]: p_AQ = R_AB p_BQ + p_AB. T is
+/// double or a dual number for automatic differentiation.
 template <typename T>
 struct PoseOf {
   Mat3Of<T> R = Mat3Of<T>::Identity();

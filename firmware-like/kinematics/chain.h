@@ -1,4 +1,4 @@
-// Forward kinematics of a serial arm: the frames, axes and Jacobian of one posture.
+// Forward kinematics of a serial arm: link frames, joint axes and Jacobian.
 #pragma once
 
 #include <array>
@@ -9,31 +9,32 @@
 
 namespace plumbline {
 
-/// 6 x n: rows 0-2 velocity of a point [m/rad], rows 3-5 angular velocity [rad/rad], in B.
+/// Jacobian, 6 x n, in B: rows 0-2 linear velocity of a point [m/rad], rows 3-5 angular velocity
+/// [rad/rad].
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
-/// Frames of an arm in one posture, all in B.
+/// Link frames and joint axes in one posture, all expressed in B.
 template <typename T>
 struct PostureOf {
   int size = 0;
-  std::array<PoseOf<T>, kMaxJoints> X_BL;     ///< frame after joint i ("that joint's DH frame")
-  std::array<Vec3Of<T>, kMaxJoints> axis_B;   ///< positive direction of joint i's own count
+  std::array<PoseOf<T>, kMaxJoints> X_BL;     ///< DH frame of link i
+  std::array<Vec3Of<T>, kMaxJoints> axis_B;   ///< axis of joint i, in the direction of positive q_i
   std::array<Vec3Of<T>, kMaxJoints> point_B;  ///< a point on that axis [m]
 
-  /// The flange F: the frame after the last joint.
+  /// The flange F is the frame of the last link.
   const PoseOf<T>& X_BF() const { return X_BL[static_cast<std::size_t>(size - 1)]; }
 };
 
 using Posture = PostureOf<double>;
 
-/// A serial arm by Denavit-Hartenberg parameters.
+/// A serial arm defined by Denavit-Hartenberg parameters.
 ///   dh  (distal):   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i)      [Denavit & Hartenberg 1955]
 ///   mdh (proximal): T_i = Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)      [Craig, ch. 3]
-/// with theta_i = sign_i q_i + offset_i (revolute) or d_i = sign_i q_i + d_i (prismatic). The joint
-/// deflection s is part of q here: pass q + s for the sagged arm.
+/// with theta_i = sign_i q_i + offset_i (revolute) or d_i := d_i + sign_i q_i (prismatic). Joint
+/// deflections s are not modelled here: pass q + s for the deflected arm.
 class Chain {
  public:
-  /// @param robot  1..kMaxJoints joints; the configuration reader has checked it
+  /// @param robot  with 1..kMaxJoints joints, as checked by the configuration reader
   explicit Chain(const Robot& robot);
 
   int size() const { return size_; }
@@ -42,21 +43,21 @@ class Chain {
   const JointVector& upper() const { return upper_; }
   bool WithinLimits(const JointVector& q, double margin = 0) const;
 
-  /// Largest distance from B's origin that the flange can have [m]; an upper bound.
+  /// Upper bound of the distance between the flange and the origin of B [m].
   double Reach() const { return reach_m_; }
 
-  /// Frames at joint positions q [rad] or [m], shape (n). Allocates nothing.
-  /// @param change  changes of a, d and alpha, and beta, a turn about y that the table lacks:
+  /// Computes the frames at joint positions q [rad] or [m], shape (n). Does not allocate.
+  /// @param change  changes of a, d and alpha, and a rotation beta about y that the table lacks:
   ///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
   ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
-  /// null where the table stands as declared
+  /// null for the table as declared
   template <typename T>
   void Evaluate(const JointVectorOf<T>& q, const Influence<T>* change, PostureOf<T>& posture) const;
   void Evaluate(const JointVector& q, Posture& posture) const {
     Evaluate<double>(q, nullptr, posture);
   }
 
-  /// Columns of a point p_BQ [m] that moves with the flange.
+  /// Jacobian of a point p_BQ [m] that is fixed to the flange.
   void JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacobian) const;
 
  private:
@@ -97,7 +98,7 @@ void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
       sb = sin(beta);
     }
     const T c = cos(theta), s = sin(theta), zero(0);
-    PoseOf<T> X;  // of this frame in the one before
+    PoseOf<T> X;  // pose of this link frame in the previous one
     if (convention_ == DhConvention::kDistal) {
       posture.axis_B[i] = link.sign * X_BL.R.col(2);
       posture.point_B[i] = X_BL.p;

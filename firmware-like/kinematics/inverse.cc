@@ -12,12 +12,12 @@ using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// Element `index` (from 0) of the van der Corput sequence in a prime base, in 0..1.
+/// Element `index` (from 0) of the van der Corput sequence in a prime base; in (0, 1).
 double RadicalInverse(int index, int base) {
   double value = 0;
   double digit = 1.0 / base;
-  for (int rest = index + 1; rest > 0; rest /= base) {
-    value += digit * (rest % base);
+  for (int remaining = index + 1; remaining > 0; remaining /= base) {
+    value += digit * (remaining % base);
     digit /= base;
   }
   return value;
@@ -56,8 +56,8 @@ JointVector RestartPosture(const Chain& chain, const JointVector& seed, int inde
   const int n = chain.size();
   JointVector start = seed;
   if (index < kMirrored && n == 6) {
-    // The other wrist, the other elbow, and the arm turned about: the branches of a spherical
-    // wrist.
+    // The branches of an arm with a spherical wrist: flipped wrist, flipped elbow, arm turned by
+    // half a turn about axis 1.
     if (index & 1) {
       start[3] += std::numbers::pi;
       start[4] = -start[4];

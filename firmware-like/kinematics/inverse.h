@@ -1,4 +1,4 @@
-// Inverse kinematics: joint positions that bring the tip to a pose, on the nearest branch.
+// Inverse kinematics by damped Newton iteration, with a search for the nearest branch.
 #pragma once
 
 #include <cmath>
@@ -8,21 +8,21 @@
 
 namespace plumbline {
 
-/// Which of the pose's six numbers are wanted.
+/// Target pose of the tip, with or without its orientation.
 struct PoseTarget {
   Pose X_BT;
   bool orientation_free = false;
   int rows() const { return orientation_free ? 3 : 6; }
 };
 
-/// Remaining error of a pose: position [m], then the rotation vector from `have` to `want` [rad].
-inline Vec6 PoseError(const PoseTarget& want, const Pose& have) {
+/// Error of a pose: position [m], then the rotation vector from `actual` to `target` [rad].
+inline Vec6 PoseError(const PoseTarget& target, const Pose& actual) {
   Vec6 error;
-  error.head<3>() = want.X_BT.p - have.p;
-  if (want.orientation_free) {
+  error.head<3>() = target.X_BT.p - actual.p;
+  if (target.orientation_free) {
     error.tail<3>().setZero();
   } else {
-    error.tail<3>() = VectorFromRotation(want.X_BT.R * have.R.transpose());
+    error.tail<3>() = VectorFromRotation(target.X_BT.R * actual.R.transpose());
   }
   return error;
 }
@@ -36,17 +36,18 @@ struct InverseOutcome {
 
 inline constexpr double kInverseTolerance = 1e-9;  // [m] and [rad]
 
-/// One step of a damped Newton iteration: the least change of joints that undoes `error`.
-///   step = J^T (J J^T + damping)^-1 error      J: the wanted rows of the Jacobian
-/// Far from the goal the damping keeps steps bounded beside singular postures; near it, it is far
-/// below the smallest singular value that a correction may have.
+/// One step of a damped Newton iteration: the smallest joint change that removes `error`.
+///   step = J^T (J J^T + damping)^-1 error      J: the first `rows` rows of the Jacobian
+/// Far from the target, the damping bounds the steps near singular postures; close to the target it
+/// is far below the smallest singular value that a correction may have.
 JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error);
 
-/// Damped Newton iteration from a seed for a tip given as a function
+/// Solves tip(theta) = target by damped Newton iteration from a seed. The tip is a function
 ///   Pose tip(const JointVector& theta, Posture& posture)
-/// whose derivative is close to the rigid Jacobian at the returned pose. Redundant arms take the
-/// least change of joints. Allocates nothing.
+/// whose derivative is close to the rigid Jacobian at the returned pose. Redundant arms move their
+/// joints as little as possible. Does not allocate.
 /// @param theta  in: the seed, out: the solution [rad] or [m]
+/// @return       `converged` is false after max_iterations or at a singular posture
 template <typename Tip>
 InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip& tip,
                          int max_iterations, JointVector& theta) {
@@ -75,19 +76,20 @@ InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip
   return outcome;
 }
 
-/// Brings every revolute joint, by whole turns, inside its limits and as near to the seed as they
-/// allow. @return false where a joint stays outside
+/// Shifts every revolute joint by whole turns into its limits and as close to the seed as possible.
+/// @return false if a joint remains outside its limits
 bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& theta);
 
-/// Starting posture number `index` of a fixed sequence that spreads over the joint ranges; the
-/// first eight mirror the seed's wrist and elbow, the rest is a Halton sequence [Halton 1960].
+/// Start posture number `index` of a fixed sequence that covers the joint ranges. The first eight
+/// mirror the seed's wrist and elbow; the others form a Halton sequence [Halton 1960].
 JointVector RestartPosture(const Chain& chain, const JointVector& seed, int index);
 
 /// Outcome of a search over branches.
 enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
 
-/// Of the solutions found from the seed and `restarts` other postures, the one within joint limits
-/// that is nearest to the seed (least largest joint change).
+/// Solves from the seed and from `restarts` other start postures, and selects the solution within
+/// the joint limits that is nearest to the seed (smallest maximum joint change).
+/// @param theta  out: the solution [rad] or [m]; unchanged for BranchOutcome::kNone
 template <typename Tip>
 BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target, const Tip& tip,
                                        int restarts, const JointVector& seed, JointVector& theta,
@@ -117,8 +119,8 @@ BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& tar
   return best;
 }
 
-/// Smallest singular value of the Jacobian's wanted rows, estimated from the inverse of J J^T
-/// (never more than the true one, at least 1/sqrt(6) of it); 0 beside a singular posture.
+/// Lower bound of the smallest singular value of the Jacobian's first `rows` rows, from the trace
+/// of (J J^T)^-1; at least 1/sqrt(6) of the true value. 0 at a singular posture.
 double SmallestSingularValue(const Jacobian& jacobian, int rows);
 
 }  // namespace plumbline

@@ -6,7 +6,7 @@
 namespace plumbline {
 namespace {
 
-/// Sum over the poses of the squared distance of the tip from each revolute axis [m^2].
+/// Squared distance of the tip from each revolute axis, summed over the postures [m^2].
 JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
                           std::span<const JointVector> poses) {
   JointVector squares = JointVector::Zero(chain.size());

@@ -1,4 +1,4 @@
-// What whoever holds the calibration board is asked to do next.
+// Prompt to the operator who holds the calibration board.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,17 @@
 
 namespace plumbline {
 
-/// The numbers are the PLC's: they do not change.
+/// The numbers are those of the register map and must not change. Left, right, upper and lower
+/// refer to the image.
 enum class BoardPrompt : std::uint8_t {
-  kNone = 0,       ///< nothing is captured
-  kShowBoard = 1,  ///< the whole board, upright, into the image
-  kHoldStill = 2,  ///< it moves, or is blurred
-  kTiltLeft = 3,   ///< its edge at the left of the image towards the camera
+  kNone = 0,       ///< no capture is running
+  kShowBoard = 1,  ///< show the whole board upright
+  kHoldStill = 2,  ///< the board moves, or the image is blurred
+  kTiltLeft = 3,   ///< tilt the left edge towards the camera
   kTiltRight = 4,
   kTiltUpper = 5,
   kTiltLower = 6,
-  kUpperLeft = 7,  ///< to that corner of the image, tilted a little
+  kUpperLeft = 7,  ///< move the board to that corner of the image, slightly tilted
   kUpperRight = 8,
   kLowerLeft = 9,
   kLowerRight = 10,
@@ -24,7 +25,7 @@ enum class BoardPrompt : std::uint8_t {
 };
 inline constexpr int kBoardPrompts = 13;
 
-/// Words for a screen or a log line.
+/// Text for a display or a log line; empty for kNone.
 constexpr std::string_view BoardPromptText(BoardPrompt prompt) {
   switch (prompt) {
     case BoardPrompt::kNone:
@@ -42,17 +43,17 @@ constexpr std::string_view BoardPromptText(BoardPrompt prompt) {
     case BoardPrompt::kTiltLower:
       return "tilt the board's lower edge towards the camera";
     case BoardPrompt::kUpperLeft:
-      return "bring the board to the upper left corner of the image";
+      return "move the board to the upper left corner of the image";
     case BoardPrompt::kUpperRight:
-      return "bring the board to the upper right corner of the image";
+      return "move the board to the upper right corner of the image";
     case BoardPrompt::kLowerLeft:
-      return "bring the board to the lower left corner of the image";
+      return "move the board to the lower left corner of the image";
     case BoardPrompt::kLowerRight:
-      return "bring the board to the lower right corner of the image";
+      return "move the board to the lower right corner of the image";
     case BoardPrompt::kCloser:
-      return "closer";
+      return "move the board closer";
     case BoardPrompt::kFarther:
-      return "farther away";
+      return "move the board farther away";
   }
   return "?";
 }

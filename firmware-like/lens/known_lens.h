@@ -1,19 +1,19 @@
-// A lens with what is known of its error.
+// Lens parameters with their covariance.
 #pragma once
 
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline {
 
-/// Parameters of a lens in the order of Lens: fx, fy, cx, cy [px], k1, k2, p1, p2, k3 (1).
+/// Number of lens parameters, in the order of Lens: fx, fy, cx, cy [px], k1, k2, p1, p2, k3 (1).
 inline constexpr int kLensParameters = 9;
 using LensVector = Eigen::Matrix<double, kLensParameters, 1>;
 using LensCovariance = Eigen::Matrix<double, kLensParameters, kLensParameters>;
 
 struct KnownLens {
   Lens lens;
-  LensCovariance covariance = LensCovariance::Zero();  ///< order of LensVector; units of Lens
-  ImageSize size{};  ///< of the images that it was calibrated with; 0 x 0: not known
+  LensCovariance covariance = LensCovariance::Zero();  ///< in the order of LensVector
+  ImageSize size{};  ///< size of the calibration images; 0 x 0: unknown
 };
 
 }  // namespace plumbline

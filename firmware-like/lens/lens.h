@@ -1,6 +1,6 @@
-// The lens model: a pinhole with the five distortion terms of OpenCV.
+// Lens model: pinhole camera with the five distortion coefficients of OpenCV.
 //
-// Frames: C camera: x right, y down, z forward, origin at the centre of projection. Pixel (0, 0) is
+// Camera frame C: x right, y down, z forward, origin at the centre of projection. Pixel (0, 0) is
 // the centre of the top-left pixel.
 #pragma once
 
@@ -21,23 +21,22 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// Interior orientation of a camera at one zoom and one focus.
+/// Intrinsics and distortion of a camera at one zoom and one focus setting.
 template <typename T>
 struct LensOf {
   T fx{0}, fy{0};  ///< focal lengths [px]
   T cx{0}, cy{0};  ///< principal point [px]
   T k1{0}, k2{0};  ///< radial distortion (1)
   T p1{0}, p2{0};  ///< tangential distortion (1)
-  T k3{0};         ///< radial distortion of the sixth order (1)
+  T k3{0};         ///< radial distortion, sixth order (1)
 };
 using Lens = LensOf<double>;
 
-/// Where the lens puts a direction given by its normalised coordinates n = (x, y) = (X/Z, Y/Z):
+/// Projection of a direction given by its normalised coordinates n = (x, y) = (X/Z, Y/Z):
 ///   r2 = x^2 + y^2,  c = 1 + k1 r2 + k2 r2^2 + k3 r2^3
 ///   x' = c x + 2 p1 x y + p2 (r2 + 2 x^2),  y' = c y + p1 (r2 + 2 y^2) + 2 p2 x y
-///   u = fx x' + cx,  v = fy y' + cy               [OpenCV; D. C. Brown, Photogramm. Eng. 32
-///   (1966)]
-/// Valid inside the image; outside of it the polynomial may fold back.
+///   u = fx x' + cx,  v = fy y' + cy       [OpenCV; D. C. Brown, Photogramm. Eng. 32 (1966)]
+/// Valid inside the image; outside it the distortion polynomial may fold back.
 /// @return  pixel [px]
 template <typename T>
 Vec2Of<T> PixelOfNormalised(const LensOf<T>& lens, const Vec2Of<T>& n) {
@@ -57,8 +56,8 @@ Vec2Of<T> Project(const LensOf<T>& lens, const Vec3Of<T>& p_CQ) {
   return PixelOfNormalised<T>(lens, Vec2Of<T>(p_CQ.x() / p_CQ.z(), p_CQ.y() / p_CQ.z()));
 }
 
-/// The direction that a pixel sees: the inverse of PixelOfNormalised by Newton's method.
-/// @return  normalised coordinates (1), or nothing where the polynomial has folded back
+/// Viewing direction of a pixel: the inverse of PixelOfNormalised, by Newton's method.
+/// @return  normalised coordinates (1); nullopt if the distortion polynomial folds back there
 std::optional<Vec2> NormalisedOfPixel(const Lens& lens, const Vec2& pixel);
 
 /// Derivative of the pixel with respect to the normalised coordinates [px], shape (2, 2).

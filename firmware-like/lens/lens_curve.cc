@@ -6,7 +6,7 @@
 namespace plumbline {
 namespace {
 
-/// What is interpolated: logarithms of the focal lengths, the rest as it is.
+/// The interpolated values: logarithms of the focal lengths, the other parameters unchanged.
 LensVector ValuesOf(const Lens& lens) {
   LensVector values = VectorOfLens(lens);
   values[0] = std::log(values[0]);
@@ -27,9 +27,9 @@ double EndSlope(double h0, double h1, double m0, double m1) {
 }
 
 std::vector<double> Without(const std::vector<double>& values, std::size_t i) {
-  std::vector<double> rest = values;
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
-  return rest;
+  std::vector<double> others = values;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+  return others;
 }
 
 }  // namespace
@@ -97,14 +97,15 @@ void LensCurve::FindInterpolationError() {
   if (x_.size() < 2) return;
   const std::size_t intervals = x_.size() - 1;
   error_.assign(intervals, LensVector::Zero());
-  // Width of each interval: how far ln f goes in it, and a tenth of that evenly over the counts.
+  // Width of an interval: change of ln f in it, plus a tenth of its range distributed over the
+  // counts.
   const auto [low_f, high_f] = std::minmax_element(y_[0].begin(), y_[0].end());
   const double even = 0.1 * (*high_f - *low_f) / (x_.back() - x_.front());
   std::vector<double> width(intervals);
   for (std::size_t i = 0; i < intervals; ++i) {
     width[i] = std::abs(y_[0][i + 1] - y_[0][i]) + even * (x_[i + 1] - x_[i]);
   }
-  // Error met at a left-out node over the square of the gap that it left.
+  // Leave-one-out error of each inner node, divided by the square of the gap.
   std::vector<LensVector> rate(x_.size(), LensVector::Zero());
   LensVector largest = LensVector::Zero();
   for (std::size_t i = 1; i + 1 < x_.size(); ++i) {
@@ -168,7 +169,7 @@ std::optional<LensOnCurve> LensCurve::At(double zoom_counts) const {
   found.log_focal_per_count =
       CubicAt(x_[i], x_[i + 1], y_[0][i], y_[0][i + 1], d_[0][i], d_[0][i + 1], zoom_counts).slope;
 
-  // Covariances of the nodes with their focal lengths scaled to this one's.
+  // Covariances of the nodes, rescaled to the interpolated focal lengths.
   const auto scaled = [&values](const LensNode& node) {
     LensVector scale = LensVector::Ones();
     scale[0] = values[0] / node.lens.fx;
@@ -188,7 +189,7 @@ std::vector<std::int32_t> LensCurve::Propose(std::int32_t lowest, std::int32_t h
                                              double good_enough) const {
   std::vector<std::int32_t> proposed;
   if (highest <= lowest) return proposed;
-  // An end counts as calibrated where a node lies within a fiftieth of the range.
+  // An end counts as calibrated if a node lies within a fiftieth of the range.
   const double first = lowest, last = highest;
   const double near = 0.02 * (last - first);
   const auto missing = [&](std::int32_t end) {
@@ -204,7 +205,7 @@ std::vector<std::int32_t> LensCurve::Propose(std::int32_t lowest, std::int32_t h
   for (std::size_t i = 0; i < error_.size(); ++i) {
     pieces.push_back({x_[i], x_[i + 1], error_[i][0]});
   }
-  if (pieces.empty()) {  // nothing is known of the curve: the middle of what is not covered
+  if (pieces.empty()) {  // fewer than two nodes: propose the middle of each uncovered part
     const double known = x_.empty() ? first : x_.front();
     if (known > first) pieces.push_back({first, known, 1});
     if (known < last) pieces.push_back({known, last, 1});

@@ -1,4 +1,4 @@
-// A grey image that somebody else owns.
+// Non-owning view of a grey image.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,8 @@
 
 namespace plumbline {
 
-/// 8-bit luma, row by row. Pixel (0, 0) is the top-left one. Valid as long as its owner says.
+/// 8-bit luma, stored row by row; pixel (0, 0) is the top-left one. Valid as long as the owner's
+/// buffer.
 struct LumaView {
   const std::uint8_t* data = nullptr;
   int width = 0, height = 0;

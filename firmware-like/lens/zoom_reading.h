@@ -1,4 +1,4 @@
-// What a zoom sensor knows of the lens, whatever it is reached through.
+// Reading of a zoom sensor, independent of its interface.
 #pragma once
 
 #include <cstdint>
@@ -7,19 +7,19 @@
 namespace plumbline {
 
 enum class LensMotion : std::uint8_t {
-  kUnknown,  ///< the device does not tell
+  kUnknown,  ///< not reported by the device
   kSettled,
   kMoving,
 };
 
-/// One answer of a zoom sensor. A sensor that cannot tell a field leaves it empty.
+/// One response of a zoom sensor. Fields that the sensor does not provide are absent.
 struct ZoomReading {
-  std::optional<std::int32_t> zoom_counts;   ///< encoder position, the device's own counts
+  std::optional<std::int32_t> zoom_counts;   ///< encoder position in counts of the device
   std::optional<std::int32_t> focus_counts;  ///< likewise
-  std::optional<bool> digital_zoom;          ///< true: the image is enlarged by computing
+  std::optional<bool> digital_zoom;          ///< the image is enlarged digitally
   LensMotion motion = LensMotion::kUnknown;
-  bool moved = false;  ///< a line or event said "moved" since the last reading, position unknown
-  double time_s = 0;   ///< monotonic time of the answer
+  bool moved = false;  ///< the sensor signalled motion since the last reading, position unknown
+  double time_s = 0;   ///< monotonic time of the response
 };
 
 }  // namespace plumbline

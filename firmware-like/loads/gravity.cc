@@ -3,7 +3,7 @@
 namespace plumbline {
 namespace {
 
-/// Half way back along the link, from its frame to the joint's axis, in the frame after the joint.
+/// Midpoint between the link's DH frame and the joint axis, expressed in the DH frame.
 Vec3 GuessedCentre(const Joint& joint, DhConvention convention) {
   if (convention == DhConvention::kProximal) return Vec3::Zero();
   const double ca = std::cos(joint.alpha_rad), sa = std::sin(joint.alpha_rad);

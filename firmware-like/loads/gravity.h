@@ -1,4 +1,4 @@
-// Gravity torques about the joints from links, tool and payload.
+// Gravity torques about the joints due to links, tool and payload.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace plumbline {
 
-/// What the flange carries beyond the tool.
+/// Load carried in addition to the tool.
 template <typename T>
 struct PayloadOf {
   T mass_kg = T(0);
@@ -18,43 +18,46 @@ struct PayloadOf {
 
 using Payload = PayloadOf<double>;
 
-/// Mass and its first moment about B's origin, in B.
+/// A mass and its first moment about the origin of B, expressed in B.
 template <typename T>
 struct MassOf {
   T kg = T(0);
   Vec3Of<T> kg_m = Vec3Of<T>::Zero();
 };
 
-/// Of everything outboard of joint k, its own link among it, at k; of tool and payload behind the
-/// last joint's.
+/// Entry k: everything outboard of joint k, including its own link. Entry n: tool and payload.
 template <typename T>
 using OutboardMassesOf = std::array<MassOf<T>, kMaxJoints + 1>;
 
-/// No robot carries more [kg]: files, registers and commands that tell more are not believed.
+/// Largest plausible payload [kg]; larger values in files, registers and commands are rejected.
 inline constexpr double kLargestPayload_kg = 5000;
 
-/// The masses of a cell, each at a point of the frame it moves with.
+/// The masses of a cell, each at a fixed point of its link frame.
 ///   tau_i = axis_i . sum_k (r_k - o_i) x (m_k g)   (revolute, [N m])
 ///   f_i   = axis_i . sum_k m_k g                    (prismatic, [N])
-/// over the links i..n at their centres of mass, the tool at mid length and the payload at its
-/// centre of gravity, all on the straight tool. Positive along the joint's own count.
+/// summed over links i..n at their centres of mass, the tool body and mount, and the payload at its
+/// centre of gravity, all on the undeflected tool. Positive in the direction of positive q_i.
 class GravityLoads {
  public:
-  /// A link without a centre of mass is taken half way along its DH offset (see guessed()).
+  /// If a link has no declared centre of mass, the midpoint of its DH offset is used (see
+  /// guessed()).
   explicit GravityLoads(const CellModel& cell);
 
-  /// True where each link from that joint (0..n-1) outwards has a declared mass: tau_i is known.
+  /// True if every link from that joint (0..n-1) outwards has a declared mass, so that tau_i is
+  /// known.
   bool known(int joint) const { return joint >= known_from_; }
-  /// True where a link from that joint outwards weighs, and its centre of mass is a guess.
+  /// True if a link with mass, from that joint outwards, has no declared centre of mass.
   bool guessed(int joint) const { return joint < guessed_before_; }
-  /// Tool body and mount [kg].
+  /// Mass of tool body and mount [kg].
   double tool_mass_kg() const { return tool_mass_kg_; }
-  /// First moment of the tool's body, without the mount, about F's origin [kg m].
+  /// First moment of the tool body, without the mount, about the origin of F [kg m].
   const Vec3& tool_body_kg_m() const { return tool_body_kg_m_; }
 
-  /// Torques in one posture, shape (n). g_B in B [m/s^2]. Allocates nothing.
-  /// @param outboard  filled with the masses outboard of each joint where it is not null
-  /// @return  the moment of all this weight about B's origin, in B [N m]
+  /// Computes the torques in one posture. Does not allocate.
+  /// @param g_B       gravity in B [m/s^2]
+  /// @param tau       out: torques [N m] or forces [N], shape (n)
+  /// @param outboard  out: the masses outboard of each joint; may be null
+  /// @return          moment of the whole weight about the origin of B, in B [N m]
   template <typename T>
   Vec3Of<T> Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B, const PayloadOf<T>& payload,
                     JointVectorOf<T>& tau, OutboardMassesOf<T>* outboard = nullptr) const;
@@ -78,7 +81,7 @@ Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_
                                 const PayloadOf<T>& payload, JointVectorOf<T>& tau,
                                 OutboardMassesOf<T>* outboard) const {
   tau.resize(posture.size);
-  // sum m r and sum m of everything outward of the joint; gravity is uniform.
+  // Mass and first moment of everything outboard of the joint suffice, because gravity is uniform.
   const PoseOf<T>& X_BF = posture.X_BF();
   const Vec3Of<T> tool_com_F = tool_com_F_.cast<T>();
   T mass_kg = tool_mass_kg_ + payload.mass_kg;

@@ -1,4 +1,4 @@
-// What a cell is declared to be: plain values in SI, validated by the configuration reader.
+// Declared model of a cell: plain values in SI units, validated by the configuration reader.
 #pragma once
 
 #include <limits>
@@ -11,21 +11,21 @@
 
 namespace plumbline {
 
-/// Most joints an arm may have; fixes the storage of everything the cycle touches.
+/// Largest number of joints; fixes the storage of everything used in the control cycle.
 inline constexpr int kMaxJoints = 12;
 
-/// One value a joint, first joint first: rad and N m (m and N where the joint is prismatic).
+/// One value per joint, first joint first: rad and N m; m and N for prismatic joints.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
 enum class DhConvention {
-  kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha); turns about z of the frame before
-  kProximal,  ///< "mdh": T_i = Rx(alpha) Tx(a) Rz(theta) Tz(d); turns about z of its own frame
+  kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha); rotates about z of frame i-1
+  kProximal,  ///< "mdh": T_i = Rx(alpha) Tx(a) Rz(theta) Tz(d); rotates about z of frame i
 };
 
 enum class JointType { kRevolute, kPrismatic };
 
-/// A joint and the link that follows it. DH angle theta_i = sign (q_i + s_i) + offset, s_i the
-/// joint's deflection; a prismatic joint has d_i = sign (q_i + s_i) + d, theta_i = offset.
+/// A joint and its link. The DH angle is theta_i = sign (q_i + s_i) + offset, with s_i the
+/// deflection of the joint. A prismatic joint has d_i = sign (q_i + s_i) + d and theta_i = offset.
 struct Joint {
   JointType type = JointType::kRevolute;
   double a_m = 0;
@@ -33,10 +33,10 @@ struct Joint {
   double d_m = 0;
   double theta_offset_rad = 0;
   int sign = 1;
-  double min = -std::numeric_limits<double>::infinity();  ///< [rad] or [m], controller's count
+  double min = -std::numeric_limits<double>::infinity();  ///< limits of q_i [rad] or [m]
   double max = std::numeric_limits<double>::infinity();
   std::optional<double> link_mass_kg;           ///< absent: torques of joints 1..i are unknown
-  std::optional<Vec3> link_com_m;               ///< in the frame after the joint; absent: a guess
+  std::optional<Vec3> link_com_m;               ///< in the link's DH frame; absent: estimated
   std::optional<double> compliance_rad_per_Nm;  ///< absent: rigid
 };
 
@@ -52,20 +52,21 @@ struct Robot {
 
 enum class BeamTheory { kEulerBernoulli, kTimoshenko };
 
-/// A stretch of the tool with one section and one material, from the flange outwards.
+/// A segment of the tool with one section and one material; segments are listed from the flange
+/// outwards.
 struct ToolSegment {
   double length_m = 0;
   Section section;
   Material material;
 };
 
-/// The tool: rigid with its centre point, or a cantilever of segments along +z of the flange.
+/// The tool: either rigid with a given tip, or a cantilever of segments along +z of the flange.
 struct Tool {
   bool rigid = true;
   Vec3 tcp_F = Vec3::Zero();  ///< tip of a rigid tool in F [m]; for a beam (0, 0, length)
   BeamTheory theory = BeamTheory::kEulerBernoulli;
   std::vector<ToolSegment> segments;  ///< empty for a rigid tool
-  double mount_mass_kg = 0;           ///< lumped at mid length; loads the joints, not the tool
+  double mount_mass_kg = 0;           ///< lumped at mid length; loads the joints but not the beam
 
   double Length() const {
     double length_m = 0;
@@ -78,12 +79,13 @@ enum class MeasurementKind { kPosition, kRange, kPose };
 
 struct Measurement {
   MeasurementKind kind = MeasurementKind::kPosition;
-  Vec3 anchor_W = Vec3::Zero();  ///< of a range [m]
-  bool frame_known = true;       ///< "aligned"
-  bool tool_known = true;
-  std::optional<double> sigma_m;  ///< one axis; absent: estimated from repeats
+  Vec3 anchor_W = Vec3::Zero();   ///< origin of measured ranges [m]
+  bool frame_known = true;        ///< the pose of the base in W is known ("aligned")
+  bool tool_known = true;         ///< the position of the tip on the flange is known
+  std::optional<double> sigma_m;  ///< standard deviation per axis; absent: estimated from repeats
   std::optional<double> reference_temperature_C;
-  /// The camera that measures, where one does: z is its optical axis, x to the image's right.
+  /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in
+  /// the image.
   std::optional<Pose> X_WC;
 };
 
@@ -93,56 +95,57 @@ struct Interval {
   bool Contains(double value) const { return value >= low && value <= high; }
 };
 
-/// One parameter of a written effect, in the unit that the catalogue fixes for it.
+/// One parameter of a stored effect, in the unit defined by the effect catalogue.
 struct EffectParameter {
   std::string name;
   double value = 0;
-  std::optional<double> sd;
+  std::optional<double> sd;  ///< standard deviation
   std::string unit;
-  std::string word;  ///< in place of a value: `by` of backlash, `frame` of step_event; else empty
+  std::string word;  ///< choice instead of a value, such as `by` of backlash; else empty
 };
 
-/// An effect added to the declared model, as the diagnosis writes it.
+/// An effect added to the declared model, as stored in the cell file.
 struct WrittenEffect {
   std::string id;
   std::vector<std::string> scope;
   std::vector<EffectParameter> parameters;
-  Eigen::MatrixXd covariance;        ///< of the parameters that are numbers; empty where not told
-  std::vector<std::string> drivers;  ///< of an empirical term: the columns that it follows
-  Eigen::MatrixXd nodes;             ///< of an empirical term, as written
-  /// Of an effect that follows the time: the times of the rows it was fitted to. Before and after
-  /// them it keeps its first and its last value.
+  Eigen::MatrixXd covariance;        ///< of the numeric parameters; empty if not stated
+  std::vector<std::string> drivers;  ///< of an empirical term: the columns it depends on
+  Eigen::MatrixXd nodes;             ///< of an empirical term, in file units
+  /// Time span of the rows to which a time-dependent effect was fitted. Outside it, the effect
+  /// holds its first or last value.
   std::optional<Interval> seen_t_s;
-  std::string from_file, from_date;
+  std::string from_file, from_date;  ///< origin: the fitted data
   std::optional<int> from_rows;
 };
 
-/// Base and tip as estimated for one session of an unaligned or unknown measurement.
+/// Base pose and tip estimated for one session of a measurement with unknown frame or tool.
 struct SessionFrames {
   std::string id;
   Pose X_WB;
   std::optional<Vec3> tip_F;
 };
 
-/// What a fit has seen; outside it a prediction is extrapolated.
+/// The domain covered by the data of a fit; predictions outside it are extrapolated.
 struct Domain {
-  std::vector<Interval> q;  ///< [rad] or [m], one a joint
+  std::vector<Interval> q;  ///< [rad] or [m], one per joint
   std::optional<Interval> payload_kg;
-  /// The loads measured, ascending, where they are too few (see OutsideDomain) to show that what
-  /// deflects is in proportion to the load; empty: any load within `payload_kg` is seen.
+  /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that
+  /// the deflection is proportional to the load. Empty: every load within `payload_kg` is covered.
   std::vector<double> payload_levels_kg;
   std::optional<Interval> temp_C;
-  /// One axis, noise included: of rows held out, at the measured poses.
+  /// Standard deviation per axis of the residual of held-out rows at the measured poses, instrument
+  /// noise included.
   std::optional<double> residual_sigma_m;
-  /// What a distance of one radian from the measured poses adds to it in squares, one axis:
-  ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, d by kinematics/pose_distance.h.
-  /// Absent: it is the same everywhere.
+  /// Growth of that deviation per radian of distance d from the measured poses:
+  ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, with d from kinematics/pose_distance.h.
+  /// Absent: no growth.
   std::optional<double> distant_sigma_m;
-  std::vector<JointVector> poses;  ///< some of those measured, spread over them [rad] or [m]
-  /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
-  /// effects of time mean nothing elsewhere than on those rows.
+  std::vector<JointVector> poses;  ///< representative subset of the measured poses [rad] or [m]
+  /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent: unknown;
+  /// time-dependent effects are then meaningless outside those rows.
   std::optional<double> time_zero_s;
-  /// False: the model was changed after its fit, so that the residual is that of another model.
+  /// False if the model was changed after its fit; the residual then belongs to another model.
   bool as_validated = true;
 };
 

@@ -6,7 +6,7 @@
 namespace plumbline {
 namespace {
 
-/// The number between prefix and "_unit", 0-based; nothing where the name has another form.
+/// The joint number between prefix and "_unit", made 0-based; nullopt if the name does not match.
 std::optional<int> JointIn(std::string_view name, const JointColumnForm& form) {
   if (!name.starts_with(form.prefix) || !name.ends_with(form.unit)) return std::nullopt;
   if (name.size() <= form.prefix.size() + 1 + form.unit.size()) return std::nullopt;

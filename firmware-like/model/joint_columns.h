@@ -1,5 +1,5 @@
-// Column grammar of joint values in files: q3_deg, qd3_deg_s, qdd3_deg_s2, tau3_Nm; of a prismatic
-// joint q3_mm, qd3_mm_s, qdd3_mm_s2, tau3_N. Joints count from 1.
+// Names and units of joint columns in data files: q3_deg, qd3_deg_s, qdd3_deg_s2, tau3_Nm; for a
+// prismatic joint q3_mm, qd3_mm_s, qdd3_mm_s2, tau3_N. Joint numbers start at 1.
 #pragma once
 
 #include <array>
@@ -15,14 +15,15 @@ namespace plumbline {
 
 enum class JointQuantity { kPosition, kVelocity, kAcceleration, kTorque };
 
-/// How one quantity of one type of joint is written: its name is prefix, joint number, "_", unit.
+/// Column name and unit of one quantity for one joint type. The name is prefix, joint number, "_",
+/// unit.
 struct JointColumnForm {
   JointQuantity quantity;
   JointType type;
   std::string_view prefix;
   std::string_view unit;
-  double to_SI = 1;    ///< a file's number times this is in SI
-  double from_SI = 1;  ///< the reverse
+  double to_SI = 1;    ///< SI value = file value * to_SI
+  double from_SI = 1;  ///< file value = SI value * from_SI
 };
 
 inline constexpr std::array kJointColumnForms = {
@@ -49,7 +50,7 @@ constexpr const JointColumnForm& FormOf(JointQuantity quantity, JointType type) 
   return kJointColumnForms.front();  // the table has a form for each pair
 }
 
-/// A joint's position as files have it: deg, mm where it is prismatic.
+/// Form of the position column: deg, or mm for a prismatic joint.
 constexpr const JointColumnForm& PositionForm(JointType type) {
   return FormOf(JointQuantity::kPosition, type);
 }
@@ -57,16 +58,17 @@ constexpr const JointColumnForm& PositionForm(JointType type) {
 /// @param joint  0-based
 std::string JointColumnName(JointQuantity quantity, JointType type, int joint);
 
-/// A column read back from its name.
+/// A joint column parsed from its name.
 struct JointColumn {
   const JointColumnForm* form = nullptr;
-  int joint = 0;  ///< 0-based; need not be one of the cell's
+  int joint = 0;  ///< 0-based; may exceed the number of joints of the cell
 };
 
-/// @return  nothing where it is no such name. Allocates nothing.
+/// Parses a column name. Does not allocate.
+/// @return  nullopt if it is not the name of a joint column
 std::optional<JointColumn> JointColumnFromName(std::string_view name);
 
-/// Whether a name was meant as such a column: a prefix of the table and a digit.
+/// True if the name was probably meant as a joint column: a known prefix followed by a digit.
 bool ResemblesJointColumn(std::string_view name);
 
 }  // namespace plumbline

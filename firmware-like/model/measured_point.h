@@ -1,4 +1,4 @@
-// A measured point of the cell with what was recorded of that moment.
+// A measured point with the conditions recorded at the same time.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,20 +8,20 @@
 
 namespace plumbline {
 
-/// In SI, from the probe of the cycle to the journal and to tables of measured points. What was not
-/// recorded is absent (joint vectors: empty), never zero. Frame W is that of the instrument.
+/// Used by the cycle's probes, the journal and tables of measured points; in SI units. Values that
+/// were not recorded are absent (joint vectors: empty), never zero. W is the instrument's frame.
 struct MeasuredPoint {
-  std::optional<double> t_s;         ///< from whatever moment its source counts
-  JointVector q;                     ///< as the controller counts them [rad] or [m]
+  std::optional<double> t_s;         ///< time since an origin chosen by the source
+  JointVector q;                     ///< reported by the controller [rad] or [m]
   JointVector qd;                    ///< [rad/s] or [m/s]
   JointVector qdd;                   ///< [rad/s^2] or [m/s^2]
   JointVector tau;                   ///< measured [N m] or [N]
-  std::optional<double> q_step_rad;  ///< step of the registers that q was read from; 0: fine
+  std::optional<double> q_step_rad;  ///< resolution of the registers q was read from; 0: negligible
   std::optional<double> payload_kg;
   std::optional<double> temp_C;
   std::optional<Vec3> measured_W;                   ///< tip [m]
   std::optional<Mat3> covariance_W;                 ///< of measured_W [m^2]
-  std::optional<double> range_m;                    ///< from the instrument's anchor to the tip
+  std::optional<double> range_m;                    ///< distance from the anchor to the tip
   std::optional<Eigen::Quaterniond> orientation_W;  ///< of the tip, unit length
 };
 

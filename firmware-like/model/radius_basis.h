@@ -1,4 +1,4 @@
-// What a stated 95 % radius rests on.
+// A 95 % radius together with its basis.
 #pragma once
 
 #include <algorithm>
@@ -6,12 +6,11 @@
 
 namespace plumbline {
 
-/// Basis of an expanded uncertainty, weakest first: a greater one rests on more evidence. The
-/// numbers are those of the register map.
+/// Basis of an expanded uncertainty, weakest first. The numbers are those of the register map.
 enum class RadiusBasis : std::uint8_t {
-  kUnknown = 0,     ///< a source of error has neither a declaration nor a prior; do not rely on it
-  kAssumed = 1,     ///< typical values: priors for what the cell does not declare
-  kPropagated = 2,  ///< from a parameter covariance, or a deviation that was declared
+  kUnknown = 0,     ///< an error source has neither a declared value nor a prior; do not rely on it
+  kAssumed = 1,     ///< typical values: priors for undeclared parameters
+  kPropagated = 2,  ///< propagated from a parameter covariance or a declared deviation
   kMeasured = 3,    ///< validated against held-out measurements
 };
 
@@ -30,20 +29,21 @@ constexpr const char* Describe(RadiusBasis basis) {
   return "unknown";
 }
 
-/// A radius [m] that holds 95 % of the landings, never without its basis.
+/// Radius [m] of the sphere around the predicted tip that contains 95 % of the attained positions,
+/// and its basis.
 struct StatedRadius {
   double radius_m = 0;
   RadiusBasis basis = RadiusBasis::kUnknown;
   bool known() const { return radius_m > 0; }
 };
 
-/// Deviation of each declared deflection, as a share of it.
+/// Standard deviation of each declared deflection, as a fraction of the deflection.
 struct DeclaredDeviation {
   double share = 0.1;
-  bool stated = false;  ///< by the configuration; otherwise a typical value
+  bool stated = false;  ///< from the configuration; otherwise a typical value
 };
 
-/// The weaker of two.
+/// The weaker of two bases.
 constexpr RadiusBasis Weakest(RadiusBasis a, RadiusBasis b) {
   return std::min(a, b);
 }

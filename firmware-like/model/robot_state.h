@@ -1,4 +1,4 @@
-// What the robot controller said of itself, in SI, with what is known marked as known.
+// Robot state reported by the controller, in SI units.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ enum class RobotMode : std::uint8_t {
   kEmergencyStop
 };
 
-/// One reading of the controller. A value that the controller does not offer is absent; a value
-/// that it offers and that makes no sense (NaN, out of limits) is present and judged by the
-/// machine.
+/// One reading of the controller. Values that the controller does not provide are absent. Values
+/// that it provides but that are implausible (NaN, out of limits) are present, and
+/// PlausibilityFilter rejects them.
 struct RobotState {
-  double timestamp_s = 0;      ///< monotonic, when the last answer of this reading arrived
-  std::uint64_t sequence = 0;  ///< counts readings; unchanged means nothing new was read
-  JointVector q;               ///< [rad] or [m], as the controller counts them
-  double q_resolution = 0;     ///< step of a register of q [rad]; 0: finer than matters
-  std::optional<Pose> X_BT;    ///< tool pose in B as the controller reports it
+  double timestamp_s = 0;      ///< monotonic arrival time of the last response of this reading
+  std::uint64_t sequence = 0;  ///< counts readings; 0: none yet; unchanged: no new reading
+  JointVector q;               ///< joint positions [rad] or [m]
+  double q_resolution = 0;     ///< resolution of the joint registers [rad]; 0: negligible
+  std::optional<Pose> X_BT;    ///< reported tool pose in B
   bool tcp_is_flange = false;  ///< the reported pose is that of the flange, without tool
-  std::optional<Pose> X_FT;    ///< tool offset that the controller reports to use
+  std::optional<Pose> X_FT;    ///< tool offset used by the controller
   std::optional<double> payload_kg;
   std::optional<Vec3> payload_cog_F;  ///< [m]
   std::optional<double> temp_C;

@@ -17,8 +17,8 @@ double ParabolaSquared(double c, double y) {
   return c * c * y - 2 * c * y * y * y / 3 + y * y * y * y * y / 5;
 }
 
-/// A section of two flanges joined by webs, both axes being axes of symmetry: a box (two webs at
-/// the edges) or an I (one in the middle).
+/// Doubly symmetric section of two flanges joined by webs: a box (two webs at the edges) or an I
+/// (one web in the middle).
 struct FlangedSection {
   double width_m;
   double height_m;
@@ -41,8 +41,8 @@ struct FlangedSection {
     return width_m * (height_m * height_m - InnerHeight() * InnerHeight()) / 8;
   }
 
-  /// kappa of a force along y from the energy of the shear flow: down the webs, down through the
-  /// flanges' thickness, and along the four free halves of the flanges towards the webs.
+  /// kappa for a force along y from the strain energy of the shear flow: along the webs, through
+  /// the thickness of the flanges, and along the four free halves of the flanges towards the webs.
   double ShearCoefficientY() const {
     const double inner_m = InnerHeight();
     const double c = height_m * height_m / 4;
@@ -58,7 +58,7 @@ struct FlangedSection {
     return Ix() * Ix() / (Area() * (in_flanges + in_webs + along_flanges));
   }
 
-  /// I t / Q of a force along y at the neutral axis.
+  /// I t / Q at the neutral axis, for a force along y.
   double PeakShearAreaY() const {
     const double inner_m = InnerHeight();
     return Ix() * webs_m / (FlangeMoment() + webs_m * inner_m * inner_m / 8);

@@ -1,4 +1,4 @@
-// Cross-sections and materials of the tool beam.
+// Cross-section and material of a tool segment.
 #pragma once
 
 #include <optional>
@@ -6,22 +6,22 @@
 
 namespace plumbline {
 
-/// A cross-section in the plane normal to the tool's z axis: x is its width, y its height.
-/// `ix_m4` (about x) resists bending along y, `iy_m4` (about y) resists bending along x.
+/// A cross-section in the plane normal to the tool's z axis, with width along x and height along y.
+/// `ix_m4` (about x) resists bending along y; `iy_m4` (about y) resists bending along x.
 struct Section {
   double area_m2 = 0;
   double ix_m4 = 0;
   double iy_m4 = 0;
-  double shear_x = 5.0 / 6;    ///< shear coefficient kappa of a force along x
-  double shear_y = 5.0 / 6;    ///< likewise along y
-  double reach_x_m = 0;        ///< outermost fibre from the axis along x; 0: not known, no stress
-  double reach_y_m = 0;        ///< likewise along y
-  bool round = false;          ///< the outermost fibres lie on a circle, not in corners
+  double shear_x = 5.0 / 6;    ///< shear coefficient kappa for a force along x
+  double shear_y = 5.0 / 6;    ///< the same along y
+  double reach_x_m = 0;        ///< distance of the outermost fibre along x; 0: unknown, no stress
+  double reach_y_m = 0;        ///< the same along y
+  bool round = false;          ///< the outermost fibres lie on a circle rather than in corners
   double peak_shear_x_m2 = 0;  ///< largest shear stress = force along x / this area
-  double peak_shear_y_m2 = 0;  ///< likewise along y
+  double peak_shear_y_m2 = 0;  ///< the same along y
 };
 
-/// Elastic material. Shear modulus G = E / (2 (1 + nu)).
+/// Isotropic elastic material. Shear modulus G = E / (2 (1 + nu)).
 struct Material {
   double youngs_modulus_Pa = 0;
   double poisson_ratio = 0;
@@ -30,28 +30,28 @@ struct Material {
   double ShearModulus() const { return youngs_modulus_Pa / (2 * (1 + poisson_ratio)); }
 };
 
-/// Sections by their dimensions [m]. Valid for positive dimensions whose walls fit inside; the
-/// caller (the configuration) has checked that. Corners are sharp, without fillets.
+/// Sections from their dimensions [m]. Dimensions must be positive and walls must fit inside; the
+/// configuration reader checks this. Corners are sharp, without fillets.
 ///
-/// Shear coefficients of the round sections are Cowper's, which depend on nu [Cowper, J. Appl.
-/// Mech. 33 (1966) 335]. The others follow from the strain energy of the shear flow,
+/// Shear coefficients of round sections are Cowper's and depend on nu [Cowper, J. Appl. Mech. 33
+/// (1966) 335]. The others follow from the strain energy of the shear flow,
 ///   1/kappa = (A / I^2) integral (Q/t)^2 dA,
-/// which is Cowper's value at nu = 0: 5/6 for a rectangle, 5/12 for a thin square tube. That
-/// overstates the shear part of a deflection by up to 5 % at nu = 0.3. Along x, an I-beam's
-/// flanges count as two rectangles.
+/// which equals Cowper's value at nu = 0: 5/6 for a rectangle, 5/12 for a thin square tube. At
+/// nu = 0.3 this overstates the shear part of a deflection by up to 5 %. Along x, the flanges of an
+/// I-beam count as two rectangles.
 ///
-/// The shear stress area is I t / Q at the neutral axis [Gere & Timoshenko, ch. 5].
+/// The area for the peak shear stress is I t / Q at the neutral axis [Gere & Timoshenko, ch. 5].
 Section RectangleSection(double b_m, double h_m);
 Section SquareTubeSection(double side_m, double wall_m);
 Section TubeSection(double outer_diameter_m, double wall_m, double poisson_ratio);
 Section RodSection(double diameter_m, double poisson_ratio);
-/// Strong axis x: the web stands along y.
+/// The strong axis is x: the web lies along y.
 Section IBeamSection(double height_m, double width_m, double web_m, double flange_m);
-/// From published values; the outermost fibre is not known, so no stress is told. kappa = 5/6.
+/// From published moments. kappa = 5/6. The outermost fibre is unknown, so no stress is computed.
 Section SectionFromMoments(double area_m2, double ix_m4, double iy_m4);
 
-/// A material by its common name ("steel", "aluminium_6061", ...); nothing where it is not listed.
-/// materials.h has the whole list with its sources.
+/// Looks up a material by name ("steel", "aluminium_6061", ...); nullopt if it is not listed. The
+/// list with its sources is in beam/materials.h.
 std::optional<Material> MaterialByName(std::string_view name);
 
 }  // namespace plumbline

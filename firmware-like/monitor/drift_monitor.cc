@@ -11,26 +11,29 @@ namespace plumbline {
 namespace {
 
 constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
-constexpr double kUpperEnd = 0.5;  // deviations: false alarms stay at those asked for, on average
-constexpr int kFewestForScatter = 5;  // of fewer probes an estimate says nothing
-// Of the tests of a reference: 99.99 % of chi^2 of 3 degrees, and of the standard normal.
+// Standard deviations added to the estimated variance, so that the false-alarm rate is met on
+// average.
+constexpr double kUpperEnd = 0.5;
+constexpr int kFewestForScatter = 5;  // fewer probes give no useful estimate
+// 99.99 % quantiles of chi^2 with 3 degrees of freedom and of the standard normal distribution.
 constexpr double kQuantileOfChiSquare3 = 21.107513;
 constexpr double kQuantileOfNormal = 3.719016;
 constexpr double kCountChance = 0.01;
-constexpr double kTrendFrom = 2;    // declared deviations: less is what was expected
-constexpr int kScatterProbes = 20;  // that it takes where the reference is the model
-static_assert(kScatterProbes <= kMostReferenceProbes);
+constexpr double kTrendFrom = 2;    // smallest scatter for the trend test [declared sigma]
+constexpr int kScatterProbes = 20;  // probes for the scatter estimate if the model is the reference
+static_assert(kScatterProbes <= kMaxReferenceProbes);
 
-/// The largest number of wild ones among `count` that chance leaves likelier than kCountChance.
-int MostWild(int count, double share) {
-  double probability = std::pow(1 - share, count), below = probability;
-  int wild = 0;
-  while (1 - below > kCountChance && wild < count) {
-    probability *= (count - wild) * share / ((wild + 1) * (1 - share));
-    below += probability;
-    ++wild;
+/// The number of outliers among `count` probes that is exceeded with a probability below
+/// kCountChance.
+int MaxOutliers(int count, double share) {
+  double probability = std::pow(1 - share, count), cumulative = probability;
+  int outliers = 0;
+  while (1 - cumulative > kCountChance && outliers < count) {
+    probability *= (count - outliers) * share / ((outliers + 1) * (1 - share));
+    cumulative += probability;
+    ++outliers;
   }
-  return wild;
+  return outliers;
 }
 
 }  // namespace
@@ -49,7 +52,7 @@ const std::array<Vec3, DriftMonitor::kAxes>& DriftMonitor::Axes() {
 
 DriftMonitor::DriftMonitor(const MonitorDesign& design) : design_(design) {
   assert(design_.sigma_m > 0 && design_.threshold > 0 && design_.clip > design_.allowance);
-  assert(design_.reference_probes >= 0 && design_.reference_probes <= kMostReferenceProbes);
+  assert(design_.reference_probes >= 0 && design_.reference_probes <= kMaxReferenceProbes);
   Restart();
 }
 
@@ -69,7 +72,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
   ++probes_;
   ProbeVerdict verdict;
   if (reference_refused()) {
-    verdict.unwatched = true;
+    verdict.unmonitored = true;
     return verdict;
   }
   if (!reference_known_) {
@@ -79,7 +82,7 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
   }
   if (design_.reference_probes == 0 && probes_ <= kScatterProbes) LearnScatter(residual_m);
   const Vec3 z = (residual_m - reference_m_) / sigma_m_;
-  verdict.wild = z.norm() > design_.clip * std::sqrt(3.0);
+  verdict.outlier = z.norm() > design_.clip * std::sqrt(3.0);
   double largest = 0;
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     for (const int sense : {0, 1}) {
@@ -96,8 +99,8 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
     const auto leading =
         std::max_element(charts_.begin(), charts_.end(),
                          [](const Chart& a, const Chart& b) { return a.sum < b.sum; });
-    const auto taken = static_cast<double>(probes_ - leading->began + 1);
-    alarm_ = {probes_, leading->began, sigma_m_ * leading->total / taken};
+    const auto taken = static_cast<double>(probes_ - leading->first_probe + 1);
+    alarm_ = {probes_, leading->first_probe, sigma_m_ * leading->total / taken};
   }
   return verdict;
 }
@@ -105,11 +108,11 @@ ProbeVerdict DriftMonitor::Update(const Vec3& residual_m) {
 bool DriftMonitor::Advance(Chart& chart, const Vec3& direction, const Vec3& z) {
   const double step = std::clamp(direction.dot(z), -design_.clip, design_.clip);
   if (chart.sum == 0) {
-    chart.began = probes_;
+    chart.first_probe = probes_;
     chart.total.setZero();
   }
   chart.sum = std::max(0.0, chart.sum + step - design_.allowance);
-  // Wild probes enter the estimate shortened, not turned.
+  // Outliers are shortened without changing their direction.
   const double limit = 3 * design_.clip;
   chart.total += z.norm() > limit ? Vec3(z * (limit / z.norm())) : z;
   return chart.sum > design_.threshold;
@@ -120,7 +123,7 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   learned_[static_cast<std::size_t>(count - 1)] = residual_m;
   if (count < design_.reference_probes) return;
 
-  std::array<double, kMostReferenceProbes> values;
+  std::array<double, kMaxReferenceProbes> values;
   Vec3& median = median_m_;
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
@@ -147,9 +150,9 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
 ReferenceFault DriftMonitor::FaultOfReference() const {
   const int count = design_.reference_probes;
   if (sigma_m_ > kMostScatter * design_.sigma_m) return ReferenceFault::kScatter;
-  int wild = 0;
-  for (int i = 0; i < count; ++i) wild += Disagrees(i) ? 1 : 0;
-  if (wild > MostWild(count, kWildShare)) return ReferenceFault::kOutliers;
+  int outliers = 0;
+  for (int i = 0; i < count; ++i) outliers += Disagrees(i) ? 1 : 0;
+  if (outliers > MaxOutliers(count, kOutlierShare)) return ReferenceFault::kOutliers;
   if (count < kFewestForScatter || sigma_m_ <= kTrendFrom * design_.sigma_m) {
     return ReferenceFault::kNone;
   }
@@ -188,13 +191,14 @@ void DriftMonitor::LearnScatter(const Vec3& residual_m) {
 }
 
 void DriftMonitor::UseScatter(double median_square_m2, int count) {
-  // The variance from a median of N squared norms has a deviation of 1.37 sqrt(2 / (3 N)) of it.
+  // A variance from the median of N squared norms has a relative standard deviation of
+  // 1.37 sqrt(2 / (3 N)).
   const double upper = 1 + kUpperEnd * 1.37 * std::sqrt(2.0 / (3.0 * count));
-  const double former_m = sigma_m_;
+  const double previous_m = sigma_m_;
   sigma_m_ = std::max(design_.sigma_m, std::sqrt(upper * median_square_m2 / kMedianOfChiSquare3));
   for (Chart& chart : charts_) {
-    chart.sum *= former_m / sigma_m_;
-    chart.total *= former_m / sigma_m_;
+    chart.sum *= previous_m / sigma_m_;
+    chart.total *= previous_m / sigma_m_;
   }
 }
 

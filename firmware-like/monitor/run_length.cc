@@ -17,7 +17,7 @@ double NormalCdf(double x) {
   return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
-/// log(1/ARL) of one direction against the error of the reference, on an even grid.
+/// log(1/ARL) of one direction as a function of the reference error, tabulated on an even grid.
 class RateTable {
  public:
   RateTable(const MonitorDesign& design, double largest_offset, double outlier_share)
@@ -42,12 +42,13 @@ class RateTable {
   std::vector<double> log_rate_;
 };
 
-/// Chance of a year without an alarm. The error of the reference has length rho (Maxwell
-/// distribution) and is taken along one of the watched axes, where it does most.
-double QuietYear(const MonitorDesign& design, const MonitorWish& wish, double reference_sd) {
-  const double probes = kDaysPerYear * wish.probes_per_day;
+/// Probability of a year without a false alarm. The length rho of the reference error has a Maxwell
+/// distribution; its direction is taken along a chart axis, the worst case.
+double QuietYear(const MonitorDesign& design, const MonitorWish& requirements,
+                 double reference_sd) {
+  const double probes = kDaysPerYear * requirements.probes_per_day;
   constexpr double kLargest = 5;  // of rho [reference_sd]: beyond it lies 1.5e-5
-  const RateTable table(design, kLargest * reference_sd, wish.outlier_share);
+  const RateTable table(design, kLargest * reference_sd, requirements.outlier_share);
   const Vec3 error_direction = DriftMonitor::Axes().front();
   const auto quiet = [&](double rho) {
     double rate = 0;
@@ -72,7 +73,7 @@ double QuietYear(const MonitorDesign& design, const MonitorWish& wish, double re
 }  // namespace
 
 double MeanRunLength(const MonitorDesign& design, double offset, double outlier_share) {
-  // State 0 holds sums up to width/2, state i those about i * width.
+  // State 0 covers sums up to width/2, state i those around i * width.
   const double width = 2 * design.threshold / (2 * kStates - 1);
   const auto cdf = [&](double increment) {
     const double step = increment + design.allowance;
@@ -97,23 +98,23 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
   return std::isfinite(first) && first >= 1 && first < kLongestRun ? first : kLongestRun;
 }
 
-MonitorDesign MonitorDesignFor(const MonitorWish& wish, const std::function<void()>& step) {
+MonitorDesign MonitorDesignFor(const MonitorWish& requirements, const std::function<void()>& step) {
   MonitorDesign design;
-  design.sigma_m = wish.sigma_m;
-  design.reference_probes = std::clamp(wish.reference_probes, 0, kMostReferenceProbes);
-  design.allowance = std::clamp(0.5 * wish.shift_m / wish.sigma_m, 0.25, 1.0);
-  // Wild probes among those of the reference are clipped, but not left out.
+  design.sigma_m = requirements.sigma_m;
+  design.reference_probes = std::clamp(requirements.reference_probes, 0, kMaxReferenceProbes);
+  design.allowance = std::clamp(0.5 * requirements.shift_m / requirements.sigma_m, 0.25, 1.0);
+  // Outliers among the reference probes are clipped, not removed.
   const double probe_variance =
-      1 - wish.outlier_share + wish.outlier_share * design.clip * design.clip;
+      1 - requirements.outlier_share + requirements.outlier_share * design.clip * design.clip;
   const double reference_sd = design.reference_probes > 0
                                   ? std::sqrt(probe_variance / design.reference_probes)
-                                  : wish.reference_sd_m / wish.sigma_m;
-  const double wanted = std::exp(-wish.false_alarms_per_year);
+                                  : requirements.reference_sd_m / requirements.sigma_m;
+  const double wanted = std::exp(-requirements.false_alarms_per_year);
   double low = 1, high = 100;
   while (high - low > 1e-3 * low) {
     step();
     design.threshold = 0.5 * (low + high);
-    (QuietYear(design, wish, reference_sd) < wanted ? low : high) = design.threshold;
+    (QuietYear(design, requirements, reference_sd) < wanted ? low : high) = design.threshold;
   }
   design.threshold = high;
   return design;

@@ -1,4 +1,4 @@
-// How long the monitor runs between false alarms, and the threshold for a wanted rate of them.
+// Design of the drift monitor: run length between false alarms, and threshold for a required rate.
 #pragma once
 
 #include <functional>
@@ -7,35 +7,35 @@
 
 namespace plumbline {
 
-/// What the cell wants of its monitor.
+/// Requirements on the drift monitor of a cell.
 struct MonitorWish {
-  double sigma_m = 5e-5;         ///< scatter of one probe, one axis
-  double shift_m = 3e-4;         ///< change that shall be found quickly
-  double probes_per_day = 1440;  ///< decides how many false chances a year has
+  double sigma_m = 5e-5;         ///< standard deviation of one probe, per axis
+  double shift_m = 3e-4;         ///< change that must be detected quickly
+  double probes_per_day = 1440;  ///< determines the number of chances for a false alarm per year
   double false_alarms_per_year = 1;
-  int reference_probes = 0;     ///< 0: the reference is the model
-  double reference_sd_m = 0;    ///< of 0: standard deviation of the model's own mean residual
-  double outlier_share = 0.05;  ///< probes expected to be wild, in either sense
+  int reference_probes = 0;     ///< 0: the model is the reference
+  double reference_sd_m = 0;    ///< for 0: standard deviation of the model's mean residual
+  double outlier_share = 0.05;  ///< expected share of outliers
 };
 
-/// Mean number of probes until one cumulative sum passes its threshold while nothing changes.
-/// Markov chain over a grid of sums [D. Brook and D. A. Evans, Biometrika 59 (1972) 539]:
+/// Average run length (ARL): mean number of probes until one cumulative sum exceeds its threshold
+/// although nothing has changed. Markov chain over a grid of sums [D. Brook and D. A. Evans,
+/// Biometrika 59 (1972) 539]:
 ///   ARL = first entry of (I - Q)^-1 1
-/// for increments clip(e + n) - allowance, n standard normal, and with `outlier_share` +-clip.
-/// @param offset  e: error of the reference along this direction [sigma]
-/// Allocates; not for the cycle. About 1 ms.
+/// for increments clip(e + n) - allowance with n standard normal, or +-clip with `outlier_share`.
+/// Allocates; takes about 1 ms; not for the control cycle.
+/// @param offset  e: error of the reference in this direction [sigma]
 double MeanRunLength(const MonitorDesign& design, double offset, double outlier_share);
 
-/// The design that meets the wish: allowance = half the shift, within 0.25..1 sigma, and the
-/// smallest threshold (to 0.1 %) for which
-///   E over the error of the reference [exp(-probes in a year * sum over directions 1/ARL)]
+/// Computes the design that meets the requirements: an allowance of half the shift, limited to
+/// 0.25..1 sigma, and the smallest threshold (to 0.1 %) for which
+///   E over the error of the reference [exp(-probes per year * sum over directions 1/ARL)]
 ///     >= exp(-false_alarms_per_year).
-/// Directions overlap, so that the sum counts some alarms twice: the true rate is lower. With the
-/// reference estimated from N probes its error has 1/sqrt(N) sigma in each coordinate, and a little
-/// more for the wild ones.
-/// Allocates; takes some tenths of a second.
-/// @param step  called between its steps, of which each takes about 20 ms
+/// Directions overlap, so some alarms are counted twice and the true rate is lower. A reference
+/// estimated from N probes has an error of sigma / sqrt(N) per coordinate, slightly more with
+/// outliers. Allocates; takes some tenths of a second.
+/// @param step  called between computation steps of about 20 ms each
 MonitorDesign MonitorDesignFor(
-    const MonitorWish& wish, const std::function<void()>& step = [] {});
+    const MonitorWish& requirements, const std::function<void()>& step = [] {});
 
 }  // namespace plumbline

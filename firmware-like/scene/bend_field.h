@@ -1,4 +1,4 @@
-// How the loaded tool stands along its axis: what its mesh, and what it carries, follow.
+// Bend field: displacement and rotation of the loaded tool along its axis.
 #pragma once
 
 #include <array>
@@ -8,28 +8,28 @@
 
 namespace plumbline {
 
-/// Displacement d and rotation vector r of the tool's sections at stations along z, in the flange
-/// frame F, whose z is the tool's axis:
+/// Number of stations along the tool. The field stores the displacement d and the rotation vector r
+/// of the tool's sections at stations along z of the flange frame F, the axis of the tool:
 ///   z_i = i length / (kBendStations - 1) + off_i,  i = 0 .. kBendStations - 1
-/// The offset, zero as a rule and always at both ends, brings a station to where the tool's section
-/// changes: r has a kink there. The z_i ascend. A point p of the tool goes to
-///   p' = p + d(z) + r(z) x (p.x, p.y, 0)        [small rotations: a beam's section stays plane]
-/// with d the cubic through d_i and its slopes (r_y, -r_x), the element's shape functions, and r
-/// linear between stations. Inboard of the flange (z < 0) nothing bends; beyond the tip (z >
-/// length) the section at the tip carries on rigidly:
+/// The offset is usually zero, and always at both ends. It moves a station to a step in the tool's
+/// section, where r has a kink. The z_i are ascending. A point p of the tool moves to
+///   p' = p + d(z) + r(z) x (p.x, p.y, 0)        [small rotations; sections remain plane]
+/// with d the cubic through d_i with slopes (r_y, -r_x), the shape functions of a beam element, and
+/// r linear between stations. Inboard of the flange (z < 0) nothing moves; beyond the tip (z >
+/// length) the motion of the tip section continues rigidly:
 ///   p' = p + d(L) + r(L) x (p - (0, 0, L)).
-/// Valid as the beam is, |d|/L < 0.05.
+/// Valid for |d|/L < 0.05, like the beam.
 inline constexpr int kBendStations = 33;
 
 struct BendStation {
   Vec3f d_F = Vec3f::Zero();  ///< [m]
   Vec3f r_F = Vec3f::Zero();  ///< [rad]
-  float stress_Pa = 0;        ///< von Mises, largest of the section; 0: not known
-  float off_m = 0;
+  float stress_Pa = 0;        ///< largest von Mises stress of the section; 0: unknown
+  float off_m = 0;            ///< offset from the evenly spaced position
 };
 
 struct BendField {
-  float length_m = 0;  ///< 0: rigid, nothing bends
+  float length_m = 0;  ///< 0: rigid tool without bending
   std::array<BendStation, kBendStations> stations = {};
 
   double StationZ(int i) const {
@@ -38,7 +38,7 @@ struct BendField {
   }
 };
 
-/// The point carried by the bent tool; both in F [m]. What the vertex shader computes, too.
+/// Position of a point of the bent tool; both in F [m]. The vertex shader computes the same.
 Vec3 BentPoint(const BendField& field, const Vec3& p_F);
 
 }  // namespace plumbline

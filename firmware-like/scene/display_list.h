@@ -1,7 +1,7 @@
-// What is to be drawn: plain values, made by the scene, read by the renderer.
+// Display list: plain description of one picture, built by the scene and drawn by the renderer.
 //
-// Pixel (0, 0) is the centre of the top-left pixel of the drawn picture; panels and text are in its
-// pixels, everything else in the camera frame C [m].
+// Pixel (0, 0) is the centre of the top-left pixel of the picture. Boxes and texts are in pixels;
+// everything else is in the camera frame C [m].
 #pragma once
 
 #include <optional>
@@ -14,32 +14,31 @@
 namespace plumbline {
 
 struct Colour {
-  float r = 1, g = 1, b = 1, a = 1;  ///< 0..1, not multiplied by a
+  float r = 1, g = 1, b = 1, a = 1;  ///< 0..1, not premultiplied
 };
 
-/// The camera's image, undistorted while it is drawn.
+/// The camera image, undistorted when it is drawn.
 struct Background {
-  LumaView luma;  ///< no data: none, a plain colour
-  const std::uint8_t* bgr =
-      nullptr;                 ///< the same image in colour, rows without padding; null: grey
-  std::uint64_t sequence = 0;  ///< the same number: the same image, need not be loaded again
-  std::optional<Lens> lens;    ///< nothing: drawn as it is
+  LumaView luma;                      ///< without data: plain colour
+  const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null: grey
+  std::uint64_t sequence = 0;         ///< unchanged: the same image, no upload needed
+  std::optional<Lens> lens;           ///< nullopt: drawn without undistortion
 };
 
-/// A mesh, by the number the renderer gave it when it was loaded. A point p_O goes to
+/// A mesh, identified by the number the renderer returned on loading. A point p_O is drawn at
 ///   p_C = X_CF Bent(X_FO (scale p_O)).
 struct DrawnMesh {
   int mesh = 0;
-  Pose X_CF;  ///< of its carrier: the flange, a tag, the cell
-  Pose X_FO;  ///< of the object in its carrier
+  Pose X_CF;  ///< pose of the carrier: the flange, a tag or the cell
+  Pose X_FO;  ///< pose of the object on its carrier
   double scale = 1;
-  bool bends = false;      ///< by `bend` of the list; its carrier is then the flange
-  bool occludes = false;   ///< not seen itself: hides what is behind it, as the cell does
-  bool by_stress = false;  ///< coloured by the stress of its section
+  bool bends = false;      ///< deformed by the list's `bend`; the carrier is then the flange
+  bool occludes = false;   ///< invisible, but hides what is behind it
+  bool by_stress = false;  ///< coloured by the stress of the section
   Colour colour = {};
 };
 
-/// Straight pieces from point to point: datum lines, approach paths, axes.
+/// A polyline: datum lines, approach paths, axes.
 struct DrawnLine {
   std::vector<Vec3> points_C;
   Colour colour = {};
@@ -48,14 +47,14 @@ struct DrawnLine {
   bool always_in_front = false;
 };
 
-/// What lies on the other side, where normal . p > distance, is cut away. A grid in it can be seen.
+/// Clips everything with normal . p > distance. The plane can show a grid.
 struct ClipPlane {
   Vec3 normal_C = Vec3::UnitZ();
   double distance_m = 0;
   bool grid = true;
 };
 
-/// A part of the picture, edges in pixels: 0 is the left or upper edge of the first one.
+/// A rectangle of the picture, edges in pixels; 0 is the left or upper edge of the first pixel.
 struct Area {
   float x = 0, y = 0, width = 0, height = 0;
   float right() const { return x + width; }
@@ -63,34 +62,34 @@ struct Area {
 };
 
 struct DrawnBox {
-  float x = 0, y = 0;           ///< its top-left pixel [px]
+  float x = 0, y = 0;           ///< top-left pixel [px]
   float width = 0, height = 0;  ///< [px]
   Colour colour = {};
 };
 
 struct DrawnText {
-  float x = 0, y = 0;    ///< left end of the base line [px]: the first row below it
-  float height_px = 16;  ///< of the font's em square
+  float x = 0, y = 0;    ///< left end of the base line [px]; y is the first row below it
+  float height_px = 16;  ///< height of the font's em square
   Colour colour = {};
   std::string text;  ///< UTF-8
 };
 
-/// One picture: what one camera sees, boxes and texts over it.
+/// One picture: a camera view with boxes and texts on top.
 struct DisplayList {
   ImageSize size;            ///< of the picture [px]
-  std::optional<Area> area;  ///< of what the camera sees, where that is not the whole picture
-  Lens pinhole;              ///< of the picture; its distortion terms are zero
+  std::optional<Area> area;  ///< area of the camera view; nullopt: the whole picture
+  Lens pinhole;              ///< projection of the camera view; distortion terms are zero
   Background background;
   BendField bend;
-  double exaggeration = 1;    ///< d and r are multiplied by it
-  double stress_full_Pa = 0;  ///< the top of the colour scale
+  double exaggeration = 1;    ///< factor on d and r of `bend`
+  double stress_full_Pa = 0;  ///< upper end of the colour scale
   std::optional<ClipPlane> clip;
   std::vector<DrawnMesh> meshes;
   std::vector<DrawnLine> lines;
-  std::vector<DrawnBox> boxes;   ///< over all else, in order
-  std::vector<DrawnText> texts;  ///< over the boxes
-  /// What further cameras see, each in an area of its own of the same picture; their boxes, texts
-  /// and `beside` are not drawn.
+  std::vector<DrawnBox> boxes;   ///< drawn last, in order
+  std::vector<DrawnText> texts;  ///< drawn on top of the boxes
+  /// Views of further cameras, each in its own area of the same picture. Their boxes, texts and
+  /// `beside` are not drawn.
   std::vector<DisplayList> beside;
 };
 

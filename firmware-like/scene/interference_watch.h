@@ -1,4 +1,4 @@
-// When the interference of two objects begins and ends.
+// Interference detector with hysteresis for one pair of objects.
 #pragma once
 
 #include <optional>
@@ -7,21 +7,21 @@ namespace plumbline {
 
 enum class Nearness { kApart, kNear, kInterference };
 
-/// What is told of a pair.
+/// Distance thresholds of a pair.
 struct NearnessLimits {
-  double near_m = 0;  ///< near up to here; 0: only interference is told
-  double end_m = 0;   ///< how much further than a limit they must be apart for its state to end
+  double near_m = 0;  ///< kNear up to this distance; 0: only interference is reported
+  double end_m = 0;   ///< hysteresis: a state ends this far beyond its threshold
 };
 
-/// Follows one pair. Interference begins as soon as the objects touch, nearness at near_m; each
-/// ends only once they are further apart by end_m, so that a trembling tool is told once. A pair
-/// that cannot be measured (a tag out of sight) stays what it was: nothing is known of an end.
+/// Tracks one pair of objects. Interference starts on contact, proximity at near_m; each ends only
+/// when the distance exceeds its threshold by end_m, so that a vibrating tool is reported once. A
+/// pair that cannot be measured (a tag is hidden) keeps its state.
 class InterferenceWatch {
  public:
   explicit InterferenceWatch(const NearnessLimits& limits) : limits_(limits) {}
 
-  /// @param distance_m  0 where they touch; nothing: not measured, or not finite
-  /// @return            the new state where it changed
+  /// @param distance_m  0 on contact; nullopt if not measured; a non-finite value counts as such
+  /// @return            the new state if it changed
   std::optional<Nearness> Update(std::optional<double> distance_m);
 
   Nearness state() const { return state_; }

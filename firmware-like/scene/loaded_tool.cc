@@ -12,7 +12,7 @@ namespace {
 
 using StationPlaces = std::array<double, kBendStations>;
 
-/// Evenly spaced, the nearest free one moved to each place where segments meet.
+/// Evenly spaced positions, with the nearest free station moved to each joint between segments.
 StationPlaces PlacesOfStations(const Tool& tool, double length_m) {
   StationPlaces z{};
   const double step_m = length_m / (kBendStations - 1);
@@ -42,7 +42,7 @@ double ShearCompliance(const Tool& tool, double z_m) {
   return sum_m_per_N;
 }
 
-/// The larger stress of both sides of a section.
+/// The larger von Mises stress of the two sides of a section.
 double StressAt(const BeamSolution& solution, double z_m) {
   double largest_Pa = 0;
   const int inboard = solution.ElementAt(z_m);
@@ -50,7 +50,7 @@ double StressAt(const BeamSolution& solution, double z_m) {
     if (element + 1 >= solution.node_count()) continue;
     const ToolSegment& segment = solution.elements()[static_cast<std::size_t>(element)];
     const double s_m = z_m - solution.NodeZ(element);
-    if (s_m < -1e-9 * segment.length_m) continue;  // the outboard element begins farther out
+    if (s_m < -1e-9 * segment.length_m) continue;  // the outboard element starts further out
     const SectionState state = solution.InElement(element, std::clamp(s_m, 0.0, segment.length_m));
     if (const auto stress = StressOf(segment.section, state)) {
       largest_Pa = std::max(largest_Pa, stress->von_mises_Pa);

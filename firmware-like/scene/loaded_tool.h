@@ -1,4 +1,4 @@
-// The bend of a cell's tool in the moment, effects included, as its mesh follows it.
+// Bend field of a cell's loaded tool, effects included.
 #pragma once
 
 #include "firmware-like/deflection/loaded_arm.h"
@@ -6,25 +6,26 @@
 
 namespace plumbline {
 
-/// Every section of the loaded tool:
+/// Computes displacement and rotation of every section of the loaded tool:
 ///   d(z) = factor d_beam(z) + shear F integral_0^z ds / (G A) + root x (0, 0, z)
 ///   r(z) = factor r_beam(z) + root
-/// with d_beam, r_beam of the declared beam's finite elements (beam/beam.h) under its own weight
-/// and the payload, held at the tip; factor, shear and root of the effects tool_stiffness,
-/// tool_shear and tool_root_compliance. At the tip d and r are state.bend_F and state.slope_F.
-/// Stations stand where segments meet, of which up to kBendStations - 2 are minded.
+/// d_beam and r_beam come from the finite elements of the declared beam (beam/beam.h) under its own
+/// weight and the payload attached to the tip; factor, shear and root from the effects
+/// tool_stiffness, tool_shear and tool_root_compliance. At the tip, d and r equal state.bend_F and
+/// state.slope_F. Stations are placed where segments meet, for up to kBendStations - 2 joints
+/// between segments.
 ///
-/// Between stations of a uniform tool r is within 2.5e-4 of the tip's slope: 0.01 mm at 0.5 m
-/// beside the axis where the tip moves by 5 % of the length, and less than 0.002 mm where it moves
-/// by 1 %.
+/// Between the stations of a uniform tool, the error of r is below 2.5e-4 of the tip slope. At 0.5
+/// m beside the axis this is 0.01 mm for a tip displacement of 5 % of the length, and less than
+/// 0.002 mm for 1 %.
 ///
-/// The stress is the beam's, by its declared section (beam/stress.h), larger side of a step; 0
-/// where the section does not tell its outermost fibre.
+/// The stress is that of the beam with its declared sections (beam/stress.h), the larger value at a
+/// step; 0 if the outermost fibre of the section is unknown.
 ///
-/// A rigid tool on a yielding seat turns about it; one whose tip does not lie at positive z stays
-/// as it is.
-/// @param tool   of the cell that `state` comes from
-/// @param state  of LoadedArm, converged
+/// A rigid tool on a compliant seat rotates about the seat; without effect if its tip is not at z >
+/// 0.
+/// @param tool   tool of the cell that `state` belongs to
+/// @param state  converged state from LoadedArm
 BendField BendFieldOf(const Tool& tool, const LoadedState& state);
 
 }  // namespace plumbline

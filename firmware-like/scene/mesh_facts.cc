@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-/// Positions beyond this are no part of a cell, and their squares no floats [m].
+/// Positions beyond this are outside any cell, and their squares overflow a float [m].
 constexpr float kFarthest_m = 1e6F;
 
 bool Repeated(const Triangle& t) {
@@ -23,7 +23,7 @@ bool HasArea(const TriangleMesh& mesh, const Triangle& t) {
   return ab.cross(ac).norm() > kNoArea * longest2;
 }
 
-/// One vertex for each place, in the order in which they come first; only those that are used.
+/// Merges vertices at the same position, in order of first use, and drops unused ones.
 void JoinVertices(TriangleMesh& mesh) {
   const auto& p = mesh.vertices_O;
   std::vector<std::uint32_t> order(p.size());
@@ -54,7 +54,7 @@ void JoinVertices(TriangleMesh& mesh) {
   mesh.vertices_O = std::move(kept);
 }
 
-/// Counts edges by how many triangles run along them, and which way.
+/// Counts open edges and edges whose triangles have opposite orientations.
 void CountEdges(const std::vector<Triangle>& triangles, MeshFacts& facts) {
   struct Edge {
     std::uint64_t ends;  ///< smaller index in the upper half
@@ -83,7 +83,7 @@ void CountEdges(const std::vector<Triangle>& triangles, MeshFacts& facts) {
   }
 }
 
-/// Parts by joining sets of vertices.
+/// Counts connected components by union-find.
 void CountParts(const TriangleMesh& mesh, MeshFacts& facts) {
   std::vector<std::uint32_t> parent(mesh.vertices_O.size());
   std::iota(parent.begin(), parent.end(), 0U);
@@ -99,10 +99,10 @@ void CountParts(const TriangleMesh& mesh, MeshFacts& facts) {
   }
   std::vector<std::size_t> part(parent.size());
   for (std::uint32_t i = 0; i < parent.size(); ++i) {
-    const std::uint32_t first = root(i);  // not after i
+    const std::uint32_t first = root(i);  // <= i
     if (first == i) part[i] = facts.parts++;
     part[i] = part[first];
-    if (part[i] >= MeshFacts::kMostEnds) continue;
+    if (part[i] >= MeshFacts::kMaxPartsWithEnds) continue;
     if (first == i) facts.ends.push_back({i, i, i, i, i, i});
     auto& ends = facts.ends[part[i]];
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -129,7 +129,7 @@ Facing MeshFacts::facing() const {
 
 Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m) {
   const std::size_t all = raw.triangles.size();
-  if (all == 0) return Error{"no triangle in it: export the surface as triangles"};
+  if (all == 0) return Error{"contains no triangles: export the surface as triangles"};
   std::size_t beyond = 0, not_finite = 0, too_far = 0;
   for (Vec3f& p : raw.vertices_O) p = (p.cast<double>() * unit_m).cast<float>() + Vec3f::Zero();
   for (const Triangle& triangle : raw.triangles) {
@@ -147,15 +147,15 @@ Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m) {
   }
   if (beyond > 0) {
     return Error{CountOf(beyond, all) +
-                 " triangles name vertices that are not there: export again"};
+                 " triangles refer to missing vertices: export the model again"};
   }
   if (not_finite > 0) {
     return Error{CountOf(not_finite, all) +
-                 " triangles have a corner that is no finite number: "
-                 "repair the model and export again"};
+                 " triangles have a corner that is not a finite number: "
+                 "repair the model and export it again"};
   }
   if (too_far > 0) {
-    return Error{CountOf(too_far, all) + " triangles reach beyond 1000 km: is the unit right?"};
+    return Error{CountOf(too_far, all) + " triangles extend beyond 1000 km: check the unit"};
   }
   CheckedMesh checked;
   MeshFacts& facts = checked.facts;
@@ -167,8 +167,8 @@ Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m) {
   drop(Repeated);
   CountEdges(triangles, facts);
   drop([&raw](const Triangle& t) { return !HasArea(raw, t); });
-  if (triangles.empty()) return Error{"none of its triangles has an area: export it again"};
-  JoinVertices(raw);  // once more, without the vertices of what was left out
+  if (triangles.empty()) return Error{"all triangles have zero area: export the model again"};
+  JoinVertices(raw);  // again, to drop the vertices of the removed triangles
   facts.degenerate = all - triangles.size();
   facts.triangles = triangles.size();
   facts.vertices = raw.vertices_O.size();
@@ -179,7 +179,7 @@ Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m) {
     facts.max_O = facts.max_O.cwiseMax(p.cast<double>());
   }
   if (facts.closed()) {
-    // From the middle, so that a part far from the origin does not cancel badly.
+    // Relative to the centre, to avoid cancellation for a part far from the origin.
     const Vec3 middle = 0.5 * (facts.min_O + facts.max_O);
     const auto corner = [&](std::uint32_t i) {
       return Vec3(raw.vertices_O[i].cast<double>() - middle);

@@ -1,4 +1,4 @@
-// From the triangles of a file, which may be anything, to a mesh and what is to be known of it.
+// Validation of a triangle mesh read from a file, and its properties.
 #pragma once
 
 #include <array>
@@ -10,25 +10,26 @@
 
 namespace plumbline {
 
-/// Which way a closed surface's triangles face.
+/// Orientation of the triangles of a closed surface.
 enum class Facing { kOutwards, kInwards, kMixed, kNotClosed };
 
-/// What a mesh amounts to. Vertices at the same place count as one.
+/// Properties of a mesh. Vertices at the same position count as one.
 struct MeshFacts {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
-  std::size_t degenerate = 0;     ///< triangles left out: a repeated corner, or no area
-  std::size_t open_edges = 0;     ///< of an odd number of triangles: the surface has a rim there
-  std::size_t opposed_edges = 0;  ///< whose triangles face different ways
-  std::size_t parts = 0;          ///< that share no vertex
-  Vec3 min_O = Vec3::Zero(), max_O = Vec3::Zero();  ///< [m]
-  /// Enclosed, negative where the triangles face inwards [m^3]; of a closed surface only.
+  std::size_t degenerate = 0;     ///< discarded triangles: repeated corner, or zero area
+  std::size_t open_edges = 0;     ///< edges of an odd number of triangles: the surface is open
+  std::size_t opposed_edges = 0;  ///< edges whose triangles have opposite orientations
+  std::size_t parts = 0;          ///< connected components; they share no vertex
+  Vec3 min_O = Vec3::Zero(), max_O = Vec3::Zero();  ///< bounding box [m]
+  /// Enclosed volume [m^3]; negative if the triangles face inwards; 0 for an open surface.
   ///   V = sum over triangles of a . (b x c) / 6          [divergence theorem]
   double volume_m3 = 0;
-  /// Of each of the first kMostEnds parts: its vertices furthest along -x, -y, -z, x, y, z.
+  /// For each of the first kMaxPartsWithEnds parts: the vertices furthest along -x, -y, -z, x, y,
+  /// z.
   std::vector<std::array<std::uint32_t, 6>> ends;
 
-  static constexpr std::size_t kMostEnds = 16;
+  static constexpr std::size_t kMaxPartsWithEnds = 16;
 
   bool closed() const { return triangles > 0 && open_edges == 0; }
   Facing facing() const;
@@ -39,15 +40,15 @@ struct CheckedMesh {
   MeshFacts facts;
 };
 
-/// Twice the area of a triangle is below this share of its longest edge squared: it has none.
+/// A triangle has zero area if twice its area is below this fraction of its longest edge squared.
 inline constexpr double kNoArea = 1e-7;
 
-/// Scales to metres, joins vertices at exactly the same place, leaves out what no triangle uses and
-/// triangles without area; closedness is judged before those are left out.
-/// @param raw   in the file's unit; anything
-/// @param unit_m  the file's unit [m], > 0
-/// @return      refused: no triangle of any area, a corner that is not finite or too large for a
-///              float, an index beyond the vertices; each with how many
+/// Converts a mesh to metres, merges vertices at exactly the same position, and removes unused
+/// vertices and triangles without area. Open edges are counted before the latter are removed.
+/// @param raw     in the unit of the file; not trusted
+/// @param unit_m  unit of the file [m], > 0
+/// @return        an error, with the number of affected triangles, for an invalid vertex index, a
+///                corner that is not finite or too far away, or if no triangle has an area
 Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m);
 
 }  // namespace plumbline

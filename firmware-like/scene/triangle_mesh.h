@@ -1,4 +1,4 @@
-// A surface of triangles, as read from a file.
+// Triangle mesh, as read from a file.
 #pragma once
 
 #include <array>
@@ -9,12 +9,11 @@
 
 namespace plumbline {
 
-using Triangle = std::array<std::uint32_t, 3>;  ///< indices of vertices, counter-clockwise seen
-                                                ///< from outside
+/// Vertex indices, counter-clockwise when seen from outside.
+using Triangle = std::array<std::uint32_t, 3>;
 
-/// Vertices in the object's own frame O [m]; single precision serves a display and a distance:
-/// 0.1 um at 1 m. Every index is below the number of vertices and every coordinate is finite: the
-/// readers see to it.
+/// Vertices are in the object's frame O [m]. Single precision (0.1 um at 1 m) suffices for display
+/// and distance. The readers guarantee that every index is valid and every coordinate is finite.
 struct TriangleMesh {
   std::vector<Vec3f> vertices_O;
   std::vector<Triangle> triangles;

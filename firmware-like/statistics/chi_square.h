@@ -1,22 +1,23 @@
-// Chi^2: how likely a sum of squares of normal errors is.
+// Tail probabilities and quantiles of the chi-squared distribution.
 #pragma once
 
 namespace plumbline {
 
-/// P(chi^2_freedom > value); 1 for value <= 0.
+/// P(chi^2 > value) for the given degrees of freedom; 1 for value <= 0.
 double ChiSquareTail(double value, double freedom);
 
-/// The value that chi^2_freedom exceeds with probability `tail` (0..1). By bisection, some hundred
-/// tails; not for the cycle.
+/// The value that chi^2 exceeds with probability `tail`, 0 < tail < 1. By bisection with about a
+/// hundred evaluations of the tail; not for the control cycle.
 double ChiSquareQuantile(double tail, double freedom);
 
-/// The same in a few operations, for the cycle:
+/// Wilson-Hilferty approximation of that quantile, cheap enough for the control cycle:
 ///   n (1 - 2 / (9 n) + z sqrt(2 / (9 n)))^3   [E. B. Wilson, M. M. Hilferty, PNAS 17 (1931) 684]
-/// Within 2.5 % at a tail of 5 % for n from 1 on, better the more there are.
-/// @param normal  z, the value that a standard normal exceeds with that probability
+/// At a tail of 5 % the error is below 2.5 % for n >= 1 and decreases with n.
+/// @param normal   z, the value that a standard normal variable exceeds with that probability
+/// @param freedom  n, degrees of freedom
 double ChiSquareQuantileNear(double normal, double freedom);
 
-/// z for a tail of 5 %.
+/// z for a one-sided tail of 5 %.
 inline constexpr double kNormal95 = 1.6448536269514722;
 
 }  // namespace plumbline

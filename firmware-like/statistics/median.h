@@ -1,4 +1,4 @@
-// The middle of some numbers.
+// Median of a range of numbers.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace plumbline {
 
-/// Median of values, which are put into another order; of an even number the mean of the two in
-/// the middle. Allocates nothing. @param values  at least one, no NaN
+/// Median of the values; for an even count the mean of the two middle ones. Does not allocate.
+/// @param values  at least one, no NaN; reordered by the call
 inline double MedianOf(std::span<double> values) {
   assert(!values.empty());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,11 +1,12 @@
-// Reproducible pseudo-random numbers for sampling inside pure functions.
+// Reproducible pseudo-random number generator for sampling inside pure functions.
 #pragma once
 
 #include <cstdint>
 
 namespace plumbline {
 
-/// SplitMix64 [Steele, Lea & Flood, OOPSLA 2014]: the same seed gives the same numbers everywhere.
+/// SplitMix64 [Steele, Lea & Flood, OOPSLA 2014]. The same seed gives the same numbers on every
+/// platform.
 class RandomSequence {
  public:
   explicit RandomSequence(std::uint64_t seed) : state_(seed) {}
@@ -16,9 +17,9 @@ class RandomSequence {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
     return z ^ (z >> 31);
   }
-  /// In [0, 1).
+  /// Uniform in [0, 1).
   double Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
-  /// In 0..count-1; the bias for small counts is below 1e-15.
+  /// Uniform in 0..count-1; the bias for small counts is below 1e-15.
   std::uint64_t Below(std::uint64_t count) {
     return static_cast<std::uint64_t>(Uniform() * static_cast<double>(count));
   }

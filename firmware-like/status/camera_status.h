@@ -8,51 +8,52 @@
 
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/lens/board_prompt.h"
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 namespace plumbline {
 
-/// Where a camera looks from; distinguishes one camera from another.
+/// Viewing position of a camera; identifies it among the cell's cameras.
 enum class CameraName : std::uint8_t { kNone, kSide, kRear, kFront, kTop };
 inline constexpr std::array<const char*, 5> kCameraNames = {"", "side", "rear", "front", "top"};
 inline const char* CameraNameText(CameraName name) {
   return kCameraNames[static_cast<std::size_t>(name)];
 }
 
-/// Times are monotonic; kNever where there was no such event.
+/// Status of one camera, written by its worker and read by registers, pages and displays. Times are
+/// monotonic [s]; kNever if the event has not occurred.
 struct CameraStatus {
   static constexpr std::size_t kMostBodies = 6;
   static constexpr double kNever = -std::numeric_limits<double>::infinity();
   struct Body {
     bool valid = false, ambiguous = false;
-    Pose X_WK;            ///< in the measurement frame
-    double radius_m = 0;  ///< that holds 95 % of its origin
+    Pose X_WK;            ///< pose of the body in the measurement frame
+    double radius_m = 0;  ///< 95 % radius of its origin
     double time_s = kNever;
   };
 
   bool configured = false;
   CameraName name = CameraName::kNone;
   ZoomState state = ZoomState::kUnknown;
-  ZoomReason reason = ZoomReason::kNothingHeard;
-  bool lens_stale = false;        ///< nothing that this camera measures may be used
+  ZoomReason reason = ZoomReason::kNoReading;
+  bool lens_stale = false;        ///< measurements of this camera must not be used
   bool camera_lost = false;       ///< no frames arrive
-  bool zoom_unknown = false;      ///< the zoom sensor does not answer
-  bool board_wanted = false;      ///< a person is asked to show the calibration board
+  bool zoom_unknown = false;      ///< the zoom sensor does not respond
+  bool board_wanted = false;      ///< the operator is asked to show the calibration board
   bool fiducials_hidden = false;  ///< the reference tags are not visible
   bool fiducial_moved = false;    ///< a reference tag is not where it was declared; see the log
   bool store_fault = false;       ///< lenses cannot be stored; see the log
   BoardPrompt prompt = BoardPrompt::kNone;
-  std::uint16_t board_views = 0;  ///< kept in this capture
+  std::uint16_t board_views = 0;  ///< board views accepted in this capture
   std::optional<std::int32_t> zoom_counts, focus_counts;
-  std::uint32_t lens_id = 0;  ///< in the lens store; 0: none, or not stored
+  std::uint32_t lens_id = 0;  ///< id in the lens store; 0: no lens, or not stored
   double zoom_time_s = kNever, frame_time_s = kNever;
   bool tip_valid = false;  ///< the lens is valid and the tool was at standstill
   Vec3 tip_W = Vec3::Zero();
-  Mat3 tip_covariance_W = Mat3::Zero();  ///< from image noise and the lens [m^2]
-  Mat3 tip_places_W = Mat3::Zero();      ///< from errors in the tags' declared places [m^2]
+  Mat3 tip_covariance_W = Mat3::Zero();  ///< due to image noise and the lens [m^2]
+  Mat3 tip_places_W = Mat3::Zero();      ///< due to errors in the declared tag positions [m^2]
   double tip_time_s = kNever;
   std::size_t bodies_configured = 0;
-  std::array<Body, kMostBodies> bodies;  ///< in the order of the tags' file
+  std::array<Body, kMostBodies> bodies;  ///< in the order of the tag file
 };
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// Status of the virtual objects: interference and the smallest distance between them.
+// Status of the virtual objects: interference and smallest distance.
 #pragma once
 
 #include <cstdint>
@@ -6,15 +6,15 @@
 
 namespace plumbline {
 
-/// Measured by plumbline-view in the deflected state, for the pairs that its object table names.
+/// Computed by plumbline-view in the deflected state, for the pairs listed in its object table.
 struct SceneStatus {
-  static constexpr double kFresh_s = 1.0;    ///< an older status is unknown
-  std::uint32_t interferences = 0;           ///< pairs that touch, hysteresis included
-  std::uint32_t unmeasured = 0;              ///< pairs whose objects are not placed, or hidden
-  double smallest_m = 0;                     ///< of the measured pairs; 0: one touches
-  std::uint16_t object_a = 0, object_b = 0;  ///< numbers of that pair's objects; 0: none measured
-  double time_s = -std::numeric_limits<double>::infinity();  ///< when it arrived, monotonic
-  std::uint32_t blocked = 0;  ///< approach paths with an object on them
+  static constexpr double kFresh_s = 1.0;    ///< an older status is treated as unknown
+  std::uint32_t interferences = 0;           ///< pairs in interference, hysteresis included
+  std::uint32_t unmeasured = 0;              ///< pairs with an object that is not placed or hidden
+  double smallest_m = 0;                     ///< smallest measured distance; 0: contact
+  std::uint16_t object_a = 0, object_b = 0;  ///< object numbers of that pair; 0: none measured
+  double time_s = -std::numeric_limits<double>::infinity();  ///< time of arrival, monotonic
+  std::uint32_t blocked = 0;  ///< approach paths blocked by an object
 
   bool FreshAt(double now_s) const { return now_s - time_s <= kFresh_s; }
 };

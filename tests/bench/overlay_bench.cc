@@ -76,7 +76,7 @@ class Scene {
     q_ << 20 * u(random_), -90 + 15 * u(random_), 100 + 15 * u(random_), 30 * u(random_),
         -10 + 20 * u(random_), 40 * u(random_);
     q_ *= kRadPerDeg;
-    virtual_cell::Circumstances now;
+    virtual_cell::WorldInputs now;
     now.q = q_;
     now.payload_kg = payload_kg_ = 40 + 15 * u(random_);
     const virtual_cell::Truth truth = world.Settle(now);

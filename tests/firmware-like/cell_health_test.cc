@@ -8,8 +8,8 @@
 
 using namespace plumbline;
 
-TEST_CASE("health names the gravest reason that holds") {
-  HealthFacts facts;
+TEST_CASE("health shows the most severe reason that applies") {
+  HealthInputs facts;
   facts.weakest_basis = RadiusBasis::kMeasured;
   CHECK(HealthOf(facts) == CellHealth{});
 
@@ -26,7 +26,7 @@ TEST_CASE("health names the gravest reason that holds") {
   CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kAlarm, HealthReason::kRobotStale});
 }
 
-TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
+TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is set") {
   for (int bit = 0; bit < 8; ++bit) {
     CAPTURE(bit);
     CHECK(HealthOf({.alarms = static_cast<std::uint16_t>(1 << bit)}).severity ==
@@ -53,12 +53,12 @@ TEST_CASE("no alarm bit, warning bit or doubt stands under an OK") {
   CHECK(HealthOf({.scene_incomplete = true}).reason == HealthReason::kSceneIncomplete);
 }
 
-TEST_CASE("each reason has words and, where there is something to do, a remedy") {
+TEST_CASE("each reason has a text and, if there is something to do, a remedy") {
   std::set<std::string> texts;
   for (int number = 1; number <= static_cast<int>(kLastHealthReason); ++number) {
     const auto reason = static_cast<HealthReason>(number);
     const std::string text = Describe(reason);
-    if (text.empty()) continue;  // a number in reserve
+    if (text.empty()) continue;  // unused number
     CAPTURE(number);
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);

@@ -6,7 +6,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("rotation vector and matrix are inverse of each other, also near 0 and near pi") {
+TEST_CASE("rotation vector and matrix conversions are inverse, also near 0 and near pi") {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (const double angle : {0.0, 1e-12, 1e-7, 9e-5, 1.1e-4, 0.5, 3.0, std::numbers::pi - 1e-7}) {
@@ -19,7 +19,7 @@ TEST_CASE("rotation vector and matrix are inverse of each other, also near 0 and
   }
 }
 
-TEST_CASE("the three conventions name the same rotation") {
+TEST_CASE("the three conventions describe the same rotation") {
   const Mat3 R = (Eigen::AngleAxisd(0.7, Vec3::UnitZ()) * Eigen::AngleAxisd(-0.4, Vec3::UnitY()) *
                   Eigen::AngleAxisd(1.2, Vec3::UnitX()))
                      .toRotationMatrix();
@@ -34,7 +34,7 @@ TEST_CASE("the three conventions name the same rotation") {
   }
 }
 
-TEST_CASE("at the pole of roll-pitch-yaw the rotation survives") {
+TEST_CASE("the rotation survives a round trip at gimbal lock") {
   const Mat3 R = RotationFromRollPitchYaw({0.3, std::numbers::pi / 2, 1.1});
   CHECK((RotationFromRollPitchYaw(RollPitchYawFromRotation(R)) - R).norm() < 1e-9);
 }

@@ -1,5 +1,5 @@
-// What only a long run shows: counters that turn over, and a month of simulated time. The clock is
-// an input, so that a month takes seconds.
+// Long-run tests: wrap-around of counters, and a month of simulated time. The clock is
+// an input, so a month takes seconds.
 #include <catch2/catch.hpp>
 
 #include "firmware-like/machine.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMonth_s = 30.0 * 86400;
 
-/// A machine with one point, and a robot that is read in each cycle.
+/// A machine with one point and a robot that is read in each cycle.
 struct LongRun {
   Machine machine;
   MachineInput input;
@@ -42,7 +42,7 @@ struct LongRun {
     input.utc_s += period_s;
     input.robot.timestamp_s = input.now_s;
     ++input.robot.sequence;
-    // Two loads in turn, lest what was solved be kept and nothing computed.
+    // Alternate between two loads, so that the correction is recomputed.
     input.robot.payload_kg = input.robot.sequence % 2 == 0 ? 60.0 : 60.001;
     return machine.Cycle(input);
   }
@@ -50,10 +50,10 @@ struct LongRun {
 
 }  // namespace
 
-TEST_CASE("the counters of 16 and 32 bit turn over, and no cycle is lost by it") {
+TEST_CASE("16-bit and 32-bit counters wrap around without losing a cycle") {
   LongRun run;
-  run.input.now_s = 4294967.0;                    // milliseconds of it pass 2^32
-  run.input.robot.sequence = 4294967296 - 40000;  // and its readings
+  run.input.now_s = 4294967.0;                    // milliseconds pass 2^32
+  run.input.robot.sequence = 4294967296 - 40000;  // so do the readings
   for (int k = 0; k < 5; ++k) run.Cycle(0.01);
   std::uint16_t last = run.Cycle(0.01).points[0].sequence;
   const Vec3 first = run.Cycle(0.01).points[0].correction.translation_B;
@@ -85,7 +85,7 @@ TEST_CASE("the counters of 16 and 32 bit turn over, and no cycle is lost by it")
   CHECK(run.Cycle(0.01).points[0].correction.translation_B.isApprox(first, 1e-9));
 }
 
-TEST_CASE("after a month nothing has crept: correction, radius, trust") {
+TEST_CASE("correction, radius and trust are unchanged after a month") {
   LongRun run;
   for (int k = 0; k < 5; ++k) run.Cycle(0.01);
   const PointResult before = run.Cycle(0.01).points[0];
@@ -102,7 +102,7 @@ TEST_CASE("after a month nothing has crept: correction, radius, trust") {
   CHECK(after.correction.q.isApprox(before.correction.q, 1e-9));
   CHECK(after.correction.uncertainty_m == Approx(before.correction.uncertainty_m).epsilon(1e-9));
 
-  // And what is stale is stale within its limit, as on the first day.
+  // Staleness is still detected within its limit.
   for (int k = 0; k < 11; ++k) {
     run.input.now_s += 0.01;
     run.machine.Cycle(run.input);

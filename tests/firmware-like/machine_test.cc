@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPeriod_s = 0.01;
 
-/// A machine with two points, and a robot that is read every cycle.
+/// A machine with two points and a robot that is read in every cycle.
 struct Cell {
   MachineConfig config;
   JointVector taught{6};
@@ -35,7 +35,7 @@ struct Cell {
     input.now_s = 50;
   }
 
-  /// Where the model has the loaded tip while the robot is where it was taught.
+  /// Predicted loaded tip with the robot at its taught joints.
   Vec3 PredictedTip() const {
     LoadedState state;
     REQUIRE(
@@ -79,7 +79,7 @@ TEST_CASE("with a trusted robot every point is corrected and refreshed each cycl
   CHECK(cell.Next().points[0].sequence == sequence + 1);
 }
 
-TEST_CASE("a point without taught joints takes the branch nearest to the robot") {
+TEST_CASE("a point without taught joints uses the branch nearest to the robot") {
   Cell cell;
   for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
   const Snapshot& snapshot = cell.Running();
@@ -88,10 +88,10 @@ TEST_CASE("a point without taught joints takes the branch nearest to the robot")
   CHECK((snapshot.points[0].correction.q - cell.taught).cwiseAbs().maxCoeff() < 0.75);
 }
 
-TEST_CASE("the posture of a point: against where it was taught, the nearest limit, the Jacobian") {
+TEST_CASE("posture of a point: difference from the taught one, nearest limit, singular value") {
   Cell cell;
   cell.config.points[1].near_q = cell.taught;
-  (*cell.config.points[1].near_q)[3] += 1.0;  // 57 degrees off on joint 4
+  (*cell.config.points[1].near_q)[3] += 1.0;  // joint 4 differs by 57 degrees
   const Snapshot& snapshot = cell.Running();
   REQUIRE(snapshot.points[0].valid);
   REQUIRE(snapshot.points[1].valid);
@@ -99,19 +99,20 @@ TEST_CASE("the posture of a point: against where it was taught, the nearest limi
   CHECK(taught.taught);
   CHECK_FALSE(taught.differs);
   CHECK(snapshot.points[1].posture.differs);
-  // Joint 3 is at 0.3 of -120..110 degrees, joint 2 at 0.4 of -70..80: the latter has less room.
+  // Joint 3 is at 0.3 of -120..110 degrees, joint 2 at 0.4 of -70..80: joint 2 has less margin.
   CHECK(taught.limit.joint == 1);
   CHECK(taught.limit.distance ==
         Approx(80 * test::kDegree - snapshot.points[0].correction.q[1]).margin(1e-9));
   CHECK(snapshot.points[0].correction.singular_value > cell.config.limits.min_singular_value);
-  // The joints change with the count of solutions only.
+  // The joints change only together with the solution counter.
   const std::uint32_t solutions = snapshot.points[0].solutions;
   CHECK(cell.Next().points[0].solutions == solutions);
   cell.input.robot.payload_kg = 30;
   CHECK(cell.Next().points[0].solutions == solutions + 1);
 }
 
-TEST_CASE("a joint without limits is not the nearest to one; without any there is none") {
+TEST_CASE(
+    "joints without limits are ignored for the nearest limit; without any limits there is none") {
   Cell cell;
   constexpr double kNone = std::numeric_limits<double>::infinity();
   for (Joint& joint : cell.config.cell.robot.joints) {
@@ -121,7 +122,7 @@ TEST_CASE("a joint without limits is not the nearest to one; without any there i
   CHECK(cell.Running().points[0].posture.limit.joint == -1);
 }
 
-TEST_CASE("a preview answers what the cycle will find") {
+TEST_CASE("a preview returns what the cycle will find") {
   Cell cell;
   Machine preview(cell.config);
   const Correction seen =
@@ -135,7 +136,7 @@ TEST_CASE("a preview answers what the cycle will find") {
   CHECK(seen.basis == found.correction.basis);
 }
 
-TEST_CASE("points that nothing reaches do not keep the later ones from being searched") {
+TEST_CASE("unreachable points do not block the branch search of later ones") {
   Cell cell;
   for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
   for (const int id : {1, 2, 3}) {
@@ -147,7 +148,7 @@ TEST_CASE("points that nothing reaches do not keep the later ones from being sea
   const Snapshot& snapshot = cell.Running();
   CHECK(snapshot.points[3].valid);
   CHECK(snapshot.points[4].valid);
-  // What was found out of a point stays said while its next search is not due.
+  // The result of a failed search is reported until the next search is due.
   for (int k = 0; k < 300; ++k) {
     cell.Next();
     for (const std::size_t far : {0, 1, 2}) {
@@ -158,7 +159,7 @@ TEST_CASE("points that nothing reaches do not keep the later ones from being sea
   }
 }
 
-TEST_CASE("a refused point without a branch is tried again within about a second") {
+TEST_CASE("a refused point without a branch is retried within about a second") {
   Cell cell;
   for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
   const double loaded_m = cell.Running().points[0].correction.translation_B.norm();
@@ -174,7 +175,9 @@ TEST_CASE("a refused point without a branch is tried again within about a second
   CHECK(cell.Next().points[0].valid);
 }
 
-TEST_CASE("after a load that was carried again a new one is searched for at once") {
+TEST_CASE(
+    "after a payload change that made the point valid, the next failure is searched without "
+    "delay") {
   Cell cell;
   cell.config.payload.source = PayloadPolicy::Source::kRobot;
   cell.config.limits.max_translation_m = 0.5;
@@ -185,12 +188,13 @@ TEST_CASE("after a load that was carried again a new one is searched for at once
     return cell.Next().points[0].code;
   };
   REQUIRE(with(60, 1) == CorrectionCode::kOk);
-  REQUIRE(with(3000, 100) != CorrectionCode::kOk);  // nothing bears it; searches pause longer
+  REQUIRE(with(3000, 100) !=
+          CorrectionCode::kOk);  // unreachable under this load; the search interval grows
   REQUIRE(with(60, 0) == CorrectionCode::kOk);
   CHECK(with(61, 2) == CorrectionCode::kOk);
 }
 
-TEST_CASE("stale input withdraws validity; the values stay") {
+TEST_CASE("stale input withdraws validity; the values remain") {
   Cell cell;
   cell.Running();
   const Vec3 before = cell.machine->Cycle(cell.input).points[0].correction.X_BP_command.p;
@@ -204,19 +208,19 @@ TEST_CASE("stale input withdraws validity; the values stay") {
   CHECK(cell.Running().points[0].valid);
 }
 
-TEST_CASE("the payload comes from the robot, a table, or is fixed") {
+TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
   Cell cell;
   const auto correction_of = [](const Snapshot& s) {
     return s.points[0].correction.translation_B.norm();
   };
   const double at_60 = correction_of(cell.Running());
-  SECTION("nothing known: refused, with its own code and alarm") {
+  SECTION("unknown payload: refused with its own code and alarm") {
     cell.input.robot.payload_kg.reset();
     const Snapshot& snapshot = cell.Next();
     CHECK(snapshot.points[0].code == CorrectionCode::kPayloadUnknown);
     CHECK((snapshot.alarms & alarm::kPayloadUnknown) != 0);
   }
-  SECTION("nonsense is not believed") {
+  SECTION("implausible values are rejected") {
     for (const double mass_kg : {-1.0, 1e6, std::nan("")}) {
       cell.input.robot.payload_kg = mass_kg;
       CHECK(cell.Next().points[0].code == CorrectionCode::kPayloadUnknown);
@@ -240,18 +244,19 @@ TEST_CASE("the payload comes from the robot, a table, or is fixed") {
     cell.input.robot.tool_number = 3;
     CHECK(cell.Next().points[0].code == CorrectionCode::kPayloadUnknown);
   }
-  SECTION("a point may name its own") {
+  SECTION("a point may state its own payload") {
     cell.config.points[0].payload_kg = 60;
     cell.machine.reset();
     cell.input.robot.payload_kg = 10;
     const Snapshot& snapshot = cell.Running();
     CHECK(correction_of(snapshot) == Approx(at_60));
     CHECK(snapshot.points[1].correction.translation_B.norm() < at_60);
-    // Its centre of gravity is the cell's, whatever the robot carries just now.
+    // Its centre of gravity is that of the cell, regardless of the robot's present load.
     cell.input.robot.payload_cog_F = Vec3(0.5, 0.5, 3.0);
     CHECK(correction_of(cell.Next()) == Approx(at_60));
   }
-  SECTION("a point's own has the centre in force only where the cell declares none") {
+  SECTION(
+      "a point's own payload uses the present centre of gravity only if the cell declares none") {
     cell.input.robot.payload_cog_F = cell.config.cell.payload_cog_F;
     cell.config.cell.payload_cog_F.reset();
     cell.config.points[0].payload_kg = 60;
@@ -261,9 +266,10 @@ TEST_CASE("the payload comes from the robot, a table, or is fixed") {
   }
 }
 
-TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
+TEST_CASE(
+    "a command is executed once per sequence number; its result is frozen until acknowledged") {
   Cell cell;
-  // Registers are 0 at the start; without a new sequence number nothing in them is a command.
+  // Registers are 0 at start-up; without a new sequence number there is no command.
   cell.input.command.code = PlcCommandCode::kCorrectPoint;
   cell.input.command.point_id = 9;
   CHECK_FALSE(cell.Running().result.valid);
@@ -277,7 +283,7 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
   const PointResult& block = cell.Next().points[1];
   CHECK((first.correction.X_BP_command.p - block.correction.X_BP_command.p).norm() < 1e-8);
 
-  SECTION("frozen while the payload changes, and a repeated sequence changes nothing") {
+  SECTION("frozen while the payload changes; a repeated sequence number has no effect") {
     cell.input.robot.payload_kg = 10;
     cell.input.command.point_id = 7;
     const CommandResult later = cell.Next().result;
@@ -292,13 +298,13 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
     CHECK(later.sequence == 43);
     CHECK(later.correction.X_BP_command.p == first.correction.X_BP_command.p);
   }
-  SECTION("stale input clears the valid bit, the values stay") {
+  SECTION("stale input clears the valid bit; the values remain") {
     for (int k = 0; k < 12; ++k) cell.Silent();
     const CommandResult later = cell.Silent().result;
     CHECK_FALSE(later.valid);
     CHECK(later.correction.X_BP_command.p == first.correction.X_BP_command.p);
   }
-  SECTION("a pose by command, with a payload of its own") {
+  SECTION("a pose command with its own payload") {
     cell.input.command.code = PlcCommandCode::kCorrectPose;
     cell.input.command.pose_valid = true;
     cell.input.command.X_BP = cell.config.cell.robot.X_WB.Inverse() * cell.config.points[1].X_WP;
@@ -338,7 +344,7 @@ TEST_CASE("commands: executed once by sequence, frozen until acknowledged") {
   }
 }
 
-TEST_CASE("a probe is taken once, with what the model predicts at that moment") {
+TEST_CASE("a probe is recorded once, together with the model's prediction") {
   Cell cell;
   cell.input.probes_recorded = true;
   cell.Running();
@@ -368,9 +374,9 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   CHECK((*taken.probe.measured_W - predicted_W - miss_W).norm() < 1e-12);
   CHECK((taken.result.correction.X_BP_command.p - state.X_BT.p).norm() < 1e-12);
   CHECK((arm.X_WB().R * taken.result.correction.translation_B - miss_W).norm() < 1e-12);
-  CHECK_FALSE(cell.Next().probe_taken);  // the same sequence
+  CHECK_FALSE(cell.Next().probe_taken);  // the same sequence number
 
-  SECTION("with the mass that the command names") {
+  SECTION("with the mass stated in the command") {
     command.payload_kg = 20;
     command.sequence = 2;
     CHECK(cell.Next().probe.payload_kg == 20);
@@ -382,7 +388,7 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
     CorrectionCode code;
   };
   const Refusal refusals[] = {
-      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+      {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
        CorrectionCode::kNotRecorded},
       {"not a number", [](Cell& c) { c.input.command.probe_W.reset(); },
        CorrectionCode::kBadCommand},
@@ -400,13 +406,13 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
       CHECK(refused.result.code == refusal.code);
     }
   }
-  SECTION("restarting the monitor is handed on once") {
+  SECTION("a monitor restart is forwarded once") {
     command.code = PlcCommandCode::kRestartMonitor;
     command.sequence = 4;
     CHECK(cell.Next().monitor_restart);
     CHECK_FALSE(cell.Next().monitor_restart);
   }
-  SECTION("warnings of the loop stand among the machine's own") {
+  SECTION("background warnings are merged with the machine's own") {
     cell.input.loop_warnings = warning::kDrift;
     CHECK((cell.Next().warnings & warning::kDrift) != 0);
     CHECK((cell.Next().status & status::kWarning) != 0);
@@ -415,7 +421,7 @@ TEST_CASE("a probe is taken once, with what the model predicts at that moment") 
   }
 }
 
-TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while the lens is valid") {
+TEST_CASE("a camera probe uses the measured tip and its covariance while the lens is valid") {
   Cell cell;
   cell.Running();
   cell.input.probes_recorded = true;
@@ -440,7 +446,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
   CHECK((taken.status & status::kLensCalibrated) != 0);
   CHECK_FALSE(cell.Next().probe_taken);
 
-  SECTION("a probe of the PLC's own has none") {
+  SECTION("a probe measured by the PLC has no covariance") {
     command.code = PlcCommandCode::kProbe;
     command.probe_W = cell.PredictedTip();
     command.sequence = 3;
@@ -459,7 +465,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
       {"old", [](Cell& c) { c.input.cameras[0].tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
       {"no number", [](Cell& c) { c.input.cameras[0].tip.p_W.x() = NAN; },
        CorrectionCode::kTipNotSeen},
-      {"nobody records", [](Cell& c) { c.input.probes_recorded = false; },
+      {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
        CorrectionCode::kNotRecorded},
   };
   for (const Refusal& refusal : refusals) {
@@ -487,7 +493,7 @@ TEST_CASE("a probe by camera: the tip that it saw, with its covariance, while th
   }
 }
 
-TEST_CASE("of two cameras: the mean of what they see, the one that is named, a contradiction") {
+TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
   Cell cell;
   cell.Running();
   cell.input.probes_recorded = true;
@@ -510,7 +516,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   CHECK((*taken.probe.covariance_W - 0.75e-8 * Mat3::Identity()).norm() < 1e-20);
   CHECK((taken.status & status::kLensCalibrated) != 0);
 
-  SECTION("one is stale: the other measures on, and the status says so") {
+  SECTION("one is stale: the other is used, and the status shows it") {
     side.lens_valid = false;
     command.sequence = 2;
     taken = cell.Next();
@@ -522,7 +528,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
     command.sequence = 3;
     CHECK(cell.Next().result.code == CorrectionCode::kLensStale);
   }
-  SECTION("one is named; a third there is not") {
+  SECTION("one is selected; a third does not exist") {
     command.camera = 1;
     command.sequence = 2;
     CHECK(*cell.Next().probe.measured_W == side.tip.p_W);
@@ -536,11 +542,11 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
     taken = cell.Next();
     CHECK_FALSE(taken.probe_taken);
     CHECK(taken.result.code == CorrectionCode::kCamerasDisagree);
-    rear.tip.places_W = 4e-7 * Mat3::Identity();  // the marks' places explain it
+    rear.tip.places_W = 4e-7 * Mat3::Identity();  // explained by errors in the tag positions
     command.sequence = 3;
     CHECK(cell.Next().probe_taken);
   }
-  SECTION("a calibration: of the one that asks, of all where none does, of the one that is named") {
+  SECTION("calibration of the requesting camera, of all if none requests it, of the selected one") {
     using Order = CalibrationOrder;
     const auto orders = [&](PlcCommandCode code, std::uint16_t camera) {
       command.code = code;
@@ -559,7 +565,7 @@ TEST_CASE("of two cameras: the mean of what they see, the one that is named, a c
   }
 }
 
-TEST_CASE("points whose branches are searched beside the cycle are pending, one by one") {
+TEST_CASE("points whose branches are searched in the background are pending individually") {
   Cell cell;
   cell.machine.emplace(cell.config);
   Machine searching(cell.config);
@@ -576,7 +582,7 @@ TEST_CASE("points whose branches are searched beside the cycle are pending, one 
   cell.Next();
   CHECK(snapshot.points[0].code == CorrectionCode::kPending);
   CHECK(snapshot.points[1].valid);
-  SECTION("what was found is what the cycle goes on from") {
+  SECTION("the cycle continues from the branch found") {
     cell.machine->TakeTaughtBranch(0, searching.FindTaughtBranch(0));
     CHECK(cell.Next().points[0].valid);
     Cell prepared;
@@ -586,13 +592,13 @@ TEST_CASE("points whose branches are searched beside the cycle are pending, one 
             same.points[k].correction.X_BP_command.p);
     }
   }
-  SECTION("where nothing was found the cycle searches") {
+  SECTION("the cycle searches if no branch was found") {
     cell.machine->TakeTaughtBranch(0, {});
     CHECK(cell.Next().points[0].valid);
   }
 }
 
-TEST_CASE("a probe is refused with the disk as the reason, where that is the reason") {
+TEST_CASE("a probe is refused with kStorageUnavailable if the disk is not writable") {
   Cell cell;
   cell.Running();
   cell.input.storage_unavailable = GENERATE(false, true);
@@ -610,7 +616,7 @@ TEST_CASE("a probe is refused with the disk as the reason, where that is the rea
   }
 }
 
-TEST_CASE("a new configuration goes on from the values of the former one") {
+TEST_CASE("a new configuration continues from the values of the previous one") {
   Cell cell;
   cell.Running();
   cell.input.command.sequence = 42;
@@ -626,9 +632,9 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
   changed.points[1].id = 8;
   Machine next(changed);
   next.Prepare();
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
   cell.machine.emplace(std::move(next));
-  SECTION("values stay, not valid until the robot is trusted; a new point has none") {
+  SECTION("values remain, not valid until the robot is trusted; a new point has none") {
     const Snapshot& after = cell.Next();
     CHECK(after.result.sequence == 42);
     CHECK(after.result.point_id == 9);
@@ -643,7 +649,7 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
     CHECK((after.status & status::kPlcHeartbeatSeen) != 0);
     CHECK(cell.Running().points[0].valid);
   }
-  SECTION("the level of the acknowledging coil is no new edge, and a new command is executed") {
+  SECTION("the level of the acknowledge coil is not a new edge, and a new command is executed") {
     cell.Next();
     cell.Next();
     cell.input.command.sequence = 43;
@@ -651,7 +657,7 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
     CHECK(result.sequence == 43);
     CHECK(result.valid);
   }
-  SECTION("a command that arrives with the first cycle is answered") {
+  SECTION("a command that arrives with the first cycle is executed") {
     cell.input.command.sequence = 43;
     const CommandResult result = cell.Next().result;
     CHECK(result.sequence == 43);
@@ -659,9 +665,9 @@ TEST_CASE("a new configuration goes on from the values of the former one") {
   }
 }
 
-TEST_CASE("over the same robot link another model's points are valid in its first cycle") {
+TEST_CASE("with the same robot link, the points of a new model are valid in its first cycle") {
   Cell cell;
-  // More points without a posture than a cycle may search branches for.
+  // More points without taught joints than one cycle may search.
   for (int id = 20; id < 28; ++id) {
     AssemblyPoint point = cell.config.points[0];
     point.id = id;
@@ -683,7 +689,7 @@ TEST_CASE("over the same robot link another model's points are valid in its firs
   Machine next(changed);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   cell.machine.emplace(std::move(next));
   const bool new_reading = GENERATE(true, false);
   const Snapshot after = new_reading ? cell.Next() : cell.Silent();
@@ -696,12 +702,12 @@ TEST_CASE("over the same robot link another model's points are valid in its firs
     CAPTURE(k);
     CHECK(after.points[k].valid);
     CHECK(after.points[k].sequence == before.points[former].sequence + 1);
-    // The new model's value, in the posture that was in use.
+    // The new model's value in the previous posture.
     const Correction &now = after.points[k].correction, &was = before.points[former].correction;
     CHECK((now.X_BP_command.p - was.X_BP_command.p).norm() > 1e-4);
     CHECK((now.q - was.q).cwiseAbs().maxCoeff() < 0.05);
   }
-  // And it is the one that it stays at.
+  // It does not change afterwards.
   const Snapshot later = cell.Running();
   for (std::size_t k = 0; k < after.points.size(); ++k) {
     CHECK((later.points[k].correction.X_BP_command.p - after.points[k].correction.X_BP_command.p)
@@ -709,7 +715,7 @@ TEST_CASE("over the same robot link another model's points are valid in its firs
   }
 }
 
-TEST_CASE("over the same link a robot that was not trusted is not trusted by another model") {
+TEST_CASE("with the same link, a robot that was not trusted is not trusted under a new model") {
   Cell cell;
   cell.Running();
   for (int k = 0; k < 50; ++k) cell.Silent();
@@ -718,14 +724,14 @@ TEST_CASE("over the same link a robot that was not trusted is not trusted by ano
   Machine next(cell.config);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   cell.machine.emplace(std::move(next));
-  CHECK(cell.Next().input_fault == InputFault::kStale);  // one reading earns no trust
+  CHECK(cell.Next().input_fault == InputFault::kStale);  // one reading is not enough
   CHECK_FALSE(cell.Next().points[0].valid);
   CHECK(cell.Next().points[0].valid);
 }
 
-TEST_CASE("what probes and the monitor's restart were answered outlasts a new configuration") {
+TEST_CASE("results of probes and of a monitor restart survive a new configuration") {
   for (const PlcCommandCode code :
        {PlcCommandCode::kProbe, PlcCommandCode::kProbeFine, PlcCommandCode::kRestartMonitor}) {
     CAPTURE(static_cast<int>(code));
@@ -741,7 +747,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
 
     Machine next(cell.config);
     next.Prepare();
-    next.TakeOver(*cell.machine, Machine::RobotLinkIs::kNew);
+    next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
     cell.machine.emplace(std::move(next));
     for (int cycle = 0; cycle < 5; ++cycle) {
       const Snapshot& after = cell.Next();
@@ -763,7 +769,7 @@ TEST_CASE("what probes and the monitor's restart were answered outlasts a new co
 
 namespace {
 
-/// A cell that gives probes of command 6, and what became of each.
+/// A cell that sends probes with command 6, and the result of each.
 struct ProbingCell : Cell {
   ProbingCell() {
     input.probes_recorded = true;
@@ -789,7 +795,7 @@ void CheckNoPose(const CommandResult& result) {
 
 }  // namespace
 
-TEST_CASE("a probe that no tip can have been measured at is refused, counted, and not handed on") {
+TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   ProbingCell cell;
   const Vec3 tip_W = cell.PredictedTip();
   struct Nonsense {
@@ -800,7 +806,7 @@ TEST_CASE("a probe that no tip can have been measured at is refused, counted, an
   const Nonsense nonsense[] = {
       {"zero", Vec3::Zero(), ProbeFault::kZero},
       {"in metres", 1e-3 * tip_W, ProbeFault::kInMetres},
-      {"in metres, and off by what the model lacks", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
+      {"in metres, with a model error", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
        ProbeFault::kInMetres},
       {"the largest integer, in mm", Vec3::Constant(2147483647e-3), ProbeFault::kBeyondReach},
       {"the largest integer, in um", Vec3::Constant(2147483647e-6), ProbeFault::kBeyondReach},
@@ -825,7 +831,7 @@ TEST_CASE("a probe that no tip can have been measured at is refused, counted, an
   CHECK(taken.probes.refused == refused);
 }
 
-TEST_CASE("probes of fine integers and by camera are judged by the same bounds") {
+TEST_CASE("fine-integer and camera probes are checked against the same bounds") {
   ProbingCell cell;
   cell.input.command.code = PlcCommandCode::kProbeFine;
   CHECK(cell.Probe(Vec3::Zero()).result.code == CorrectionCode::kProbeImplausible);
@@ -844,11 +850,11 @@ TEST_CASE("probes of fine integers and by camera are judged by the same bounds")
   CHECK(kept.probe.cameras == 1);
 }
 
-TEST_CASE("a probe that contradicts the model is handed on marked, with what was measured") {
+TEST_CASE("a probe that contradicts the model is forwarded as quarantined") {
   ProbingCell cell;
   const Vec3 tip_W = cell.PredictedTip();
   const double bound_m = cell.Next().probes.contradiction_m;
-  // The largest correction that is allowed, and half a degree over some four metres.
+  // The largest allowed correction plus half a degree over about four metres.
   CHECK(bound_m > cell.config.limits.max_translation_m + 0.03);
   CHECK(bound_m < cell.config.limits.max_translation_m + 0.06);
   CHECK_FALSE(cell.Probe(tip_W + Vec3(0.99 * bound_m, 0, 0)).probe.quarantined);
@@ -863,7 +869,7 @@ TEST_CASE("a probe that contradicts the model is handed on marked, with what was
   CHECK(kept.result.correction.X_BP_command.p.norm() > 0.1);
 }
 
-TEST_CASE("a probe is refused while a joint moves, and taken once the robot stands") {
+TEST_CASE("a probe is refused while a joint moves, and recorded at standstill") {
   ProbingCell cell;
   const Vec3 tip_W = cell.PredictedTip();
   const auto code = [&] { return cell.Probe(tip_W).result.code; };
@@ -885,28 +891,28 @@ TEST_CASE("a probe is refused while a joint moves, and taken once the robot stan
     CHECK(cell.Next().probes.standstill);
     CHECK(code() == CorrectionCode::kOk);
   }
-  SECTION("a creeping one adds up") {
+  SECTION("slow creep accumulates") {
     int moving = 0;
     for (int k = 0; k < 100; ++k) {
-      cell.input.robot.q[0] += 1e-5;  // 1 mrad/s, a tenth of what counts in each reading
+      cell.input.robot.q[0] += 1e-5;  // 1 mrad/s, a tenth of the threshold per reading
       moving += code() == CorrectionCode::kRobotMoving ? 1 : 0;
     }
     CHECK(moving > 85);
   }
-  SECTION("a servo that holds its place jitters") {
+  SECTION("jitter of a servo that holds its position is tolerated") {
     for (int k = 0; k < 50; ++k) {
       cell.input.robot.q[2] += k % 2 == 0 ? 4e-5 : -4e-5;
       CHECK(code() == CorrectionCode::kOk);
     }
   }
-  SECTION("coarse registers: one step is none, two are a motion") {
+  SECTION("coarse registers: one step is no motion, two are") {
     cell.input.robot.q_resolution = 1e-3;
     cell.input.robot.q[3] += 1e-3;
     CHECK(code() == CorrectionCode::kOk);
     cell.input.robot.q[3] += 1e-3;
     CHECK(code() == CorrectionCode::kRobotMoving);
   }
-  SECTION("a controller that refreshes every 0.1 s is seen to move between two refreshes") {
+  SECTION("motion is detected on a controller that refreshes every 0.1 s") {
     int refused = 0;
     for (int k = 0; k < 100; ++k) {
       if (k % 10 == 0) cell.input.robot.q[0] += 5e-3;
@@ -916,7 +922,7 @@ TEST_CASE("a probe is refused while a joint moves, and taken once the robot stan
   }
 }
 
-TEST_CASE("over the same link another model's machine knows whether the robot moves") {
+TEST_CASE("with the same link, standstill detection continues under a new model") {
   ProbingCell cell;
   const Vec3 tip_W = cell.PredictedTip();
   const bool moving = GENERATE(true, false);
@@ -924,7 +930,7 @@ TEST_CASE("over the same link another model's machine knows whether the robot mo
   REQUIRE(cell.Next().probes.standstill != moving);
   Machine next(cell.config);
   next.Prepare();
-  next.TakeOver(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
   CHECK(next.snapshot().probes.standstill != moving);
   cell.machine.emplace(std::move(next));
   CHECK((cell.Probe(tip_W).result.code == CorrectionCode::kRobotMoving) == moving);
@@ -932,7 +938,7 @@ TEST_CASE("over the same link another model's machine knows whether the robot mo
   CHECK(cell.Next().probes.standstill);
 }
 
-TEST_CASE("before the journal is open a probe is answered pending, and without one not recorded") {
+TEST_CASE("before the journal is open a probe is pending; without a journal it is not recorded") {
   ProbingCell cell;
   cell.input.probes_recorded = false;
   cell.input.probes_pending = true;
@@ -944,7 +950,7 @@ TEST_CASE("before the journal is open a probe is answered pending, and without o
   CHECK(cell.Probe({}).result.code == CorrectionCode::kNotRecorded);
 }
 
-TEST_CASE("a refused command does not answer with the pose of the one before") {
+TEST_CASE("a refused command does not return the pose of the previous one") {
   Cell cell;
   cell.Running();
   PlcCommand& command = cell.input.command;
@@ -990,7 +996,7 @@ TEST_CASE("a refused command does not answer with the pose of the one before") {
   refused(CorrectionCode::kNoRobot);
 }
 
-TEST_CASE("a pose command in metres, or with an empty position, is refused without a pose") {
+TEST_CASE("a pose command in metres or with an empty position is refused") {
   Cell cell;
   cell.Running();
   const Pose X_BP = cell.config.cell.robot.X_WB.Inverse() * cell.config.points[1].X_WP;
@@ -1018,7 +1024,7 @@ TEST_CASE("a pose command in metres, or with an empty position, is refused witho
   }
 }
 
-TEST_CASE("a gantry's pose near the origin of its base is not taken for metres") {
+TEST_CASE("a gantry pose near the base origin is not mistaken for metres") {
   const Vec3 near_origin(1e-3, 2e-3, -1e-3);
   ProbeBounds bounds;
   bounds.reach_m = 3;
@@ -1031,7 +1037,7 @@ TEST_CASE("a gantry's pose near the origin of its base is not taken for metres")
   CHECK_FALSE(IsZeroOrInMetres(robot, bounds, near_origin));
 }
 
-TEST_CASE("the PLC's heartbeat is seen while it changes") {
+TEST_CASE("the PLC heartbeat is present while it changes") {
   Cell cell;
   CHECK((cell.Running().status & status::kPlcHeartbeatSeen) == 0);
   ++cell.input.command.heartbeat;
@@ -1042,7 +1048,7 @@ TEST_CASE("the PLC's heartbeat is seen while it changes") {
   CHECK((snapshot.warnings & warning::kPlcHeartbeatLost) != 0);
 }
 
-TEST_CASE("a reading that is not trusted is shown, and not computed with") {
+TEST_CASE("an untrusted reading is shown but not used") {
   Cell cell;
   cell.input.robot.X_BT = Pose();
   cell.input.robot.X_BT->p.x() = 10;
@@ -1053,7 +1059,7 @@ TEST_CASE("a reading that is not trusted is shown, and not computed with") {
   CHECK(snapshot.robot.q.isZero());
 }
 
-TEST_CASE("a temperature that is not a number is none") {
+TEST_CASE("a temperature of NaN counts as absent") {
   Cell cell;
   cell.input.robot.temp_C = 21;
   CHECK((cell.Running().status & status::kTemperatureValid) != 0);
@@ -1062,7 +1068,7 @@ TEST_CASE("a temperature that is not a number is none") {
   CHECK(cell.Next().points[0].valid);
 }
 
-TEST_CASE("a guessed centre of mass is a warning where a joint yields to it, not on a rigid arm") {
+TEST_CASE("a missing centre of mass is a warning for a compliant joint, not for a rigid arm") {
   Cell cell;
   for (Joint& joint : cell.config.cell.robot.joints) joint.link_com_m.reset();
   CHECK((cell.Running().warnings & warning::kMassCentresGuessed) != 0);
@@ -1071,7 +1077,7 @@ TEST_CASE("a guessed centre of mass is a warning where a joint yields to it, not
   CHECK((cell.Running().warnings & warning::kMassCentresGuessed) == 0);
 }
 
-TEST_CASE("coarse joint registers are told with what they cost") {
+TEST_CASE("coarse joint registers are reported with their 95 % radius") {
   Cell cell;
   cell.input.robot.q_resolution = 1e-3;
   const Snapshot& snapshot = cell.Running();
@@ -1080,7 +1086,7 @@ TEST_CASE("coarse joint registers are told with what they cost") {
   CHECK(snapshot.reading_radius_m < 5e-3);
 }
 
-TEST_CASE("an identified model states its own uncertainty, not the declared share") {
+TEST_CASE("an identified model states its own uncertainty, not the declared deviation") {
   Cell cell;
   const double declared_m = cell.Running().points[0].correction.uncertainty_m;
   cell.machine.reset();
@@ -1116,7 +1122,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared shar
   CHECK(cell.Next().result.correction.basis == RadiusBasis::kMeasured);
 }
 
-TEST_CASE("another payload's radius is not passed off as this one's") {
+TEST_CASE("the radius of one payload is not reported for another") {
   Cell cell;
   cell.config.points.resize(1);
   const AssemblyPoint point = cell.config.points[0];
@@ -1128,7 +1134,7 @@ TEST_CASE("another payload's radius is not passed off as this one's") {
   for (int k = 0; k < 100; ++k) cell.Next();
   CHECK(cell.Next().points[50].correction.basis == RadiusBasis::kAssumed);
   cell.input.robot.payload_kg = *cell.input.robot.payload_kg + 60;
-  const Snapshot& changed = cell.Next();  // sooner than all radii can be renewed
+  const Snapshot& changed = cell.Next();  // before all radii can be refreshed
   int waiting = 0;
   for (const PointResult& one : changed.points) {
     waiting += one.correction.basis == RadiusBasis::kUnknown ? 1 : 0;
@@ -1140,7 +1146,7 @@ TEST_CASE("another payload's radius is not passed off as this one's") {
   CHECK(cell.Next().points[50].correction.uncertainty_m > 1.2 * light_m);
 }
 
-TEST_CASE("effects of time count from where their model says, and keep their last value") {
+TEST_CASE("time-dependent effects start at the model's time zero and hold their last value") {
   Cell cell;
   cell.input.probes_recorded = true;
   cell.input.command.code = PlcCommandCode::kProbe;
@@ -1176,7 +1182,7 @@ TEST_CASE("effects of time count from where their model says, and keep their las
   CHECK(outside_900);
 }
 
-TEST_CASE("a point is corrected anew whenever what it depends on has changed") {
+TEST_CASE("a point is recomputed whenever one of its inputs has changed") {
   Cell cell;
   cell.config.payload.source = PayloadPolicy::Source::kRobot;
   WrittenEffect time, warmth;
@@ -1204,7 +1210,7 @@ TEST_CASE("a point is corrected anew whenever what it depends on has changed") {
     fresh.config = cell.config;
     fresh.input = cell.input;
     fresh.input.robot.sequence = 0;
-    for (int k = 0; k < 4; ++k) fresh.Running();  // each point's radius has had its turn
+    for (int k = 0; k < 4; ++k) fresh.Running();  // the radius of each point has been refreshed
     for (int k = 0; k < 4; ++k) cell.Next();
     for (std::size_t k = 0; k < 2; ++k) {
       const PointResult& one = cell.machine->Cycle(cell.input).points[k];
@@ -1229,8 +1235,8 @@ TEST_CASE("a point is corrected anew whenever what it depends on has changed") {
   CHECK(changed());
   cell.input.utc_s += 100;
   CHECK(changed());
-  cell.input.robot.q[0] += 0.01;  // where the robot stands is not among it
+  cell.input.robot.q[0] += 0.01;  // the robot's position is not an input
   CHECK_FALSE(changed());
-  cell.input.robot.temp_C.reset();  // one effect less
+  cell.input.robot.temp_C.reset();  // one effect fewer
   CHECK(changed());
 }

@@ -26,7 +26,7 @@ struct Stream {
     now_s += 0.01;
     state.timestamp_s = now_s;
     ++state.sequence;
-    return filter.Judge(arm, state, now_s);
+    return filter.Check(arm, state, now_s);
   }
   InputFault Trusted() {
     Next();
@@ -37,15 +37,15 @@ struct Stream {
 
 }  // namespace
 
-TEST_CASE("trust needs three good readings in a row") {
+TEST_CASE("trust requires three consecutive good readings") {
   Stream stream;
-  CHECK(stream.filter.Judge(stream.arm, stream.state, 100) == InputFault::kMissing);
+  CHECK(stream.filter.Check(stream.arm, stream.state, 100) == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kMissing);
   CHECK(stream.Next() == InputFault::kOk);
 }
 
-TEST_CASE("nonsense is refused, and trust comes back by itself") {
+TEST_CASE("implausible readings are rejected, and trust returns automatically") {
   struct Case {
     const char* name;
     InputFault fault;
@@ -86,7 +86,7 @@ TEST_CASE("nonsense is refused, and trust comes back by itself") {
   }
 }
 
-TEST_CASE("registers refreshed every 100 ms do not jump, whatever a joint's speed and the cycle") {
+TEST_CASE("registers refreshed every 100 ms are not mistaken for jumps") {
   Stream stream;
   REQUIRE(stream.Trusted() == InputFault::kOk);
   for (int cycle = 0; cycle < 200; ++cycle) {
@@ -94,29 +94,29 @@ TEST_CASE("registers refreshed every 100 ms do not jump, whatever a joint's spee
     CAPTURE(cycle);
     REQUIRE(stream.Next() == InputFault::kOk);
   }
-  // However long it has stood still, what no joint does in the slowest refresh is a jump.
+  // Even after a long standstill, more than a joint can move in the slowest refresh is a jump.
   for (int cycle = 0; cycle < 100; ++cycle) stream.Next();
   stream.state.q[0] += 2;
   CHECK(stream.Next() == InputFault::kJump);
 }
 
-TEST_CASE("a reading grows stale, and fresh ones have to earn trust anew") {
+TEST_CASE("a reading becomes stale, and fresh ones must regain trust") {
   Stream stream;
   REQUIRE(stream.Trusted() == InputFault::kOk);
-  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
-  CHECK(stream.filter.Judge(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
   stream.now_s += 5;
   CHECK(stream.Next() == InputFault::kStale);
   CHECK(stream.Next() == InputFault::kStale);
   CHECK(stream.Next() == InputFault::kOk);
 }
 
-TEST_CASE("the reported tool pose is compared with forward kinematics as the profile declares it") {
+TEST_CASE("the reported tool pose is compared with forward kinematics according to the profile") {
   Stream stream;
   Posture posture;
   stream.arm.chain().Evaluate(stream.state.q, posture);
   const Pose X_BF = posture.X_BF();
-  SECTION("nothing reported: not checked") {
+  SECTION("no pose reported: not checked") {
     CHECK(stream.Trusted() == InputFault::kOk);
     CHECK_FALSE(stream.filter.decoding_checked());
   }
@@ -127,7 +127,7 @@ TEST_CASE("the reported tool pose is compared with forward kinematics as the pro
     stream.state.X_BT = X_BF;
     stream.state.tcp_is_flange = true;
   }
-  SECTION("an offset of its own") {
+  SECTION("a reported tool offset") {
     stream.state.X_FT = Pose{RotationFromVector({0.1, 0.2, 0.3}), Vec3(0.3, 0, 0.2)};
     stream.state.X_BT = X_BF * *stream.state.X_FT;
   }
@@ -135,7 +135,8 @@ TEST_CASE("the reported tool pose is compared with forward kinematics as the pro
     CHECK(stream.Trusted() == InputFault::kOk);
     CHECK(stream.filter.decoding_checked());
     stream.state.X_BT->p.z() = -stream.state.X_BT->p.z();  // a sign decoded the wrong way
-    CHECK(stream.Next() == InputFault::kOk);  // may belong to another moment than the joints
+    CHECK(stream.Next() ==
+          InputFault::kOk);  // may have been sampled at another time than the joints
     CHECK(stream.Next() == InputFault::kOk);
     CHECK(stream.Next() == InputFault::kTcpMismatch);
   }

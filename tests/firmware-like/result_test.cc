@@ -30,14 +30,14 @@ TEST_CASE("a result has a value or an error", "[result]") {
   CHECK(none.failure().message == none.error());
 }
 
-TEST_CASE("a result without a value says that something worked, or why not", "[result]") {
+TEST_CASE("a void result reports success or the reason for failure", "[result]") {
   CHECK(Positive(1));
   const Result<void> no = Positive(-1);
   REQUIRE_FALSE(no);
   CHECK(no.error() == "not positive");
 }
 
-TEST_CASE("steps follow one another until one fails", "[result]") {
+TEST_CASE("chained steps stop at the first failure", "[result]") {
   CHECK(Half(12).and_then(Half).value() == 3);
   CHECK(Half(6).and_then(Half).error() == "3 is odd");
   CHECK(Half(5).and_then(Half).error() == "5 is odd");
@@ -55,7 +55,7 @@ TEST_CASE("steps follow one another until one fails", "[result]") {
   CHECK(seen == 4);
 }
 
-TEST_CASE("an error gets a context on its way; a value is left alone", "[result]") {
+TEST_CASE("transform_error adds context to an error and leaves a value unchanged", "[result]") {
   const auto in_file = [](const std::string& why) { return "cell.toml: " + why; };
   CHECK(Half(3).transform_error(in_file).error() == "cell.toml: 3 is odd");
   CHECK(Half(4).transform_error(in_file).value() == 2);
@@ -63,7 +63,7 @@ TEST_CASE("an error gets a context on its way; a value is left alone", "[result]
   CHECK(Positive(1).transform_error(in_file));
 }
 
-TEST_CASE("a value that cannot be copied is moved through", "[result]") {
+TEST_CASE("move-only values are moved through", "[result]") {
   const auto made = [](int n) -> Result<std::unique_ptr<int>> { return std::make_unique<int>(n); };
   auto result = made(5).transform([](std::unique_ptr<int> p) {
     ++*p;

@@ -1,4 +1,4 @@
-// A heavy six-axis arm with a bending tool, for tests. Its numbers are made up for the purpose.
+// A fictitious heavy six-axis arm with a bending tool, for tests.
 #pragma once
 
 #include <numbers>
@@ -49,7 +49,7 @@ inline CellModel HeavyArm() {
   return cell;
 }
 
-/// Joint positions inside the limits, the wrist kept off its singular posture.
+/// Joint positions within the limits, with the wrist away from its singular posture.
 inline JointVector RandomPosture(const CellModel& cell, std::mt19937& random) {
   JointVector q(cell.robot.size());
   for (int i = 0; i < q.size(); ++i) {

@@ -1,4 +1,4 @@
-// The mean of two cameras against many draws of their errors.
+// Fusion of two cameras against a Monte Carlo sample of their errors.
 #include "firmware-like/tip_fusion.h"
 
 #include <Eigen/Cholesky>
@@ -10,7 +10,7 @@ using namespace plumbline;
 
 namespace {
 
-/// Good across the view, ten times worse along it.
+/// Precise across the viewing direction, ten times worse along it.
 Mat3 Along(int axis, double across_m) {
   Mat3 covariance = across_m * across_m * Mat3::Identity();
   covariance(axis, axis) *= 100;
@@ -20,7 +20,7 @@ Mat3 Along(int axis, double across_m) {
 }  // namespace
 
 TEST_CASE(
-    "the mean of two cameras has the covariance that it states, and chance seldom parts them") {
+    "the mean of two cameras has the stated covariance, and false disagreement is rare") {
   const Vec3 truth(2, 0.5, 1);
   std::mt19937_64 random(5);
   std::normal_distribution<double> N;
@@ -48,7 +48,7 @@ TEST_CASE(
   const Mat3 stated = fused.tip.covariance_W + fused.tip.places_W;
   CHECK((seen - stated).norm() < 0.05 * stated.norm());
   CHECK(disagree <= 4);  // expected: 0.2
-  // Each holds where the other is weak.
+  // Each camera is strong where the other is weak.
   for (int axis = 0; axis < 3; ++axis) {
     for (const MeasuredTip& tip : tips) {
       CHECK(fused.tip.covariance_W(axis, axis) < tip.covariance_W(axis, axis));
@@ -56,7 +56,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("one tip is itself; a step of six deviations parts two; no covariance, no agreement") {
+TEST_CASE("a single tip is unchanged; six deviations or a missing covariance mean disagreement") {
   std::array<MeasuredTip, 2> tips;
   for (MeasuredTip& tip : tips) tip = {Vec3(1, 2, 3), Along(0, 1e-4), Mat3::Zero()};
   const TipFusion one = FuseTips(std::span(tips).first(1));
@@ -64,7 +64,7 @@ TEST_CASE("one tip is itself; a step of six deviations parts two; no covariance,
   CHECK(one.tip.p_W == tips[0].p_W);
   CHECK(one.tip.covariance_W == tips[0].covariance_W);
   CHECK(FuseTips(tips).agree);
-  tips[1].p_W.x() += 6e-3;  // along both views: a deviation of the difference is 1.4 mm
+  tips[1].p_W.x() += 6e-3;  // the standard deviation of the difference is 1.4 mm here
   CHECK(FuseTips(tips).agree);
   tips[1].p_W.x() += 6e-3;
   CHECK_FALSE(FuseTips(tips).agree);

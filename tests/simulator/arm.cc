@@ -7,7 +7,7 @@ namespace simulator {
 
 using Eigen::Vector3d;
 
-/// A frame that walks along the arm: it turns and moves along its own axes.
+/// A frame that moves along the arm by rotations and translations about its own axes.
 struct Walker {
   Vector3d at, x, y, z;
 
@@ -29,7 +29,7 @@ struct Walker {
     x = c * x - s * z;
     z = turned;
   }
-  /// About its own origin, a rotation vector in its own axes.
+  /// Rotates about its own origin by a rotation vector in its own axes.
   void Turn(const Vector3d& own_rad) {
     const Vector3d turn = own_rad.x() * x + own_rad.y() * y + own_rad.z() * z;
     const double angle = turn.norm();
@@ -70,8 +70,8 @@ Vector3d RollPitchYaw(const Vector3d& rpy, const Vector3d& v) {
 
 }  // namespace
 
-/// What a joint's bearing and link do in their own frames: where its axis begins, at the carriage
-/// of a sliding joint, and at the link's end.
+/// Structural deflection of one joint's bearing and link in their own frames: at the start of the
+/// axis, at the carriage of a prismatic joint, and at the end of the link.
 struct Arm::Yields {
   Vector3d bearing_rad = Vector3d::Zero();
   Vector3d carriage_rad = Vector3d::Zero(), carriage_m = Vector3d::Zero();
@@ -79,7 +79,7 @@ struct Arm::Yields {
 };
 
 struct Arm::Posture {
-  /// Where the axis of each joint begins (the flange behind the last), and after each joint.
+  /// Frames at the start of each joint axis (the flange last), and after each joint.
   std::vector<Walker> before, after;
   std::vector<double> mass_kg;         ///< outboard of each joint
   std::vector<Vector3d> first_moment;  ///< of that, kg m
@@ -118,7 +118,7 @@ double Arm::Payload(const Row& row) const {
 
 namespace {
 
-/// The walker at a link's end, bent and twisted.
+/// The walker at the end of a bent and twisted link.
 template <typename Yields>
 void EndLink(const Yields& yields, Walker& walker) {
   walker.Move(yields.end_m);
@@ -177,7 +177,7 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
       walker.TurnAboutX(alpha);
       walker.at += a * walker.x;
       walker.TurnAboutY(changes_.beta_rad[i]);
-      walker.at += d * walker.z;  // a link begins at its own frame's origin
+      walker.at += d * walker.z;  // a link starts at the origin of its own frame
     }
     if (yields != nullptr && i > 0) EndLink((*yields)[i - 1], walker);
     if (yields != nullptr) walker.Turn((*yields)[i].bearing_rad);
@@ -236,8 +236,8 @@ void Arm::Place(const Row& row, const Eigen::VectorXd& s_rad, const Vector3d& ti
   }
 }
 
-/// A rod clamped at one end, under a force and a moment at its other end: how far that turns and
-/// moves. All in one frame; the rod lies along `rod`, 1 / (E I) is `soft`.
+/// Rotation and displacement of the free end of a clamped rod under a force and a moment at that
+/// end. All in one frame; `rod` is the vector along the rod and `soft` is 1 / (E I).
 void BendRod(const Vector3d& rod, double soft, const Vector3d& force, const Vector3d& moment,
              Vector3d& turn, Vector3d& move) {
   const double length = rod.norm();
@@ -250,9 +250,9 @@ void BendRod(const Vector3d& rod, double soft, const Vector3d& force, const Vect
           (across * (length * length * length / 3.0) + bending.cross(e) * (length * length / 2.0));
 }
 
-/// How a carriage with play comes to lie, a rotation in the axes of `carriage`: about each of two
-/// axes across the travel by a share of half its play, the sine of the angle whose tangent is the
-/// moment over the weight on half the carriage's length.
+/// Tilt of a carriage with play as a rotation in the axes of `carriage`: about each of two
+/// axes across the travel by half its play times the sine of the angle whose tangent is the
+/// moment divided by weight and half the carriage's length.
 Vector3d TippedCarriage(const Walker& carriage, const Vector3d& travel, double play_x,
                         double play_y, double weight_N, const Vector3d& moment_Nm) {
   constexpr double kHalfLength_m = 0.025;
@@ -289,7 +289,7 @@ std::vector<Arm::Yields> Arm::YieldsOf(const Row& row, const Posture& posture) c
     const Vector3d rod = end.Into(end.at - root.at);
     const double length = rod.norm();
     if (length < 1e-6) continue;
-    // A moment that falls evenly from the joint's to the one beyond the link is that of one force.
+    // A moment that varies linearly from joint to link end corresponds to one force.
     const Vector3d tip = end.Into(moment(i + 1, end.at));
     const Vector3d rise = end.Into(moment(i, root.at)) - tip;
     const Vector3d force = rise.cross(rod) / (length * length);
@@ -299,7 +299,7 @@ std::vector<Arm::Yields> Arm::YieldsOf(const Row& row, const Posture& posture) c
   return yields;
 }
 
-/// The pull of unknown weight: that of the arm as commanded.
+/// Sag due to unknown weight, evaluated in the commanded posture.
 Eigen::VectorXd Arm::UnweighedSag(const Row& row) const {
   const int n = int(cell_.joints.size());
   Eigen::VectorXd sag = Eigen::VectorXd::Zero(n);
@@ -369,7 +369,7 @@ Arm::Posture Arm::Solve(const Row& row) const {
   return posture;
 }
 
-/// The flange of the arm whose bearings, links and axes have yielded to its weight.
+/// The flange after structural deflection of bearings, links and axes.
 Walker Arm::Yielded(const Row& row, const Posture& solved) const {
   const auto yields = [](const Eigen::VectorXd& sizes) { return !sizes.isZero(0.0); };
   if (!yields(changes_.bearing) && !yields(changes_.link_bending) &&
@@ -383,25 +383,25 @@ Walker Arm::Yielded(const Row& row, const Posture& solved) const {
   return moved.flange;
 }
 
-/// Bearing and distance, each as the wrong camera takes it.
+/// Direction and distance as reported by the erroneous camera.
 Vector3d Arm::Seen(const Row& row, const Vector3d& p) const {
   if (!cell_.camera) return p;
   const Vector3d at = cell_.camera->at_m, rpy = cell_.camera->rpy_rad;
   const Vector3d ahead = RollPitchYaw(rpy, Vector3d::UnitZ());
   const double depth = ahead.dot(p - at);
   if (depth <= 0.0) return p;
-  double zoomed = 1.0;  // true over used focal length is 1 / this
+  double zoomed = 1.0;  // 1 / this = true focal length / used focal length
   for (const Changes::Zoom& zoom : changes_.zooms) {
     if (row.t_s >= zoom.time_s) zoomed += zoom.stretch;
   }
-  // On the film of focal length 1: the tangents of the bearing.
+  // On an image plane at focal length 1.
   const Vector3d across = (p - at) - depth * ahead;
   const double radius = across.norm() / depth;
   const double bent = changes_.lens_k1 * radius * radius;
-  const double told_depth = depth * zoomed * (1.0 - 2.0 * bent);
-  // A magnified image of a magnified body: its place across does not change with the zoom.
-  const Vector3d told_across = across * (1.0 - bent);
-  return at + (1.0 + changes_.tag_size) * (told_across + told_depth * ahead);
+  const double reported_depth = depth * zoomed * (1.0 - 2.0 * bent);
+  // Position across the axis does not change with the zoom.
+  const Vector3d reported_across = across * (1.0 - bent);
+  return at + (1.0 + changes_.tag_size) * (reported_across + reported_depth * ahead);
 }
 
 Vector3d Arm::Tip(const Row& row) const {

@@ -1,5 +1,4 @@
-// Where the tip of a loaded arm is: the model that the exchange format declares, with the effects
-// that a data set hides.
+// Forward model of the loaded arm: the declared model of the exchange format plus hidden effects.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +10,8 @@
 
 namespace simulator {
 
-/// One row of a table of poses, in SI. What was not recorded is zero and marked in Table.
+/// One row of a pose table in SI units. Values that were not recorded are zero and flagged in
+/// Table.
 struct Row {
   std::string session;
   double t_s = 0.0;
@@ -19,9 +19,9 @@ struct Row {
   double payload_kg = 0.0;
   double temp_C = 0.0;
   double pressure_bar = 1.0;
-  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< of the base, as its inclinometer reads
+  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< inclinometer reading on the base
   Eigen::Vector3d xyz_m = Eigen::Vector3d::Zero();
-  double range_m = 0.0;  ///< from the cell's anchor, in place of xyz_m
+  double range_m = 0.0;  ///< from the cell's anchor; replaces xyz_m
 };
 
 /// A square-tube cantilever with a payload: tip displacement in the flange frame [m].
@@ -32,30 +32,31 @@ Eigen::Vector3d Bending(const Tool& tool, const Eigen::Vector3d& g_F, double pay
 
 struct Walker;
 
-/// The sagged arm at one row. Torques come from the outboard composite mass and its centre,
-/// gathered from the tip inwards; the posture is iterated until no joint moves by 1e-14 rad.
+/// The deflected arm at one row. Torques are computed from the composite outboard mass and its
+/// centre, accumulated from the tip inwards; the posture is iterated until no joint changes by
+/// 1e-14 rad.
 class Arm {
  public:
   Arm(const Cell& cell, const Changes& changes) : cell_(cell), changes_(changes) {}
 
-  /// Tip as the instrument reads it, without noise [m], in the measurement frame.
+  /// Tip position reported by a noiseless instrument [m], in the measurement frame.
   Eigen::Vector3d Tip(const Row& row) const;
 
-  /// Distance of a tip from the cell's anchor, as it is read [m].
+  /// Reported distance of a tip from the cell's anchor [m].
   double Range(const Eigen::Vector3d& tip_m) const;
 
-  /// Gravity torques about the joints, in their positive direction [N m], in the sagged posture.
+  /// Gravity torques about the joints in the deflected posture, in their positive direction [N m].
   Eigen::VectorXd Torques(const Row& row) const;
 
-  /// The sagged flange: origin and axes (columns) in the measurement frame.
+  /// The flange of the deflected arm: origin and axes (columns) in the measurement frame.
   struct Flange {
     Eigen::Vector3d origin_m;
     Eigen::Matrix3d axes;
   };
   Flange FlangeAt(const Row& row) const;
 
-  /// sum of m_k g . r_k over links, tool, mount and payload with the joints held at s [J]; its
-  /// derivative by q_i is the torque about joint i.
+  /// Sum of m_k g . r_k over links, tool, mount and payload with the joint deflections fixed at s
+  /// [J]; its derivative with respect to q_i is the torque about joint i.
   double WorkOfGravity(const Row& row, const Eigen::VectorXd& s_rad) const;
 
  private:
@@ -76,7 +77,7 @@ class Arm {
   const Changes& changes_;
 };
 
-/// What a noiseless instrument reads at all rows [mm]: x, y, z of each, or its range where the cell
+/// Noiseless readings of all rows [mm]: x, y, z of each, or its range if the cell
 /// has an anchor.
 Eigen::VectorXd Readings(const Cell& cell, const Effects& effects, const std::vector<Row>& rows);
 

@@ -1,4 +1,4 @@
-// The cell as its file declares it, in SI: what the simulator knows before anything is hidden.
+// Declared cell in SI units, before any effect is hidden.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace simulator {
 
 inline constexpr double kDeg = std::numbers::pi / 180.0;
 
-/// One row of the Denavit-Hartenberg table with the link that it carries.
+/// One row of the Denavit-Hartenberg table and its link.
 struct Joint {
   bool prismatic = false;  ///< its positions and limits are in metres
   double a_m = 0.0;
@@ -23,7 +23,7 @@ struct Joint {
   double max_rad = 3.0;
   double mass_kg = 0.0;
   bool mass_known = false;
-  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the frame after the joint
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the link's DH frame
   std::optional<double> compliance_rad_per_Nm;
 };
 
@@ -59,28 +59,28 @@ struct Cell {
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
   };
-  std::optional<Camera> camera;             ///< that measures; it looks along its own z
-  std::optional<Eigen::Vector3d> anchor_m;  ///< ranges are measured from here
+  std::optional<Camera> camera;             ///< measuring camera; its optical axis is z
+  std::optional<Eigen::Vector3d> anchor_m;  ///< origin of measured ranges
   bool unaligned = false;
   bool tool_unknown = false;
-  std::vector<double> payloads_kg = {0.0};  ///< what the design hangs on the tool; not in the file
+  std::vector<double> payloads_kg = {0.0};  ///< payloads used by the design; not in the file
 };
 
-/// @throws std::runtime_error with the key that is missing or that the simulator does not know
+/// @throws std::runtime_error naming the missing or unsupported key
 Cell ReadCell(const std::string& path);
 
 /// Writes the cell as cell.toml, in millimetres, degrees and kilograms.
 void WriteCell(const Cell& cell, const std::string& path);
 
-/// A cell by the name of its robot: kr210, ur10, arm6 (a made-up arm in the proximal convention) or
-/// lift (a lift, an extending axis and a wrist of three joints).
+/// A built-in cell by robot name: kr210, ur10, arm6 (a fictitious arm in the proximal convention)
+/// or lift (a lift, an extending axis and a wrist of three joints).
 /// @throws std::runtime_error for any other name
 Cell ReadyCell(const std::string& robot);
 
-/// A camera as far off as twice the arm is long, beside it and looking a little down on it.
+/// A camera beside the arm at twice its length, looking slightly down on it.
 Cell::Camera CameraBeside(const Cell& cell);
 
-/// Where a drum of wire or a distance meter stands: beside the arm, at its reach.
+/// Position of a wire drum or distance meter: beside the arm, at its reach.
 Eigen::Vector3d AnchorBeside(const Cell& cell);
 
 std::vector<std::string> ReadyRobots();

@@ -19,8 +19,8 @@ Eigen::VectorXd RandomJoints(const Cell& cell, Generator& random) {
   return q;
 }
 
-/// Turns the last axes but one until the flange points straight down; false where the limits or
-/// the iteration end it.
+/// Adjusts the second-to-last axes until the flange points straight down; false if the limits or
+/// the iteration count prevent it.
 bool PointDown(const Cell& cell, Row& row) {
   const Changes none(int(cell.joints.size()));
   const Arm arm(cell, none);
@@ -49,7 +49,7 @@ bool PointDown(const Cell& cell, Row& row) {
   return false;
 }
 
-/// A hall that warms up and breathes, with jitter of the sensor's surroundings.
+/// A hall that warms up and fluctuates, with local jitter at the sensor.
 struct Hall {
   explicit Hall(Generator& random)
       : rise(Uniform(random, 4, 12)),
@@ -71,7 +71,7 @@ struct Hall {
            0.01 * Normal(random);
   }
 
-  /// A floor that follows a press beside it and settles, 0.05 degrees.
+  /// A floor that follows a nearby press and settles, 0.05 degrees.
   Eigen::Vector2d Tilt(double t_s, Generator& random) const {
     const double way = 2 * M_PI * t_s / pressure_period_s + pressure_phase;
     return 0.05 * kDeg *
@@ -98,9 +98,9 @@ Row RandomPose(const Cell& cell, const Design& design, Generator& random) {
   return row;
 }
 
-/// Time, temperature, pressure, speed and session of a pose.
-void Circumstances(const Cell& cell, const Design& design, const Hall& hall, Row& row,
-                   Generator& random) {
+/// Fills in time, temperature, pressure, speed and session of a pose.
+void FillConditions(const Cell& cell, const Design& design, const Hall& hall, Row& row,
+                    Generator& random) {
   const int n = int(cell.joints.size());
   row.t_s = Uniform(random, 0.0, kDuration_s);
   row.temp_C = hall.Temperature(row.t_s, cell.reference_temperature_C, design.steady_rise, random);
@@ -139,7 +139,7 @@ Tables DrawDesign(const Cell& cell, const Design& design, Generator& random) {
     tables.tests.rows.push_back(RandomPose(cell, design, random));
   }
   for (Table* table : {&tables.measured, &tables.tests}) {
-    for (Row& row : table->rows) Circumstances(cell, design, hall, row, random);
+    for (Row& row : table->rows) FillConditions(cell, design, hall, row, random);
     if (table == &tables.tests) {
       for (Row& row : table->rows) row.temp_C += design.tests_warmer_K;
     }

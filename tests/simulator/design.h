@@ -1,4 +1,4 @@
-// Which poses are measured, when, how warm and with what payload.
+// Experimental design: measured poses with time, temperature and payload.
 #pragma once
 
 #include <random>
@@ -9,15 +9,15 @@ namespace simulator {
 
 struct Design {
   int rows = 80;
-  int repeats = 16;  ///< second and later visits of some of the poses, in between
+  int repeats = 16;  ///< repeated visits of some poses, interleaved
   int tests = 300;
   bool dynamic = false;   ///< velocities and accelerations are recorded
-  bool vertical = false;  ///< tool straight down and one payload: little can be told apart
+  bool vertical = false;  ///< tool pointing down and one payload: few effects are separable
   bool one_payload = false;
   bool pressure = false;        ///< an air_pressure_bar column
   bool tilt = false;            ///< an inclinometer on the base, tilt_x_deg and tilt_y_deg
-  bool steady_rise = false;     ///< the temperature rises in proportion to the time
-  double tests_warmer_K = 0.0;  ///< of the test poses, beyond what was measured
+  bool steady_rise = false;     ///< the temperature rises linearly with time
+  double tests_warmer_K = 0.0;  ///< of the test poses, above the measured range
   int sessions = 1;
 };
 
@@ -32,14 +32,14 @@ inline double Normal(Generator& random) {
 }
 
 struct Tables {
-  Table measured;  ///< xyz still to be filled
+  Table measured;  ///< xyz not filled yet
   Table tests;
 };
 
-/// Poses over one and a half hours of a warming hall, in time's order.
+/// Poses over one and a half hours in a warming hall, in chronological order.
 Tables DrawDesign(const Cell& cell, const Design& design, Generator& random);
 
-/// The poses of a file, measured in its order; tests within the range of its joints, with its
+/// The poses of a file in its order; test poses within its joint ranges and with its
 /// payloads.
 Tables DesignAt(const Table& poses, Cell cell, const Design& design, Generator& random);
 

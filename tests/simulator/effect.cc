@@ -19,7 +19,7 @@ Eigen::Vector3d Xyz(const Effect& effect) {
   return {Value(effect, "x"), Value(effect, "y"), Value(effect, "z")};
 }
 
-/// Joint 0.. of "q3", "q3_2_phase", "alpha3".
+/// 0-based joint of "q3", "q3_2_phase", "alpha3".
 int JointOf(const std::string& name) {
   return std::stoi(name.substr(name.find_first_of("123456789"))) - 1;
 }
@@ -82,7 +82,8 @@ Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
   for (const Effect& effect : effects) Add(effect);
 }
 
-/// Bearings, links and axes that yield, joints under unknown weight. @return whether it is one
+/// Structural deflection and joints under unknown weight. @return true if the effect is one of
+/// these
 bool Changes::AddStructure(const Effect& effect) {
   const std::string& id = effect.id;
   if (id != "bearing_tilt" && id != "link_bending" && id != "axis_bending" && id != "guide_play" &&
@@ -109,7 +110,7 @@ bool Changes::AddStructure(const Effect& effect) {
   return true;
 }
 
-/// A tilting base and ranges from elsewhere. @return whether it is one
+/// Tilting base and range errors. @return true if the effect is one of these
 bool Changes::AddReading(const Effect& effect) {
   if (effect.id == "tilt_event") {
     tilts.push_back(

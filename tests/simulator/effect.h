@@ -1,5 +1,4 @@
-// Hidden effects by the names, parameters and units of the exchange format, and the same in the
-// form in which the arm takes them.
+// Hidden effects, in the exchange format and as summed changes to the arm.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,12 +8,12 @@
 
 namespace simulator {
 
-/// A parameter in the unit of the exchange format (mm, deg, rad, ..), not in SI.
+/// A parameter in units of the exchange format (mm, deg, rad, ..), not in SI.
 struct Parameter {
   std::string name;
   double value = 0.0;
   std::string unit;
-  bool fixed = false;  ///< left as it is by a fit
+  bool fixed = false;  ///< not changed by a fit
 };
 
 struct Effect {
@@ -23,7 +22,7 @@ struct Effect {
   std::vector<Parameter> parameters;
   std::string by;       ///< backlash: "load" or "move"
   std::string frame;    ///< step_event: "base" or "tool"
-  std::string session;  ///< base_frame, tool_frame: the one session that it holds for, else empty
+  std::string session;  ///< base_frame, tool_frame: session it applies to, or empty
 };
 
 using Effects = std::vector<Effect>;
@@ -31,7 +30,7 @@ using Effects = std::vector<Effect>;
 nlohmann::json ToJson(const Effects& effects);
 Effects EffectsFromJson(const nlohmann::json& list);
 
-/// All effects summed up, in SI; vectors have one entry a joint.
+/// All effects summed, in SI units; vectors have one entry per joint.
 struct Changes {
   struct Frame {
     std::string session;
@@ -64,22 +63,23 @@ struct Changes {
       inertia, viscous_squared, warm_payload, following, friction, a_m, d_m, alpha_rad, beta_rad,
       bearing, link_bending, link_torsion, axis_bending;
   Eigen::VectorXd guide_x, guide_y;  ///< half the play of a guide about two axes across its travel
-  Eigen::MatrixXd coupling;          ///< (i, j): joint i turns with the angle of joint j
-  /// Of joints whose links nobody weighed: rad at a moment that pulls with |g| across the joint.
+  Eigen::MatrixXd coupling;          ///< (i, j): coupling of joint i to the angle of joint j
+  /// Sag of a joint with links of unknown mass [rad], for a weight acting with |g| across the
+  /// joint.
   struct Sag {
     int joint, link, across;
     double size_rad;
   };
   std::vector<Sag> sags;
-  /// From its moment on the base is turned about x and y of the measurement frame.
+  /// From its event time on, the base is rotated about x and y of the measurement frame.
   struct Tilt {
     double time_s;
     Eigen::Vector2d turn_rad;
   };
   std::vector<Tilt> tilts;
-  double tilt_gain = 0.0;  ///< of the base with its inclinometer
+  double tilt_gain = 0.0;  ///< base tilt divided by the inclinometer reading
   double range_zero_m = 0.0;
-  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();  ///< by which the ranges' anchor is elsewhere
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();  ///< displacement of the range anchor
   std::vector<Frame> frames;
   std::vector<Periodic> periodics;
   std::vector<Drift> drifts;
@@ -90,8 +90,8 @@ struct Changes {
   double mass_scale = 0.0, mass_constant_kg = 0.0;
   Eigen::Vector3d cog_m = Eigen::Vector3d::Zero();
   Eigen::Vector2d gravity_rad = Eigen::Vector2d::Zero();
-  /// Of the measuring camera: distances times 1 + tag_size; depths times 1 + a zoom's stretch from
-  /// its moment on; k1 that its calibration lacks.
+  /// Measuring camera: distances times 1 + tag_size; depths times 1 + stretch of a zoom from
+  /// its event time on; actual minus calibrated k1.
   double tag_size = 0.0, lens_k1 = 0.0;
   struct Zoom {
     double time_s, stretch;
@@ -106,10 +106,10 @@ struct Changes {
   double bending_per_kg = 0.0;
   double growth_mm_per_K2 = 0.0;
   Eigen::Vector3d pressure_m_per_bar = Eigen::Vector3d::Zero();
-  /// Of the base, per 10 mbar, per 10 K and per product of both.
+  /// Displacement of the base per 10 mbar, per 10 K and per product of both.
   Eigen::Vector3d weather_m[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
                                   Eigen::Vector3d::Zero()};
-  Eigen::Vector3d warm_payload_m_per_K_kg = Eigen::Vector3d::Zero();  ///< of the tip
+  Eigen::Vector3d warm_payload_m_per_K_kg = Eigen::Vector3d::Zero();  ///< displacement of the tip
 
  private:
   void Add(const Effect& effect);

@@ -22,9 +22,9 @@ double Sign(Generator& random) {
   return Integer(random, 0, 1) == 0 ? -1.0 : 1.0;
 }
 
-/// `count` joints of 1..n in rising order; the outermost is left out where its axis runs
-/// through the tip and little can be seen of it.
-/// The first carries no gravity torque where its axis is vertical.
+/// `count` joints of 1..n in ascending order; the outermost is excluded if its axis runs
+/// through the tip, where it has little effect.
+/// The first joint carries no gravity torque if its axis is vertical.
 std::vector<int> Joints(int n, int count, Generator& random, int first = 1) {
   std::vector<int> joints;
   for (int i = first; i < n; ++i) joints.push_back(i);
@@ -38,7 +38,7 @@ std::string Name(int joint) {
   return fmt::format("q{}", joint);
 }
 
-/// One parameter a joint, of about the given size.
+/// One parameter per joint, of about the given size.
 Effect PerJoint(const std::string& id, const std::vector<int>& joints, const std::string& unit,
                 double size, bool either_sign, Generator& random) {
   Effect effect{.id = id, .scope = {}, .parameters = {}, .by = {}, .frame = {}, .session = {}};
@@ -81,7 +81,7 @@ Effect GearPeriodic(const std::vector<int>& joints, Generator& random) {
   return effect;
 }
 
-/// Link parameters that no frame and no parallel axis can imitate exactly: those of the joints
+/// Link parameters without an exact equivalent in a frame or a parallel axis: those of the joints
 /// between the first and the last.
 Effect LinkGeometry(int n, int count, Generator& random) {
   std::vector<std::string> names = {"a1", "alpha1"};
@@ -106,7 +106,7 @@ Effect LinkGeometry(int n, int count, Generator& random) {
   return effect;
 }
 
-/// Outer joints that turn with one further inwards.
+/// Outer joints coupled to an inboard one.
 Effect AxisCoupling(const std::vector<int>& joints, Generator& random) {
   Effect effect = Plain("axis_coupling", {});
   for (const int joint : joints) {
@@ -118,7 +118,7 @@ Effect AxisCoupling(const std::vector<int>& joints, Generator& random) {
   return effect;
 }
 
-/// Two neighbouring axes that are declared parallel, turned about the other direction than alpha.
+/// Two adjacent axes declared parallel, rotated about the direction that alpha does not cover.
 Effect ParallelAxis(const Cell& cell, Generator& random) {
   std::vector<int> parallel;
   const int n = int(cell.joints.size());
@@ -142,7 +142,7 @@ Effect StepEvent(Generator& random, double duration_s) {
   return step;
 }
 
-/// The joints of a type, counted from 1.
+/// The joints of one type, numbered from 1.
 std::vector<int> JointsOfType(const Cell& cell, bool prismatic) {
   std::vector<int> joints;
   for (std::size_t i = 0; i < cell.joints.size(); ++i) {
@@ -151,7 +151,7 @@ std::vector<int> JointsOfType(const Cell& cell, bool prismatic) {
   return joints;
 }
 
-/// Bearings beyond the first, which stands for the pedestal.
+/// Bearings except the first, which is equivalent to the pedestal.
 Effect BearingTilt(const Cell& cell, int count, Generator& random) {
   std::vector<int> joints = JointsOfType(cell, false);
   std::erase(joints, 1);
@@ -161,7 +161,7 @@ Effect BearingTilt(const Cell& cell, int count, Generator& random) {
   return PerJoint("bearing_tilt", joints, "rad/(N m)", 1e-7, false, random);
 }
 
-/// Links with a length: of the others nothing is seen.
+/// Links of nonzero length; the others have no effect.
 Effect LinkBending(const Cell& cell, int count, Generator& random) {
   std::vector<std::string> names;
   const int n = int(cell.joints.size());
@@ -185,7 +185,7 @@ Effect LinkBending(const Cell& cell, int count, Generator& random) {
   return effect;
 }
 
-/// A soft joint that bears tool, payload and links of unknown weight.
+/// A compliant joint that carries tool, payload and links of unknown weight.
 Effect GravitySag(const Cell& cell, Generator& random) {
   const int joint = Integer(random, 2, 3);
   Effect effect = Plain("gravity_sag", {{Name(joint), 1e-6, "rad/(N m)"}});
@@ -198,8 +198,8 @@ Effect GravitySag(const Cell& cell, Generator& random) {
   return effect;
 }
 
-/// A guide with play, of a slide of the ready lift: the first, upright, bears moments about both
-/// axes across it, the second, level, about its x axis alone.
+/// A guide with play on a slide of the lift robot: the first, vertical, carries moments about both
+/// transverse axes, the second, horizontal, about its x axis only.
 Effect GuidePlay(const std::vector<int>& slides, Generator& random) {
   const int slide = slides[std::size_t(Integer(random, 0, int(slides.size()) - 1))];
   std::vector<std::string> axes = {"x"};
@@ -217,7 +217,7 @@ Effect GuidePlay(const std::vector<int>& slides, Generator& random) {
   return effect;
 }
 
-/// What yields in the structure, and what turns the base.
+/// Structural effects and rotations of the base.
 std::optional<Effect> OfStructure(const std::string& id, const Cell& cell, int count,
                                   Generator& random) {
   if (id == "bearing_tilt") return BearingTilt(cell, std::min(count, 2), random);
@@ -242,7 +242,7 @@ std::optional<Effect> OfStructure(const std::string& id, const Cell& cell, int c
   return std::nullopt;
 }
 
-/// Effects of the last move, of coupled axes and of parallel ones.
+/// Effects of the last move, of coupled axes and of parallel axes.
 Effect OfMoves(const std::string& id, const Cell& cell, int count, Generator& random) {
   const int n = int(cell.joints.size());
   if (id == "following_error") {
@@ -280,7 +280,7 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
     return effect;
   }
   if (id == "joint_hardening") {
-    // Only joints that carry much show it: those with a heavy load are the second to the fourth.
+    // Only heavily loaded joints show it: the second to the fourth.
     std::vector<int> loaded = {2, 3, 5};
     std::shuffle(loaded.begin(), loaded.end(), random);
     loaded.resize(std::size_t(std::min(count, 2)));
@@ -289,7 +289,7 @@ Effect Catalogued(const std::string& id, const Cell& cell, Generator& random) {
     for (Parameter& p : effect.parameters) {
       const double c =
           cell.joints[std::stoi(p.name.substr(1)) - 1].compliance_rad_per_Nm.value_or(1e-6);
-      p.value *= c * c * c / 1e-18;  // a softer joint bears less torque
+      p.value *= c * c * c / 1e-18;  // the coefficient scales with the cube of the compliance
     }
     return effect;
   }
@@ -367,7 +367,7 @@ const std::vector<std::string> kOutside = {"creep",
                                            "temperature_payload",
                                            "temperature_payload_joint"};
 
-/// What several effects at once are drawn from.
+/// Candidates for families with several effects.
 const std::vector<std::string> kUsual = {
     "joint_offset",  "joint_compliance",    "tool_stiffness", "backlash_load",
     "backlash_move", "thermal_growth",      "gear_periodic",  "payload_mass",
@@ -442,7 +442,7 @@ Hidden Outside(const std::string& family, const Cell& cell, Generator& random) {
 
 const std::map<std::string, int> kSeveral = {{"pair", 2}, {"three", 3}, {"four", 4}};
 
-/// `count` different names of kUsual.
+/// `count` distinct names from kUsual.
 std::vector<std::string> Distinct(int count, Generator& random) {
   const int first = Integer(random, 0, int(kUsual.size()) - 1);
   std::vector<std::string> names = {kUsual[std::size_t(first)]};
@@ -454,7 +454,7 @@ std::vector<std::string> Distinct(int count, Generator& random) {
   return names;
 }
 
-/// Effects by "A+B@q2,q3+C": those whose joints are given are drawn until they have these.
+/// Effects given as "A+B@q2,q3+C"; those with given joints are redrawn until the joints match.
 Effects Named(std::string family, const Cell& cell, Generator& random) {
   if (family.starts_with("pair:")) family.erase(0, 5);
   Effects effects;

@@ -9,7 +9,7 @@
 namespace simulator {
 namespace {
 
-/// A change of a parameter that moves the tip by some micrometres.
+/// Parameter step that moves the tip by some micrometres.
 double StepOf(const Parameter& parameter) {
   const std::string& unit = parameter.unit;
   if (unit == "mm") return 1e-3;
@@ -40,7 +40,7 @@ Effect One(const std::string& id, const std::string& name, double value, const s
 }
 
 struct Candidate {
-  Effect effect;  ///< with the step as its value
+  Effect effect;  ///< with the step as value
   double step;
   std::string name;
 };
@@ -135,7 +135,7 @@ std::vector<Candidate> Candidates(const Cell& cell, const Table& table,
   }
   if (table.tilt) add(One("base_tilt", "gain", 0.0, "1"));
   for (const char* axis : {"x", "y"}) {
-    Effect tilted = One("tilt_event", axis, 0.0, "deg");  // from the first row on
+    Effect tilted = One("tilt_event", axis, 0.0, "deg");  // active from the first row
     tilted.parameters.push_back({"time", -1e9, "s", true});
     add(tilted);
   }
@@ -163,8 +163,8 @@ std::vector<Slot> Free(const Effects& form) {
   return slots;
 }
 
-/// Huber weights of the rows by the norm of their 3-D error, k = 2.5 of a robust scale; zero where
-/// a coordinate was not measured.
+/// Huber weights of the rows from the norm of their 3-D error, k = 2.5 robust standard deviations;
+/// zero if a coordinate was not measured.
 Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& measured,
                         Eigen::Index axes) {
   const Eigen::Index rows = residual.size() / axes;
@@ -176,7 +176,7 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& residual, const Eigen::VectorXd& 
   }
   const std::size_t middle = sorted.size() / 2;
   std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(middle), sorted.end());
-  // The median of the norm is 1.538 sigma of three axes, 0.6745 of one.
+  // The median of the norm is 1.538 sigma for three axes, 0.6745 sigma for one.
   const double limit =
       2.5 * sorted.at(middle) / (axes == 1 ? 0.6745 : 1.538) * std::sqrt(double(axes));
   Eigen::VectorXd weight(residual.size());

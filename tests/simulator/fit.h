@@ -1,5 +1,5 @@
-// The same model fitted to measured points, by finite differences: what somebody reaches who knows
-// the true form, and the columns of every effect for plain rivals.
+// Fit of the true model form to measured points by finite differences: a best-case reference for
+// the diagnosis, and the design-matrix columns of every effect.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,15 +8,15 @@
 
 namespace simulator {
 
-/// A column block: displacement of all tips (3 a row) per unit of a parameter.
+/// One column: displacement of all tips (3 values per row) per unit of a parameter.
 struct Column {
   std::string id, name, unit;
   std::vector<std::string> scope;
   Eigen::VectorXd slope_mm;
 };
 
-/// Columns of all effects of the exchange format at `effects`, for as many as the table records:
-/// each parameter that is linear near zero, sine and cosine for what is periodic.
+/// Columns of all effects of the exchange format that the table supports, evaluated at `effects`:
+/// each parameter that is linear near zero, and sine and cosine for periodic ones.
 std::vector<Column> Columns(const Cell& cell, const Effects& effects, const Table& table,
                             const std::vector<double>& cycles);
 
@@ -26,7 +26,7 @@ struct FitResult {
 };
 
 /// Least squares with Huber weights over all parameters of `form` that are not fixed, from the
-/// values given (Levenberg-Marquardt). Directions that the rows do not show stay where they are.
+/// given values (Levenberg-Marquardt). Unidentifiable directions remain unchanged.
 FitResult Fit(const Cell& cell, const Effects& form, const Table& measured);
 
 }  // namespace simulator

@@ -37,7 +37,7 @@ json ReadJson(const std::string& path) {
   return json::parse(file);
 }
 
-/// Where an instrument of unknown pose stands and where the tip really is, once a session.
+/// Pose of an unaligned instrument and actual tip position, per session.
 Effects Nuisances(const Design& design, Generator& random) {
   const auto uniform = [&](double size) {
     return std::uniform_real_distribution<double>(-size, size)(random);
@@ -69,7 +69,7 @@ Effects Nuisances(const Design& design, Generator& random) {
   return list;
 }
 
-/// Effects that formats.md calls the same over these rows.
+/// Effects that formats.md declares equivalent for these rows.
 json Equivalents(const Cell& cell, const Cell& declared, const Effects& effects,
                  const std::vector<Row>& rows) {
   json list = json::array();
@@ -108,13 +108,13 @@ json Equivalents(const Cell& cell, const Cell& declared, const Effects& effects,
   return list;
 }
 
-/// Recorded signals of which one cannot be told from another in this design.
+/// Recorded signals that are indistinguishable in this design.
 json InterchangeableDrivers(const Design& design, const Hidden& hidden) {
   const bool of_warmth = hidden.drivers == std::vector<std::string>{"temp_C"};
   return design.steady_rise && of_warmth ? json{"t_s", "temp_C"} : json::array();
 }
 
-/// Takes the links' masses out of a cell.
+/// Removes the link masses from a cell.
 void Unweigh(Cell& cell) {
   for (Joint& joint : cell.joints) {
     joint.mass_kg = 0.0;
@@ -122,7 +122,7 @@ void Unweigh(Cell& cell) {
   }
 }
 
-/// Measured positions as what is read of them from the anchor.
+/// Converts measured positions to ranges from the anchor.
 void ToRanges(const Cell& cell, const Effects& effects, Table& measured) {
   const Changes changes(effects, int(cell.joints.size()));
   const Arm arm(cell, changes);
@@ -184,40 +184,41 @@ void Generate(Options options) {
   for (const Effect& effect : hidden.effects) {
     for (const Parameter& p : effect.parameters) by_id[effect.id][p.name] = p.value;
   }
-  const json told = {{"name", options.family},
-                     {"seed", options.seed},
-                     {"robot", options.robot},
-                     {"sigma", cell.sigma_m},
-                     {"declared_sigma", declared.sigma_m},
-                     {"n_train", options.design.rows},
-                     {"n_test", options.design.tests},
-                     {"family", options.family},
-                     {"dyn", options.design.dynamic},
-                     {"vertical", options.design.vertical},
-                     {"unaligned", options.unaligned},
-                     {"truth", by_id},
-                     {"effects", ToJson(hidden.effects)},
-                     {"nuisances", ToJson(nuisances)},
-                     {"equivalents", Equivalents(cell, declared, all, tables.measured.rows)},
-                     {"in_catalogue", hidden.in_catalogue},
-                     {"drivers", hidden.drivers},
-                     {"interchangeable_drivers", InterchangeableDrivers(options.design, hidden)},
-                     {"signal", Signal(cell, hidden.effects, tables.measured.rows)},
-                     {"outlier_rows", outliers},
-                     {"before_test_rms_mm",
-                      std::sqrt(square / double(std::max<std::size_t>(1, truth.size()))) * 1e3}};
-  std::ofstream(options.out + "/truth.json") << told.dump(1) << "\n";
+  const json truth_json = {
+      {"name", options.family},
+      {"seed", options.seed},
+      {"robot", options.robot},
+      {"sigma", cell.sigma_m},
+      {"declared_sigma", declared.sigma_m},
+      {"n_train", options.design.rows},
+      {"n_test", options.design.tests},
+      {"family", options.family},
+      {"dyn", options.design.dynamic},
+      {"vertical", options.design.vertical},
+      {"unaligned", options.unaligned},
+      {"truth", by_id},
+      {"effects", ToJson(hidden.effects)},
+      {"nuisances", ToJson(nuisances)},
+      {"equivalents", Equivalents(cell, declared, all, tables.measured.rows)},
+      {"in_catalogue", hidden.in_catalogue},
+      {"drivers", hidden.drivers},
+      {"interchangeable_drivers", InterchangeableDrivers(options.design, hidden)},
+      {"signal", Signal(cell, hidden.effects, tables.measured.rows)},
+      {"outlier_rows", outliers},
+      {"before_test_rms_mm",
+       std::sqrt(square / double(std::max<std::size_t>(1, truth.size()))) * 1e3}};
+  std::ofstream(options.out + "/truth.json") << truth_json.dump(1) << "\n";
 }
 
 Effects With(const Options& options) {
   if (options.with.empty()) return {};
-  const json told = ReadJson(options.with);
-  Effects effects = EffectsFromJson(told.value("nuisances", json::array()));
-  for (const Effect& effect : EffectsFromJson(told.at("effects"))) effects.push_back(effect);
+  const json given = ReadJson(options.with);
+  Effects effects = EffectsFromJson(given.value("nuisances", json::array()));
+  for (const Effect& effect : EffectsFromJson(given.at("effects"))) effects.push_back(effect);
   return effects;
 }
 
-/// Column blocks as a JSON head and a file of doubles, one column after the other.
+/// Writes columns as a JSON header and a binary file of doubles, column by column.
 void WriteColumns(const Options& options) {
   const Cell cell = ReadCell(options.cell);
   const Table table = ReadTable(options.measured, cell);
@@ -255,51 +256,56 @@ void FitAndPredict(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measured data with a hidden effect, and fits by somebody who knows its form");
+  CLI::App app("Generates measured data with hidden effects, and fits with known effect form");
   Options o;
   bool list = false;
-  app.add_flag("--list", list, "Name the families and end");
-  app.add_option("--family", o.family, "What the data hides; A+B@q2,q3+C for several");
+  app.add_flag("--list", list, "List the families and exit");
+  app.add_option("--family", o.family, "Hidden effects; A+B@q2,q3+C for several");
   app.add_option("--seed", o.seed);
-  app.add_option("--out", o.out, "Folder to write; the predicted points with --fit or --predict");
+  app.add_option("--out", o.out,
+                 "Output folder; with --fit or --predict the file of predicted points");
   app.add_option("--robot", o.robot, "kr210, ur10, arm6 or lift");
   app.add_option("--rows", o.design.rows, "Poses");
-  app.add_option("--repeats", o.design.repeats, "Second visits among them");
-  app.add_option("--tests", o.design.tests, "Poses of the noise-free test");
+  app.add_option("--repeats", o.design.repeats, "Number of repeated visits among them");
+  app.add_option("--tests", o.design.tests, "Number of noise-free test poses");
   app.add_option("--sigma-mm", o.sigma_mm);
-  app.add_option("--signal", o.signal, "RMS displacement of each effect over sqrt(3) sigma");
+  app.add_option("--signal", o.signal, "RMS displacement of each effect divided by sqrt(3) sigma");
   app.add_option("--sessions", o.design.sessions);
-  app.add_option("--outliers", o.noise.outliers, "Share of the rows, 10 to 100 sigma off");
+  app.add_option("--outliers", o.noise.outliers,
+                 "Fraction of the rows displaced by 10 to 100 sigma");
   app.add_flag("--heavy-tails", o.noise.heavy_tails, "Student's t with 3 degrees of freedom");
   app.add_flag("--outlier-runs", o.noise.runs, "Outliers in 3 to 7 consecutive rows at a time");
   app.add_option("--ar1", o.noise.ar1, "Correlation of the noise of consecutive rows")
       ->check(CLI::Range(0.0, 0.99));
   app.add_flag("--tracker-noise", o.noise.tracker, "Noise that grows with the tracker's distance");
-  app.add_option("--declared-sigma", o.declared_sigma, "Declared over true sigma");
-  app.add_flag("--steady-rise", o.design.steady_rise, "A temperature that rises with the time");
-  app.add_option("--tests-warmer-K", o.design.tests_warmer_K, "Test poses beyond the warmest");
-  app.add_option("--declared-cell", o.declared_cell, "A cell file instead of --robot");
-  app.add_option("--design-poses", o.design_poses, "Poses of a file instead of drawn ones");
+  app.add_option("--declared-sigma", o.declared_sigma, "Ratio of declared to true sigma");
+  app.add_flag("--steady-rise", o.design.steady_rise, "Temperature that rises linearly with time");
+  app.add_option("--tests-warmer-K", o.design.tests_warmer_K,
+                 "Test poses warmer than the measured range by this much");
+  app.add_option("--declared-cell", o.declared_cell, "Cell file instead of --robot");
+  app.add_option("--design-poses", o.design_poses,
+                 "Use the poses of a file instead of random ones");
   app.add_flag("--dyn", o.design.dynamic, "Record velocities and accelerations");
   app.add_flag("--vertical", o.design.vertical, "Tool straight down, one payload");
   app.add_flag("--one-payload", o.design.one_payload, "The same payload in every row");
-  app.add_flag("--rigid-joints", o.rigid_joints, "Joints that do not give, declared so");
+  app.add_flag("--rigid-joints", o.rigid_joints, "Rigid joints, declared as such");
   app.add_flag("--masses-unknown", o.masses_unknown,
-               "The cell file lacks link masses; the joints are rigid but for what is hidden");
-  app.add_flag("--range", o.range, "Distances from an anchor are measured");
+               "Omit link masses from the cell file; joints are rigid except for hidden effects");
+  app.add_flag("--range", o.range, "Measure distances from an anchor");
   app.add_flag("--inclinometer", o.design.tilt, "Record the tilt of the base");
-  app.add_flag("--camera", o.camera, "A camera measures that looks at the arm from beside it");
-  app.add_flag("--unaligned", o.unaligned, "Instrument and tool of unknown pose");
+  app.add_flag("--camera", o.camera, "Measure with a camera beside the arm");
+  app.add_flag("--unaligned", o.unaligned, "Unknown instrument and tool frames");
   bool predict = false;
   app.add_flag("--fit", o.fit, "Fit the effects of --with to --measured, predict --poses");
   app.add_flag("--predict", predict, "Predict --poses with the effects of --with");
-  app.add_option("--with", o.with, "truth.json or a file like it: effects (and nuisances)");
+  app.add_option("--with", o.with, "truth.json or a similar file: effects (and nuisances)");
   app.add_option("--cell", o.cell);
   app.add_option("--measured", o.measured);
   app.add_option("--poses", o.tests, "Poses to predict");
   bool columns = false;
-  app.add_flag("--columns", columns, "Write the columns of every effect at --measured");
-  app.add_option("--cycles", o.cycles, "Cycles a turn among the columns")->delimiter(',');
+  app.add_flag("--columns", columns,
+               "Write the design-matrix columns of every effect for --measured");
+  app.add_option("--cycles", o.cycles, "Cycles per turn for the periodic columns")->delimiter(',');
   CLI11_PARSE(app, argc, argv);
   try {
     if (list) {

@@ -18,8 +18,8 @@ double OneError(const Noise& noise, Generator& random) {
   return error * 0.882 / std::sqrt(square / 3.0);
 }
 
-/// Errors in units of sigma as a tracker twice the arm's reach away has them: an angle's error
-/// grows with the distance, that of the distance is a quarter of it and does not.
+/// Errors in units of sigma of a tracker at twice the arm's reach: the transverse error
+/// grows with the distance; the error of the distance is a quarter of it and constant.
 void SpreadAsTracker(const Cell& cell, const std::vector<Eigen::Vector3d>& truth_m,
                      std::vector<Eigen::Vector3d>& errors) {
   const Eigen::Vector3d tracker_m = CameraBeside(cell).at_m;
@@ -35,7 +35,7 @@ void SpreadAsTracker(const Cell& cell, const std::vector<Eigen::Vector3d>& truth
   }
 }
 
-/// Rows that are outliers; those of runs in their order.
+/// Indices of outlier rows; runs in order.
 std::vector<std::size_t> OutlierRows(const Noise& noise, std::size_t rows, Generator& random) {
   const auto wanted = std::size_t(std::lround(noise.outliers * double(rows)));
   std::vector<std::size_t> order(rows);

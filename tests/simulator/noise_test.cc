@@ -53,7 +53,7 @@ TEST_CASE("every kind of noise has the cell's sigma over all rows") {
   CHECK(Draw(noise, 20000).MeanSquare() == Approx(1.0).epsilon(0.03));
 }
 
-TEST_CASE("correlated noise goes from row to row as it was asked for") {
+TEST_CASE("correlated noise has the requested correlation between rows") {
   Noise noise;
   noise.ar1 = 0.7;
   const Errors errors = Draw(noise, 20000);
@@ -82,7 +82,7 @@ TEST_CASE("a tracker's noise is small along its beam and grows with the distance
   CHECK(far / count_far > 1.2 * near / count_near);
 }
 
-TEST_CASE("outliers in runs are as many as asked, in consecutive rows, off in one direction") {
+TEST_CASE("outlier runs have the requested count, consecutive rows and one direction each") {
   Noise noise;
   noise.outliers = 0.15;
   noise.runs = true;
@@ -101,5 +101,6 @@ TEST_CASE("outliers in runs are as many as asked, in consecutive rows, off in on
     alike += a.normalized().dot(b.normalized()) > 0.8 ? 1 : 0;
   }
   CHECK(runs <= 50);
-  CHECK(alike >= 150 - runs - 15);  // noise of one sigma turns those that are ten sigma off
+  CHECK(alike >=
+        150 - runs - 15);  // noise of one sigma changes the direction of ten-sigma outliers
 }

@@ -43,8 +43,8 @@ Tool Tube(double length_m, double side_m, double wall_m, double mount_kg) {
   return tool;
 }
 
-/// KR 210 R2700 extra: kinematics as ros-industrial/kuka_experimental has them; masses, centres
-/// and compliances are made up, in the proportions of such an arm.
+/// KR 210 R2700 extra: kinematics from ros-industrial/kuka_experimental; masses, centres
+/// and compliances are fictitious, with realistic proportions.
 Cell Kr210() {
   Cell cell;
   AddJoints(cell, {{350, -90, 675, 0, -1, -150, 150, 270, {-180, 90, 10}, 3.0e-7},
@@ -59,7 +59,7 @@ Cell Kr210() {
   return cell;
 }
 
-/// UR10: kinematics and masses as the maker publishes them; compliances made up.
+/// UR10: kinematics and masses as published by the manufacturer; compliances fictitious.
 Cell Ur10() {
   Cell cell;
   AddJoints(cell, {{0, 90, 127.3, 0, 1, -170, 170, 7.1, {21, 0, 27}, 8e-6},
@@ -74,7 +74,7 @@ Cell Ur10() {
   return cell;
 }
 
-/// A made-up arm of 1.6 m reach in the proximal convention, with no two parallel axes in line.
+/// A fictitious arm of 1.6 m reach in the proximal convention, without collinear axes.
 Cell Arm6() {
   Cell cell;
   cell.proximal = true;
@@ -90,7 +90,7 @@ Cell Arm6() {
   return cell;
 }
 
-/// A made-up lift with an extending horizontal axis and a wrist of three joints.
+/// A fictitious lift with an extending horizontal axis and a wrist of three joints.
 Cell Lift() {
   Cell cell;
   AddJoints(cell, {{0, -90, 400, 0, 1, 0, 0, 80, {0, 60, 40}, 0},

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A horizontal arm of one rigid metre with a joint about the vertical, then one about -y.
+/// A horizontal rigid arm of one metre with a joint about the vertical, then one about -y.
 Cell TwoJointArm() {
   Cell cell;
   Joint turn, lift;
@@ -53,8 +53,8 @@ Vector3d Tip(const Cell& cell, const Effects& effects, const Row& row) {
 }
 
 std::filesystem::path MeasuredFolder() {
-  const char* const told = std::getenv("PLUMBLINE_MEASURED");
-  return told != nullptr ? told : "../shared/measured";
+  const char* const folder = std::getenv("PLUMBLINE_MEASURED");
+  return folder != nullptr ? folder : "../shared/measured";
 }
 
 std::vector<Vector3d> ReadPoints(const std::filesystem::path& path) {
@@ -86,7 +86,7 @@ TEST_CASE("a horizontal arm sags by weight times lever times compliance") {
   CHECK(Arm(cell, none).Torques(row)[1] == Approx(-49.03325).margin(1e-4));
 }
 
-TEST_CASE("a joint stops short by its share of the last move, and by friction under its load") {
+TEST_CASE("following error and arrival friction make a joint stop short") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm.reset();
   Row row = At(Eigen::Vector2d::Zero());
@@ -103,7 +103,7 @@ TEST_CASE("a joint stops short by its share of the last move, and by friction un
   CHECK(tip("following_error", {"q1", 1e-3, "rad"}).y() == Approx(0.0).margin(1e-15));
 }
 
-TEST_CASE("a coupled joint turns with the other one, a turned axis tilts what follows it") {
+TEST_CASE("a coupled joint follows the other one; a rotated axis tilts everything outboard") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm.reset();
   const Row turned = At(Eigen::Vector2d(0.3, 0.0));
@@ -117,7 +117,7 @@ TEST_CASE("a coupled joint turns with the other one, a turned axis tilts what fo
   CHECK(tip.x() == Approx(1.0 + std::cos(0.1 * kDeg)));
 }
 
-TEST_CASE("the torque about each joint is the derivative of gravity's work") {
+TEST_CASE("the torque about each joint is the derivative of the work of gravity") {
   for (const std::string robot : {"kr210", "ur10", "arm6"}) {
     const Cell cell = ReadyCell(robot);
     const Changes none(6);
@@ -125,7 +125,7 @@ TEST_CASE("the torque about each joint is the derivative of gravity's work") {
     Eigen::VectorXd q(6);
     q << 0.3, -1.2, 1.4, 0.7, -0.6, 2.0;
     const Row row = At(q, cell.payloads_kg.back());
-    // In the sagged posture, which the joints' own compliance times these torques makes.
+    // Evaluated in the deflected posture.
     const Eigen::VectorXd torque = arm.Torques(row);
     Eigen::VectorXd sag(6);
     for (int i = 0; i < 6; ++i) sag[i] = torque[i] * *cell.joints[i].compliance_rad_per_Nm;
@@ -140,7 +140,7 @@ TEST_CASE("the torque about each joint is the derivative of gravity's work") {
   }
 }
 
-TEST_CASE("a horizontal tool bends as the beam table says") {
+TEST_CASE("a horizontal tool bends according to the beam tables") {
   Tool tool;
   tool.length_m = 1.0;
   tool.side_m = 0.1;
@@ -149,7 +149,7 @@ TEST_CASE("a horizontal tool bends as the beam table says") {
   tool.density_kg_m3 = 1000.0;
   const double stiffness = 1e5;
   const Vector3d g(10.0, 0.0, 0.0);
-  // 30 kg at the tip: 300 N / 3EI; its own weight: 100 N/m / 8EI.
+  // 30 kg at the tip: 300 N / 3EI; self-weight: 100 N/m / 8EI.
   CHECK(Bending(tool, g, 30.0, {0, 0, 1}).x() == Approx((300.0 / 3.0 + 100.0 / 8.0) / stiffness));
   // Half a metre beyond the tip adds 150 N m / 2EI.
   CHECK(Bending(tool, g, 30.0, {0, 0, 1.5}).x() ==
@@ -157,7 +157,7 @@ TEST_CASE("a horizontal tool bends as the beam table says") {
   CHECK(Bending(tool, {0, 0, 10}, 30.0, {0, 0, 1.5}).norm() == Approx(0.0).margin(1e-15));
 }
 
-TEST_CASE("effects move the tip by what their definition says") {
+TEST_CASE("effects move the tip according to their definition") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm = 0.0;
   Row row = At(Eigen::Vector2d(0.5, 0.0));
@@ -195,7 +195,7 @@ TEST_CASE("effects move the tip by what their definition says") {
   CHECK(Tip(cell, {step}, row).z() - still.z() == Approx(0.0).margin(1e-15));
 }
 
-TEST_CASE("a camera with wrong tags, zoom or lens reads what their definition says") {
+TEST_CASE("a camera with wrong tag size, zoom or lens reads according to the definition") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm = 0.0;
   const Row row = At(Eigen::Vector2d::Zero());  // the tip at (1, 0, 0)
@@ -219,7 +219,7 @@ TEST_CASE("a pedestal leans under the moment at the base") {
   CHECK(tip.z() == Approx(-49.03325e-6).epsilon(1e-6));
 }
 
-TEST_CASE("bearings and links yield as beams do, unweighed links pull across gravity") {
+TEST_CASE("bearings and links deflect like beams; links of unknown mass act across gravity") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm.reset();
   const Row row = At(Eigen::Vector2d::Zero());
@@ -235,7 +235,7 @@ TEST_CASE("bearings and links yield as beams do, unweighed links pull across gra
   CHECK(sinks("gravity_sag", {"q2_link2_y", 1e-3, "rad"}) == Approx(0.0).margin(1e-12));
 }
 
-TEST_CASE("a slide is compressed by its load, and bends the more the further it is out") {
+TEST_CASE("a slide is compressed by its load and bends more the further it is extended") {
   Cell cell;
   cell.joints.resize(1);
   cell.joints[0].prismatic = true;
@@ -250,7 +250,7 @@ TEST_CASE("a slide is compressed by its load, and bends the more the further it 
         Approx(-98.0665e-6 * 8.0 / 3.0));
 }
 
-TEST_CASE("a carriage with play tips to the side of its load") {
+TEST_CASE("a carriage with play tilts to the side of its load") {
   Cell cell;
   cell.joints.resize(1);
   cell.joints[0].prismatic = true;
@@ -271,7 +271,7 @@ TEST_CASE("a carriage with play tips to the side of its load") {
   CHECK(moved("q1_x", {0, 0, 0.3}).norm() < 1e-12);
 }
 
-TEST_CASE("a base tilts as its inclinometer reads, ranges are read from the anchor") {
+TEST_CASE("the base tilts as the inclinometer reads; ranges are measured from the anchor") {
   Cell cell = TwoJointArm();
   cell.joints[1].compliance_rad_per_Nm.reset();
   Row row = At(Eigen::Vector2d::Zero());
@@ -290,7 +290,7 @@ TEST_CASE("a base tilts as its inclinometer reads, ranges are read from the anch
   CHECK(range_mm({Simple("range_anchor", {{"z", 1.0, "mm"}})}) == Approx(1999.0));
 }
 
-TEST_CASE("every family hides the signal asked for, and a fit of its form finds it again") {
+TEST_CASE("every family hides the requested signal, and a fit of its form recovers it") {
   for (const std::string& family : Families()) {
     if (family == "none" || family == "rigid_declared") continue;
     INFO(family);
@@ -331,7 +331,7 @@ TEST_CASE("every family hides the signal asked for, and a fit of its form finds 
   }
 }
 
-TEST_CASE("several effects at once have the joints asked for, and different names if drawn") {
+TEST_CASE("combined effects have the requested joints; drawn ones have different names") {
   const Cell cell = ReadyCell("kr210");
   Generator random(3);
   const Hidden named =
@@ -351,7 +351,7 @@ TEST_CASE("several effects at once have the joints asked for, and different name
   CHECK_THROWS(DrawFamily("joint_compliance@q1,q2,q3,q4", cell, random));
 }
 
-TEST_CASE("a fit leaves out what was not measured, and the row keeps its place") {
+TEST_CASE("a fit ignores missing measurements; the row keeps its position") {
   Cell cell = ReadyCell("kr210");
   cell.sigma_m = 1e-6;
   Generator random(7);
@@ -377,7 +377,7 @@ TEST_CASE("a fit leaves out what was not measured, and the row keeps its place")
   CHECK(table.rows[2].last_move_rad[0] == Approx(kDeg));
 }
 
-TEST_CASE("poses of a file are measured in its order, tests stay within its joints and payloads") {
+TEST_CASE("poses of a file keep their order; tests stay within its joints and payloads") {
   const Cell cell = ReadyCell("kr210");
   Generator random(7);
   Design design;
@@ -397,7 +397,7 @@ TEST_CASE("poses of a file are measured in its order, tests stay within its join
   }
 }
 
-TEST_CASE("the declared model is the one that made example-03") {
+TEST_CASE("the declared model reproduces example-03") {
   const std::filesystem::path folder = MeasuredFolder() / "example-03";
   if (!std::filesystem::exists(folder)) {
     WARN("skipped: no " << folder << " (set PLUMBLINE_MEASURED)");

@@ -80,7 +80,7 @@ Table ReadTable(const std::string& path, const Cell& cell) {
     const auto value = [&](const std::string& name, double otherwise) {
       const auto found = column.find(name);
       if (found == column.end()) return otherwise;
-      // Not measured in this row; a line that ends early lacks its last cells.
+      // Not measured in this row; a short line lacks its last cells.
       const bool measured =
           name == "range_mm" || name == "x_mm" || name == "y_mm" || name == "z_mm";
       if (measured && (found->second >= cells.size() || cells[found->second].empty())) {

@@ -1,4 +1,4 @@
-// Kinematics by screws, torques by virtual work, and the controller's inverse.
+// Screw kinematics, torques by virtual work, inverse kinematics of the controller.
 #include "tests/virtual_cell/arm.h"
 
 #include <catch2/catch.hpp>
@@ -21,7 +21,7 @@ Joints Degrees(std::initializer_list<double> degrees) {
   return q;
 }
 
-/// Two links in a plane, as "mdh" rows, the second joint prismatic where asked.
+/// Two links in a plane, as "mdh" rows, the second joint optionally prismatic.
 CellDescription Planar(bool prismatic) {
   CellDescription cell;
   cell.proximal_dh = true;
@@ -34,7 +34,7 @@ CellDescription Planar(bool prismatic) {
   return cell;
 }
 
-TEST_CASE("the arm of the demo stands where its data sheet puts it") {
+TEST_CASE("the demo arm matches its data sheet") {
   const Arm arm = ArmFromDescription(DemoCell());
   SECTION("A2 = A3 = 0: stretched forward") {
     const Motion flange = PostureAt(arm, Joints::Zero(6)).links.back();
@@ -72,7 +72,7 @@ TEST_CASE("modified rows and a prismatic joint") {
   }
 }
 
-TEST_CASE("torques are the energy's derivative, where the tool is nearly rigid") {
+TEST_CASE("torques are the derivative of the energy for a nearly rigid tool") {
   CellDescription cell = DemoCell();
   for (RodSegment& rod : cell.rod) {
     rod.EI_x *= 1e6;
@@ -101,7 +101,7 @@ TEST_CASE("torques are the energy's derivative, where the tool is nearly rigid")
   }
 }
 
-TEST_CASE("inverse kinematics undoes the forward kinematics inside the limits") {
+TEST_CASE("inverse kinematics inverts forward kinematics within the limits") {
   const CellDescription cell = DemoCell();
   const Arm arm = ArmFromDescription(cell);
   std::mt19937 random(5);
@@ -136,7 +136,7 @@ TEST_CASE("a pose out of reach is refused, and so are joints outside their limit
   CHECK_FALSE(controller.Moving());
 }
 
-TEST_CASE("a motion ends where it should and keeps its limits") {
+TEST_CASE("a motion ends at its target and respects its limits") {
   const MotionLimits limits{.speed = 0.5, .acceleration = 1.5};
   Controller controller(DemoCell(), Degrees({0, -100, 110, 0, -10, 0}), limits);
   const Joints goal = Degrees({40, -80, 90, 20, 30, -50});

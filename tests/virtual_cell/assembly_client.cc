@@ -9,12 +9,12 @@
 namespace virtual_cell {
 namespace {
 
-// The daemon's block of point k [facts of the register map]: 2000 + 20 k.
+// Register block of point k in the daemon's register map: 2000 + 20 k.
 constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
-constexpr int kFreshRefreshes = 3;  ///< refreshes that must follow a move
+constexpr int kFreshRefreshes = 3;  ///< refreshes required after a move
 constexpr int kResult = 100, kLoop = 400, kLoopSize = 18, kCommands = 1000, kCommandsSize = 40;
 constexpr int kProbe = 6, kNoTrustedInput = 8, kPending = 11, kRobotMoving = 18;
-constexpr int kRecording = 1, kAlarm = 2, kFailed = 32;  ///< bits of kLoop
+constexpr int kRecording = 1, kAlarm = 2, kFailed = 32;  ///< bits of the monitoring register
 
 using Clock = std::chrono::steady_clock;
 
@@ -59,7 +59,7 @@ void AssemblyClient::Command(int code, const Motion& X_BT) {
     if (ours && answer.Word(kDone - kSequence) == 1) return;
     Sleep(0.01);
   }
-  throw std::runtime_error(fmt::format("robot: command {} did not end", code));
+  throw std::runtime_error(fmt::format("robot: command {} did not complete", code));
 }
 
 int AssemblyClient::FindBlock(int id) {
@@ -114,7 +114,7 @@ Motion AssemblyClient::MeasureTip(int samples) {
   return MotionFromXyzVector(p_mm * (1e-3 / taken), rotation);
 }
 
-/// Commands the tool point to X_BP. @return where the tracker sees it, in the work object.
+/// Commands the tool point to X_BP. @return position measured by the tracker, in the work object
 Motion AssemblyClient::Land(const TaughtPoint& point, const Motion& X_BP) {
   const Eigen::Translation3d to_tool_point(point.tool_point_T);
   Command(kMove, X_BP * to_tool_point.inverse());
@@ -142,8 +142,8 @@ Landing AssemblyClient::Visit(const TaughtPoint& point) {
   return landing;
 }
 
-/// One command to the daemon. @return its result code
-int AssemblyClient::GiveProbe(const Vec3& tip_W_mm) {
+/// Sends one command to the daemon. @return the result code
+int AssemblyClient::SendProbe(const Vec3& tip_W_mm) {
   const int last = daemon_.Read(kResult, 2).Word(1);
   const auto next = static_cast<std::uint16_t>(last == 0xFFFF ? 1 : last + 1);
   std::vector<std::uint16_t> words = {kProbe, 0};
@@ -159,10 +159,10 @@ int AssemblyClient::GiveProbe(const Vec3& tip_W_mm) {
     if (answer.Word(1) == next) return answer.Word(2);
     Sleep(0.005);
   }
-  throw std::runtime_error("daemon: a probe is not answered");
+  throw std::runtime_error("daemon: no response to a probe");
 }
 
-/// Right after its start or a reload the daemon refuses probes until its journal is open.
+/// Right after start-up or a reload, the daemon refuses probes until its journal is open.
 void AssemblyClient::AwaitRecording() {
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
   while ((daemon_.Read(kLoop, kLoopSize).Word(0) & kRecording) == 0) {
@@ -178,20 +178,20 @@ ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
   const auto recorded = [this] { return daemon_.Read(kLoop, kLoopSize).Long(4); };
   const auto before = recorded();
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
-  int code = GiveProbe(tip_W_mm);
+  int code = SendProbe(tip_W_mm);
   const auto later = [&code] {
     return code == kNoTrustedInput || code == kPending || code == kRobotMoving;
   };
   while (later() && Clock::now() < give_up) {
     Sleep(options_.settle_s);
-    code = GiveProbe(tip_W_mm);
+    code = SendProbe(tip_W_mm);
   }
   if (code != 0) {
     throw std::runtime_error(
-        fmt::format("daemon: the probe at {} is refused (result code {})", point.name, code));
+        fmt::format("daemon: the probe at {} was refused (result code {})", point.name, code));
   }
   while (recorded() == before) {
-    if (Clock::now() > give_up) throw std::runtime_error("daemon: a probe is not recorded");
+    if (Clock::now() > give_up) throw std::runtime_error("daemon: a probe was not recorded");
     Sleep(0.005);
   }
   const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
@@ -204,7 +204,7 @@ int AssemblyClient::AwaitProposal(double patience_s) {
     const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
     if (loop.Word(2) != 0) return loop.Word(2);
     if ((loop.Word(0) & kFailed) != 0) {
-      throw std::runtime_error("daemon: the diagnosis or the journal failed, its log says why");
+      throw std::runtime_error("daemon: the diagnosis or the journal failed; see its log");
     }
     Sleep(0.05);
   }

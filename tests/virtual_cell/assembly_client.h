@@ -1,5 +1,5 @@
-// The PLC's side of the demo: go to each point as taught, then as corrected, and see where the
-// loaded tool lands; have the tip measured at probing poses and tell the daemon.
+// PLC client of the demo: visits assembly points as taught and as corrected and measures where the
+// loaded tool lands; measures probes and sends them to the daemon.
 #pragma once
 
 #include <string>
@@ -14,17 +14,17 @@ struct AssemblyClientOptions {
   std::string robot = {}, tracker = {}, daemon = {};  ///< "HOST:PORT"
   Profile profile = Profile::kUr;
   int unit = 1;
-  double patience_s = 30;  ///< for a connection, a move, a corrected point
-  /// After a move, before the tip is measured. At least the daemon's stale_after_ms: then whatever
-  /// it still trusts was read at rest.
+  double patience_s = 30;  ///< timeout for a connection, a move, a corrected point
+  /// Delay between a move and the measurement. At least the daemon's stale_after_ms, so that every
+  /// reading that the daemon still trusts was taken at standstill.
   double settle_s = 0.3;
   int samples = 8;  ///< tracker readings of a landing, averaged; a probe is one reading
 };
 
-/// What the daemon says to one probe.
+/// The daemon's response to one probe.
 struct ProbeAnswer {
   Vec3 residual_W_mm = Vec3::Zero();  ///< measured minus predicted
-  bool alarm = false;                 ///< the drift alarm, this probe included
+  bool alarm = false;                 ///< drift alarm after this probe
 };
 
 class AssemblyClient {
@@ -33,15 +33,15 @@ class AssemblyClient {
 
   void AttachPayload() { Command(kAttach); }
   void ReleasePayload() { Command(kRelease); }
-  /// Both landings at one point. @throws std::runtime_error where the robot or the daemon refuses.
+  /// Both landings at one point. @throws std::runtime_error if the robot or the daemon refuses
   Landing Visit(const TaughtPoint& point);
-  /// Goes to the point as taught, measures the tip once and gives it to the daemon (command 6).
+  /// Moves to the point as taught, measures the tip once and sends it to the daemon (command 6).
   /// Returns when the probe is in the journal.
   ProbeAnswer Probe(const TaughtPoint& point);
-  /// Version of the corrected model that waits for approval, within `patience_s`.
-  /// @throws std::runtime_error where none comes, or the diagnosis failed
+  /// Waits up to `patience_s` for a corrected model that awaits approval. @return its version
+  /// @throws std::runtime_error on timeout or if the diagnosis failed
   int AwaitProposal(double patience_s);
-  /// Whether the daemon has a block for this point.
+  /// True if the daemon has a register block for this point.
   bool HasPoint(int id) { return FindBlock(id) >= 0; }
 
  private:
@@ -56,7 +56,7 @@ class AssemblyClient {
   Motion MeasureTip(int samples);
   Motion Land(const TaughtPoint& point, const Motion& X_BP);
   void AwaitRecording();
-  int GiveProbe(const Vec3& tip_W_mm);
+  int SendProbe(const Vec3& tip_W_mm);
 
   AssemblyClientOptions options_;
   RegisterLayout layout_;

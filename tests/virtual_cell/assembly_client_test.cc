@@ -1,4 +1,4 @@
-// The PLC's side against a stand-in daemon whose corrections are known to be right, or wrong.
+// PLC client against a fake daemon with corrections that are known to be right or wrong.
 #include "tests/virtual_cell/assembly_client.h"
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 namespace virtual_cell {
 namespace {
 
-/// Registers 2000+20k as the daemon serves them, filled by hand; sequences count up by time.
+/// The daemon's registers 2000+20k with given values; sequence numbers increase with time.
 class StandInDaemon {
  public:
   explicit StandInDaemon(const std::vector<TaughtPoint>& points)
@@ -39,7 +39,7 @@ class StandInDaemon {
     bank_.SetFloat(base + 17, 0.2);
   }
 
-  /// The world's own inverse, by moving the command against the miss.
+  /// Numerical inverse of the world: shifts the command by the negative error, iteratively.
   static Motion CommandThatLands(const Motion& wanted, const TaughtPoint& point) {
     const Eigen::Translation3d to_point(point.tool_point_T);
     const World world(DemoCell());
@@ -87,7 +87,7 @@ AssemblyClientOptions OptionsFor(const RunningCell& cell, const StandInDaemon& d
           .samples = 3};
 }
 
-TEST_CASE("with right corrections both assembly points are met") {
+TEST_CASE("with correct corrections both assembly points are reached") {
   MotionProgram program = DemoProgram();
   program.points.resize(2);
   program.points[1].tool_point_T = {0, 0.05, 0.02};
@@ -113,12 +113,12 @@ TEST_CASE("with right corrections both assembly points are met") {
   CHECK(result["points"].size() == 2);
   CHECK(nlohmann::json::parse(LandingJson(landings, 1e-9))["passed"] == false);
   CHECK_THAT(LandingTable(landings), Catch::Contains("assembly 1") && Catch::Contains("+433.0"));
-  CHECK_THAT(LandingTable(landings), !Catch::Contains("after the loop"));
+  CHECK_THAT(LandingTable(landings), !Catch::Contains("fitted model"));
   std::vector<Landing> after = landings;
   AddDeclared(LandingJson(landings, 0.5), after);
   CHECK((after[1].declared_mm.value() - landings[1].corrected_mm).norm() < 1e-9);
   CHECK_THAT(LandingTable(after),
-             Catch::Contains("declared model") && Catch::Contains("after the loop"));
+             Catch::Contains("declared model") && Catch::Contains("fitted model"));
   CHECK(nlohmann::json::parse(LandingJson(after, 0.5))["points"][0]["declared_error_mm"] ==
         Approx(landings[0].CorrectedError()));
   after[0].id = 77;
@@ -140,7 +140,7 @@ TEST_CASE("a point that does not become valid is not commanded") {
   CHECK_THROWS_WITH(client.Visit(program.points[0]), Catch::Contains("did not become valid"));
 }
 
-TEST_CASE("a point the robot cannot reach is an error that names the fault") {
+TEST_CASE("an unreachable point is an error with the fault number") {
   MotionProgram program = DemoProgram();
   RunningCell cell({.idle = true, .time_scale = 50});
   StandInDaemon daemon({program.points[0]});

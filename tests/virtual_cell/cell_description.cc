@@ -18,7 +18,7 @@ struct SectionConstants {
 SectionConstants SquareTube(double side, double wall) {
   const double inner = side - 2 * wall;
   const double I = (std::pow(side, 4) - std::pow(inner, 4)) / 12;
-  // Bredt: J = 4 A_m^2 t / perimeter of the wall's centre line.
+  // Bredt: J = 4 A_m^2 t / perimeter of the wall centre line.
   return {side * side - inner * inner, I, I, std::pow(side - wall, 3) * wall};
 }
 
@@ -48,11 +48,11 @@ SectionConstants ReadSection(const TomlFields& tool) {
     const double outer = mm("outer_diameter_mm");
     return RoundTube(outer, outer - 2 * mm("wall_mm"));
   }
-  tool.Fail("section", "the virtual cell knows square_tube, rectangle, rod and tube");
+  tool.Fail("section", "the virtual cell supports square_tube, rectangle, rod and tube");
 }
 
-/// Elasticity and density of a material: the handbook values that config/cells knows by name, as
-/// numbers of this cell's own.
+/// Elasticity and density of a material: an independent copy of the handbook values that cell files
+/// can name.
 struct MaterialConstants {
   const char* name;
   double E_GPa, nu, density_kg_m3;
@@ -66,7 +66,7 @@ constexpr MaterialConstants kMaterials[] = {
     {"titanium_ti6al4v", 110, 0.31, 4430},
 };
 
-/// By name, or by numbers, which also refine a name.
+/// A material by name, by numbers, or by name with some numbers overridden.
 MaterialConstants ReadMaterial(const TomlFields& fields) {
   MaterialConstants named{"", 0, 0.3, 0};
   const bool by_name = fields.Has("material");
@@ -74,7 +74,7 @@ MaterialConstants ReadMaterial(const TomlFields& fields) {
     const std::string name = fields.Text("material");
     const auto* const found = std::find_if(std::begin(kMaterials), std::end(kMaterials),
                                            [&](const auto& m) { return name == m.name; });
-    if (found == std::end(kMaterials)) fields.Fail("material", "no material of that name");
+    if (found == std::end(kMaterials)) fields.Fail("material", "unknown material");
     named = *found;
   }
   const auto number = [&](const char* key, double otherwise) {

@@ -1,4 +1,4 @@
-// What the virtual world is built from: the fields it needs of a cell file, in SI.
+// Description of the virtual world: the required fields of a cell file, in SI units.
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace virtual_cell {
 
-/// A joint and its link, by the Denavit-Hartenberg row of the cell file.
+/// A joint and its link, from the Denavit-Hartenberg row in the cell file.
 struct JointDescription {
   bool prismatic = false;
   double a_m = 0, alpha_rad = 0, d_m = 0, offset_rad = 0;
@@ -21,7 +21,7 @@ struct JointDescription {
   double compliance = 0;  ///< [rad/(N m)] or [m/N]
 };
 
-/// A stretch of the tool of constant section, flange side first.
+/// A segment of the tool with constant section; the flange side comes first.
 struct RodSegment {
   double length_m = 0;
   double area_m2 = 0;
@@ -34,7 +34,7 @@ struct RodSegment {
 
 struct CellDescription {
   std::string name;
-  bool proximal_dh = false;  ///< "mdh": the joint turns about z of its own frame
+  bool proximal_dh = false;  ///< "mdh": the joint rotates about z of its own frame
   Vec3 gravity_W = Vec3(0, 0, -9.80665);
   Motion X_WB = Motion::Identity();
   std::vector<JointDescription> joints;

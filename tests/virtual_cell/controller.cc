@@ -22,7 +22,7 @@ MoveAnswer Controller::MoveToJoints(const Joints& q) {
   to_ = q;
   const double way = (to_ - from_).cwiseAbs().maxCoeff();
   if (way > 0) last_move_ = to_ - from_;
-  // The quintic's greatest speed is 15/8 way/T, its greatest acceleration 10/sqrt(3) way/T^2.
+  // Maximum speed of the quintic: 15/8 distance/T; maximum acceleration: 10/sqrt(3) distance/T^2.
   duration_s_ = std::max(15.0 / 8 * way / limits_.speed,
                          std::sqrt(10 / std::sqrt(3.0) * way / limits_.acceleration));
   elapsed_s_ = 0;

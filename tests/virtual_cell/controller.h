@@ -1,4 +1,4 @@
-// The nominal robot controller: it believes in a rigid arm and a straight tool.
+// Nominal robot controller, which assumes a rigid arm and a straight tool.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct MotionLimits {
   double acceleration = 2.0;  ///< [rad/s^2], [m/s^2]
 };
 
-/// Moves all joints together along a quintic in time, so that speed and acceleration are limited
+/// Moves all joints synchronously along a quintic in time, with limited speed and acceleration
 /// and jerk is finite:  s(x) = 10 x^3 - 15 x^4 + 6 x^5,  x = t / T.
 class Controller {
  public:
@@ -23,7 +23,7 @@ class Controller {
 
   MoveAnswer MoveToJoints(const Joints& q);
   MoveAnswer MoveToPose(const Motion& X_BT);
-  void SetJoints(const Joints& q);  ///< at once: for replayed rows
+  void SetJoints(const Joints& q);  ///< immediately, for replayed rows
   void Advance(double dt);
   bool Moving() const { return moving_; }
 
@@ -47,7 +47,7 @@ class Controller {
   double payload_kg_ = 0;
 };
 
-/// Steps through a motion program for ever, or to a named point, where it then stays.
+/// Executes a motion program repeatedly, or up to a named point where it holds.
 class ProgramRunner {
  public:
   ProgramRunner(MotionProgram program, std::string hold_at);
@@ -64,7 +64,7 @@ class ProgramRunner {
   std::string hold_at_;
   std::size_t next_ = 0;
   double waiting_s_ = 0;
-  std::string reached_;  ///< point of the move under way
+  std::string reached_;  ///< target point of the present move
   bool holding_ = false;
   int rounds_ = 0;
 };

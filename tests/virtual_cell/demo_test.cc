@@ -1,4 +1,4 @@
-// The demo's cell: what its robot can reach and how far its loaded tip sags.
+// Reachability and sag of the demo cell.
 #include <catch2/catch.hpp>
 
 #include "tests/virtual_cell/controller.h"
@@ -14,9 +14,9 @@ MotionProgram DemoProgram() {
   return ReadProgramFile("tests/virtual_cell/demo/cockpit-program.toml");
 }
 
-/// Linear model of the cell formats: s = c tau with everything on the straight tool, then the
-/// small-displacement cantilever. Written here from the formats' text to say how far the world
-/// is from it.
+/// Linear model of the cell formats: s = c tau with all loads on the straight tool, then the
+/// small-displacement cantilever. Implemented here from the format description, to quantify how far
+/// the world deviates from it.
 Vec3 LinearTip(const CellDescription& cell, const Joints& q, double payload_kg) {
   const Arm arm = ArmFromDescription(cell);
   Joints s = Joints::Zero(q.size());
@@ -67,12 +67,12 @@ TEST_CASE("the controller reaches every point of the demo, elbow up, away from i
       CHECK(controller.q()[i] > joint.min + 0.05);
       CHECK(controller.q()[i] < joint.max - 0.05);
     }
-    // What 16-bit registers of 0.1 mm can tell.
+    // Within the range of 16-bit registers with 0.1 mm resolution.
     CHECK(controller.NominalTipPose().translation().cwiseAbs().maxCoeff() < 3.2767);
   }
 }
 
-TEST_CASE("the loaded tip sags by millimetres, the world beyond the linear model by far less") {
+TEST_CASE("the loaded tip sags by millimetres; the world deviates far less from the linear model") {
   const CellDescription cell = DemoCell();
   const MotionProgram program = DemoProgram();
   const World world(cell);

@@ -9,7 +9,7 @@
 namespace virtual_cell {
 namespace {
 
-/// An effect's keys; "q#" stands for q1, q2, ..
+/// Keys of an effect; "q#" stands for q1, q2, ..
 struct Entry {
   const char* id;
   std::vector<std::string> keys;
@@ -75,8 +75,8 @@ Effect EffectFromText(const std::string& text) {
   const auto entry = std::find_if(catalogue.begin(), catalogue.end(),
                                   [&](const Entry& e) { return effect.id == e.id; });
   if (entry == catalogue.end()) {
-    throw std::runtime_error(
-        fmt::format("effect '{}' is unknown; known are:\n{}", effect.id, EffectCatalogue()));
+    throw std::runtime_error(fmt::format("effect '{}' is unknown; available effects:\n{}",
+                                         effect.id, EffectCatalogue()));
   }
   if (colon == std::string::npos) {
     throw std::runtime_error(fmt::format("effect {} needs key=value after a colon", effect.id));
@@ -88,7 +88,7 @@ Effect EffectFromText(const std::string& text) {
     const bool known = std::any_of(entry->keys.begin(), entry->keys.end(),
                                    [&](const std::string& k) { return Matches(k, key); });
     if (!known || equals == std::string::npos) {
-      throw std::runtime_error(fmt::format("effect {}: '{}' is none of its keys:\n{}", effect.id,
+      throw std::runtime_error(fmt::format("effect {}: '{}' is not one of its keys:\n{}", effect.id,
                                            part, EffectCatalogue()));
     }
     const std::string value = part.substr(equals + 1);

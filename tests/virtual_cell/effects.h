@@ -1,4 +1,4 @@
-// Effects that the real world has and a declared cell does not, as the cell formats name them.
+// Effects of the virtual world that the cell does not declare, with the names of the cell formats.
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 
 namespace virtual_cell {
 
-/// One effect with its parameters, in the units of the formats' table.
+/// One effect with its parameters in file units.
 struct Effect {
   std::string id;
   std::map<std::string, double> values;
@@ -16,11 +16,11 @@ struct Effect {
 };
 
 /// Reads `NAME:key=value,key=value`, for example `joint_compliance:q2=1e-7` or
-/// `backlash:q1=2e-4,by=move`. @throws std::runtime_error for a name, key or value it has not.
+/// `backlash:q1=2e-4,by=move`. @throws std::runtime_error for an unknown name, key or value
 Effect EffectFromText(const std::string& text);
 std::vector<Effect> EffectsFromTexts(const std::vector<std::string>& texts);
 
-/// All effects of a world, asked by name.
+/// All effects of a world, queried by name.
 class Effects {
  public:
   Effects() = default;
@@ -37,7 +37,7 @@ class Effects {
   std::vector<Effect> list_;
 };
 
-/// Names of all effects with their keys, one a line, for `--help`.
+/// Names of all effects with their keys, one per line, for `--help`.
 std::string EffectCatalogue();
 
 }  // namespace virtual_cell

@@ -1,4 +1,4 @@
-// Each effect moves the truth by what its formula says.
+// Each effect changes the true pose according to its formula.
 #include "tests/virtual_cell/effects.h"
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ Joints Posture() {
   return q;
 }
 
-Truth With(const std::vector<std::string>& texts, Circumstances now = {}) {
+Truth With(const std::vector<std::string>& texts, WorldInputs now = {}) {
   if (now.q.size() == 0) now.q = Posture();
   if (now.payload_kg == 0) now.payload_kg = 60;
   Truth truth = World(DemoCell(), Effects(EffectsFromTexts(texts))).Settle(now);
@@ -31,7 +31,7 @@ double Difference_mm(const Truth& a, const Truth& b) {
   return 1e3 * (a.X_WT.translation() - b.X_WT.translation()).norm();
 }
 
-TEST_CASE("effects on the joints change the deflection by their formula") {
+TEST_CASE("joint effects change the deflection according to their formulas") {
   const Truth plain = With({});
   const double tau2 = plain.torque[1], q3 = Posture()[2];
   struct Row {
@@ -59,7 +59,7 @@ TEST_CASE("effects on the joints change the deflection by their formula") {
   }
 }
 
-TEST_CASE("backlash and lag by the last move") {
+TEST_CASE("backlash and approach lag depend on the last move") {
   Joints up = Joints::Zero(6);
   up[1] = 0.2;
   const Joints down = -up;
@@ -93,7 +93,7 @@ TEST_CASE("effects on the tool") {
     const double expected = 60 * g_F.head<2>().norm() * 1.2 / (0.44 * cell.rod[0].GA);
     CHECK(bend(With({"tool_shear:kappa=0.44"})) - bend(plain) == Approx(expected).epsilon(0.2));
   }
-  SECTION("the coupling turns by its moment") {
+  SECTION("the coupling rotates in proportion to its moment") {
     const Truth truth = With({"tool_root_compliance:compliance=1e-6"});
     const Vec3 g_F = plain.X_WF.linear().transpose() * DemoCell().gravity_W;
     const double moment = Vec3(0, 0.04, 1.3).cross(60 * g_F).head<2>().norm();
@@ -108,7 +108,7 @@ TEST_CASE("effects on the tool") {
 }
 
 TEST_CASE("effects on the load") {
-  SECTION("the mass in truth is not the one told") {
+  SECTION("the actual mass differs from the reported one") {
     const Truth scaled = With({"payload_mass:scale=0.1,constant=2"});
     const Truth heavy = With({}, {.q = Posture(), .payload_kg = 68});
     CHECK(Difference_mm(scaled, heavy) < 1e-9);
@@ -118,7 +118,7 @@ TEST_CASE("effects on the load") {
     const Truth truth = With({"payload_cog:x=20"});
     CHECK(std::abs(truth.torque[5] - With({}).torque[5]) > 0.3);
   }
-  SECTION("gravity leans") {
+  SECTION("gravity direction changes") {
     CHECK(Difference_mm(With({"gravity_direction:x=0.01"}), With({})) > 0.05);
   }
 }
@@ -129,7 +129,7 @@ TEST_CASE("effects on the base and the lengths") {
     const Truth truth = With({"base_frame:x=1,y=2,z=-2"});
     CHECK(Difference_mm(truth, plain) == Approx(3).margin(1e-6));
   }
-  SECTION("the pedestal turns by the horizontal moment at the base") {
+  SECTION("the pedestal rotates in proportion to the horizontal moment at the base") {
     const Truth truth = With({"pedestal_compliance:compliance=1e-8"});
     const Mat3 turn = truth.X_WF.linear() * plain.X_WF.linear().transpose();
     const Vec3 angle = VectorFromRotation(turn);
@@ -137,12 +137,12 @@ TEST_CASE("effects on the base and the lengths") {
     CHECK(std::abs(angle.z()) < 0.1 * angle.norm());
     CHECK(truth.X_WT.translation().z() < plain.X_WT.translation().z());
   }
-  SECTION("thermal_growth lengthens the arm and not the tool") {
+  SECTION("thermal_growth lengthens the arm but not the tool") {
     const Truth warm = With({"thermal_growth:alpha=1.2e-5"}, {.q = Posture(), .temperature_C = 32});
     const double grown = (warm.X_WF.translation() - plain.X_WF.translation()).norm();
     CHECK(grown == Approx(1.2e-5 * 10 * plain.X_WF.translation().norm()).epsilon(0.02));
   }
-  SECTION("thermal_drift rises to its end") {
+  SECTION("thermal_drift approaches its final value") {
     const Truth later =
         With({"thermal_drift:x=1,time_constant=60"}, {.q = Posture(), .time_s = 60});
     CHECK(Difference_mm(later, plain) == Approx(1 - std::exp(-1.0)).epsilon(1e-6));
@@ -155,7 +155,7 @@ TEST_CASE("effects on the base and the lengths") {
   }
 }
 
-TEST_CASE("an effect that cannot be read says why") {
+TEST_CASE("an invalid effect text is rejected with the reason") {
   const char* texts[] = {"joint_compliances:q2=1",   "joint_compliance",     "joint_compliance:q2",
                          "joint_compliance:q2=much", "joint_compliance:x=1", "gear_periodic:q1=1",
                          "backlash:by=luck"};

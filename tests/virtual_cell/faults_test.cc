@@ -1,4 +1,4 @@
-// The faults of the link do what they say, one table row each where they spoil values.
+// Link faults have the documented effect on values and connections.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 namespace virtual_cell {
 namespace {
 
-/// A bare socket to the cell, to see what libmodbus would hide.
+/// A raw socket to the cell, to observe what libmodbus hides.
 class RawClient {
  public:
   explicit RawClient(const std::string& where) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -46,7 +46,7 @@ class RawClient {
   std::array<std::uint8_t, 260> answer_ = {};
 };
 
-TEST_CASE("faults of the values") {
+TEST_CASE("faults that corrupt values") {
   RunningCell cell({.profile = Profile::kGeneric, .idle = true});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const double x = static_cast<double>(robot.Read(16, 2).Float(0));
@@ -70,7 +70,7 @@ TEST_CASE("faults of the values") {
   }
 }
 
-TEST_CASE("nan in the UR profile is the one number that cannot be") {
+TEST_CASE("NaN in the UR profile is reported as the invalid integer") {
   RunningCell cell({.idle = true});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   REQUIRE(cell.Tell("fault nan on") == "ok");
@@ -91,7 +91,7 @@ TEST_CASE("a stalled controller answers nothing, then everything") {
   CHECK(client.transaction() == 2);
 }
 
-TEST_CASE("a delayed answer comes after the next request was sent") {
+TEST_CASE("a delayed answer arrives after the next request was sent") {
   RunningCell cell({.idle = true});
   RawClient client(cell.robot());
   REQUIRE(cell.Tell("fault delay 0.2") == "ok");
@@ -103,7 +103,7 @@ TEST_CASE("a delayed answer comes after the next request was sent") {
   CHECK(client.transaction() == 1);
 }
 
-TEST_CASE("a reset ends the connection with an error, a new one is taken") {
+TEST_CASE("a reset ends the connection with an error; a new connection is accepted") {
   RunningCell cell({.idle = true});
   RawClient client(cell.robot());
   client.Ask(1);
@@ -139,7 +139,7 @@ TEST_CASE("busy exceptions instead of values") {
   CHECK(client.Receive() == 11);
 }
 
-TEST_CASE("the console says what it did not understand") {
+TEST_CASE("the console rejects invalid lines with the reason") {
   RunningCell cell({.idle = true});
   for (const char* line : {"fault", "fault nan", "fault stall soon", "fault joint 2", "move 1 2",
                            "payload", "payload -3", "jump", ""}) {

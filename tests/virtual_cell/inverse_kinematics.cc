@@ -11,7 +11,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kTolerance = 1e-9;
 
-/// Finite limits for drawing starts: an unlimited joint counts as one turn to each side.
+/// Finite limits for random start postures: one turn to each side for an unlimited joint.
 double Low(const JointDescription& joint) {
   return std::max(joint.min, -3.1);
 }
@@ -19,7 +19,7 @@ double High(const JointDescription& joint) {
   return std::min(joint.max, 3.1);
 }
 
-/// No posture brings the tip further from the base than all lengths end to end.
+/// Upper bound of the reach: the sum of all link lengths.
 bool BeyondReach(const CellDescription& cell, const Motion& X_BT) {
   double reach = cell.tip_F.norm();
   for (const JointDescription& joint : cell.joints) {

@@ -1,4 +1,4 @@
-// The controller's own inverse kinematics: rigid, nominal, straight tool.
+// Inverse kinematics of the controller: rigid nominal arm, straight tool.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@ namespace virtual_cell {
 
 /// Joints that bring the nominal tip to X_BT, by damped least squares from `start`
 /// (Levenberg: dq = J' (J J' + lambda^2)^-1 e, lambda shrinking with the error), kept inside the
-/// limits; further starts are tried when the first leads nowhere. To 1e-9 m and 1e-9 rad.
-/// @return nothing where no start reaches it inside the limits.
+/// limits; further start postures are tried if the first fails. Converges to 1e-9 m and 1e-9 rad.
+/// @return nullopt if no start posture reaches the pose within the limits
 std::optional<Joints> SolveInverseKinematics(const CellDescription& cell, const Arm& arm,
                                              const Motion& X_BT, const Joints& start);
 

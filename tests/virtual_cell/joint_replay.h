@@ -1,4 +1,4 @@
-// Joint rows of a recorded arm, played at a fixed rate instead of the program.
+// Recorded joint rows, replayed at a fixed rate instead of a program.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct ReplayRow {
 };
 
 /// Reads the columns q1_deg.., payload_kg and temp_C of a CSV file with a header row.
-/// @throws std::runtime_error with file, line and reason; also where a joint column is missing.
+/// @throws std::runtime_error with file, line and reason, e.g. a missing joint column
 std::vector<ReplayRow> ReadJointRows(const std::string& path, int joints);
 
 }  // namespace virtual_cell

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array kAxes = {'X', 'Y', 'Z'};
 
-/// To a hundredth, and never -0.00.
+/// Rounded to a hundredth, never -0.00.
 double Hundredths(double mm) {
   return std::round(mm * 100) / 100 + 0.0;
 }
@@ -28,7 +28,7 @@ std::string LandingTable(const std::vector<Landing>& landings) {
   const bool three = std::all_of(landings.begin(), landings.end(),
                                  [](const Landing& landing) { return landing.declared_mm; });
   std::vector<const char*> titles = {"uncorrected", "corrected"};
-  if (three) titles = {"uncorrected", "declared model", "after the loop"};
+  if (three) titles = {"uncorrected", "declared model", "fitted model"};
   const std::string rule(23 + 23 * titles.size(), '-');
   std::string names = fmt::format("{:<14}{:>9}", "Assembly", "Wanted");
   std::string units = fmt::format("{:<14}{:>9}", "point", "(mm)");
@@ -68,11 +68,11 @@ void AddDeclared(const std::string& json, std::vector<Landing>& landings) {
         landing.declared_mm = Vec3(p.at(0), p.at(1), p.at(2));
       }
       if (!landing.declared_mm) {
-        throw std::runtime_error(fmt::format("no point {} in the result before", landing.id));
+        throw std::runtime_error(fmt::format("no point {} in the earlier result", landing.id));
       }
     }
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(fmt::format("the result before: {}", error.what()));
+    throw std::runtime_error(fmt::format("the earlier result: {}", error.what()));
   }
 }
 

@@ -1,4 +1,4 @@
-// Where the loaded tool landed, uncorrected and corrected: the client's result.
+// Result of the PLC client: landings of the loaded tool, uncorrected and corrected.
 #pragma once
 
 #include <optional>
@@ -16,11 +16,11 @@ struct Landing {
   Vec3 wanted_mm = Vec3::Zero();
   Vec3 uncorrected_mm = Vec3::Zero();
   Vec3 corrected_mm = Vec3::Zero();
-  std::optional<Vec3> declared_mm = {};  ///< corrected by the declared model, before the loop
+  std::optional<Vec3> declared_mm = {};  ///< corrected by the declared model, before diagnosis
   double uncorrected_turn_deg = 0;       ///< angle between wanted and landed orientation
   double corrected_turn_deg = 0;
-  double correction_mm = 0;   ///< length of the correction, as the daemon tells it
-  double uncertainty_mm = 0;  ///< likewise
+  double correction_mm = 0;   ///< magnitude of the correction reported by the daemon
+  double uncertainty_mm = 0;  ///< 95 % radius reported by the daemon
 
   double UncorrectedError() const { return (uncorrected_mm - wanted_mm).norm(); }
   double CorrectedError() const { return (corrected_mm - wanted_mm).norm(); }
@@ -28,10 +28,10 @@ struct Landing {
 };
 
 /// The table in the form of Park & Park (2012), Table 3: a row for each of X, Y, Z; three landings
-/// where each point has its `declared_mm`, else two.
+/// if each point has its `declared_mm`, otherwise two.
 std::string LandingTable(const std::vector<Landing>& landings);
-/// Adds `declared_mm`: the corrected landings of a result that LandingJson wrote before the loop.
-/// @throws std::runtime_error where it is none, or lacks a point.
+/// Adds `declared_mm`: the corrected landings of an earlier result written by LandingJson.
+/// @throws std::runtime_error if the JSON is invalid or lacks a point
 void AddDeclared(const std::string& json, std::vector<Landing>& landings);
 std::string LandingJson(const std::vector<Landing>& landings, double require_mm);
 std::string LandingCsv(const std::vector<Landing>& landings);

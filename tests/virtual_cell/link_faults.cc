@@ -7,7 +7,7 @@
 
 namespace virtual_cell {
 
-void LinkFaults::Spoil(ReportedState& state) const {
+void LinkFaults::Corrupt(ReportedState& state) const {
   if (joint >= 1 && joint <= state.q.size()) state.q[joint - 1] = joint_rad;
   if (jump) state.tip_B.x() += 10;
   if (nan) {
@@ -57,7 +57,7 @@ std::string SetFault(const std::string& words, double now_s, LinkFaults& faults)
     return "";
   }
   return fmt::format(
-      "fault '{}' is none of: stall SECONDS, delay SECONDS, reset, half-close, nan on|off, "
+      "fault '{}' is not one of: stall SECONDS, delay SECONDS, reset, half-close, nan on|off, "
       "jump on|off, exception on|off, joint NUMBER RAD, joint off",
       words);
 }

@@ -1,4 +1,4 @@
-// plumbline-virtual-cell: a robot controller with a loaded arm in a physical world.
+// plumbline-virtual-cell: simulates a robot controller with a loaded arm, over Modbus TCP.
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -33,7 +33,7 @@ std::vector<std::pair<double, double>> TemperatureFromText(const std::string& te
   return curve;
 }
 
-/// A console line and when it is obeyed: "@5 fault stall 2" after five seconds.
+/// A console line with an optional delay: "@5 fault stall 2" runs after five seconds.
 struct TimedLine {
   double at_s;
   std::string line;
@@ -44,14 +44,14 @@ TimedLine TimedLineFromText(const std::string& text) {
   return {std::stod(text.substr(1, space - 1)), "fault " + text.substr(space + 1)};
 }
 
-/// Reads what stdin has and obeys its complete lines. @return false at its end.
-bool ObeyConsole(VirtualCell& cell, std::string& unread) {
+/// Reads stdin and executes complete lines. @return false at the end of input
+bool ExecuteConsole(VirtualCell& cell, std::string& unread) {
   char buffer[512];
   const ssize_t got = ::read(STDIN_FILENO, buffer, sizeof buffer);
   if (got <= 0) return false;
   unread.append(buffer, static_cast<std::size_t>(got));
   for (std::size_t end; (end = unread.find('\n')) != std::string::npos;) {
-    fmt::print("{}\n", cell.Obey(unread.substr(0, end)));
+    fmt::print("{}\n", cell.Execute(unread.substr(0, end)));
     unread.erase(0, end + 1);
   }
   std::fflush(stdout);
@@ -73,12 +73,12 @@ void Run(VirtualCell& cell, std::vector<TimedLine> later, double period_s) {
   const double start = WallSeconds();
   bool console = true;
   std::string unread;
-  while (g_stop == 0 && !cell.QuitAsked()) {
+  while (g_stop == 0 && !cell.QuitRequested()) {
     cell.Step(WallSeconds(), period_s, console ? STDIN_FILENO : -1);
-    if (console && ConsoleReady()) console = ObeyConsole(cell, unread);
+    if (console && ConsoleReady()) console = ExecuteConsole(cell, unread);
     std::erase_if(later, [&](const TimedLine& timed) {
       const bool due = WallSeconds() - start >= timed.at_s;
-      if (due) cell.Obey(timed.line);
+      if (due) cell.Execute(timed.line);
       return due;
     });
   }
@@ -87,9 +87,10 @@ void Run(VirtualCell& cell, std::vector<TimedLine> later, double period_s) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("A robot controller with a loaded arm in a physical world, over Modbus TCP");
+  CLI::App app("Simulates a robot controller with a loaded arm, over Modbus TCP");
   app.footer(
-      "Lines on standard input are obeyed; at their end the cell runs on, until SIGINT or "
+      "Lines on standard input are executed; at the end of input the cell keeps running until "
+      "SIGINT or "
       "SIGTERM.\n\nEffects, --effect NAME:key=value,..\n" +
       EffectCatalogue());
   VirtualCellOptions options;
@@ -97,29 +98,30 @@ int main(int argc, char** argv) {
   std::vector<std::string> effect_texts, fault_texts, reflectors;
   app.add_option("--cell", cell_file, "cell file of the world")->required();
   app.add_option("--program", program, "program file, or builtin");
-  app.add_option("--hold-at", options.hold_at, "stay at this point, then obey commands");
-  app.add_flag("--idle", options.idle, "no program: only obey commands");
+  app.add_option("--hold-at", options.hold_at, "hold at this point, then execute commands");
+  app.add_flag("--idle", options.idle, "no program: only execute commands");
   app.add_option("--profile", profile,
                  "registers served: \"ur\" as profiles universal-robots and universal-robots-fine "
                  "read them, \"generic\" as profile generic does")
       ->check(CLI::IsMember({"ur", "generic"}))
       ->capture_default_str();
   app.add_option("--address", options.address, "address to listen on");
-  app.add_option("--port", options.port, "robot's Modbus port, 0: the kernel's choice")
+  app.add_option("--port", options.port, "Modbus port of the robot; 0: chosen by the kernel")
       ->check(CLI::Range(0, 65535));
-  app.add_option("--tracker-port", options.tracker_port, "tracker's Modbus port, likewise")
+  app.add_option("--tracker-port", options.tracker_port,
+                 "Modbus port of the tracker; 0: chosen by the kernel")
       ->check(CLI::Range(0, 65535));
   app.add_option("--tracker-noise-mm", options.tracker_noise_mm)->check(CLI::NonNegativeNumber);
   app.add_option("--reflector", reflectors, "x,y,z of a reflector in the tip frame [mm]");
   app.add_option("--effect", effect_texts, "an effect of the world, see below");
-  app.add_option("--fault", fault_texts, "a fault of the link, '@SECONDS fault..' for later");
-  app.add_option("--temperature", temperature, "C, or a curve 0:22,600:35 (s:C)");
-  app.add_option("--real-joints", rows_file, "CSV of joint rows to play");
-  app.add_option("--row-rate", options.row_rate_hz, "rows a second")->check(CLI::PositiveNumber);
+  app.add_option("--fault", fault_texts, "a fault of the link; '@SECONDS fault..' delays it");
+  app.add_option("--temperature", temperature, "in C, or a curve 0:22,600:35 (s:C)");
+  app.add_option("--real-joints", rows_file, "CSV of joint rows to replay");
+  app.add_option("--row-rate", options.row_rate_hz, "rows per second")->check(CLI::PositiveNumber);
   app.add_option("--time-scale", options.time_scale)->check(CLI::PositiveNumber);
   double period_ms = 4;
-  app.add_option("--period-ms", period_ms, "of the controller's cycle")->check(CLI::Range(1, 100));
-  app.add_option("--max-speed", options.limits.speed, "of a joint [rad/s]")
+  app.add_option("--period-ms", period_ms, "controller cycle in ms")->check(CLI::Range(1, 100));
+  app.add_option("--max-speed", options.limits.speed, "maximum joint speed [rad/s]")
       ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   try {

@@ -1,4 +1,4 @@
-// Against recorded data, where the folder is there: the world beside another simulator's truth,
+// Comparison with recorded data, if available: the world against another simulator's truth,
 // and real joint rows streamed through the registers.
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,7 +16,7 @@ std::string Measured(const std::string& path) {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
   std::string full = (folder != nullptr ? folder : "../shared/measured") + ("/" + path);
   if (!std::filesystem::exists(full)) {
-    WARN("SKIPPED: " << full << " is not there (set PLUMBLINE_MEASURED)");
+    WARN("SKIPPED: " << full << " is not available (set PLUMBLINE_MEASURED)");
     return "";
   }
   return full;
@@ -38,7 +38,7 @@ std::vector<Vec3> ReadTips(const std::string& path) {
   return tips;
 }
 
-TEST_CASE("the world stands beside another simulator's, apart by its large displacements",
+TEST_CASE("the world agrees with another simulator except for large-displacement terms",
           "[measured]") {
   const std::string folder = Measured("example-03");
   if (folder.empty()) return;
@@ -60,13 +60,14 @@ TEST_CASE("the world stands beside another simulator's, apart by its large displ
     sag = std::max(sag, (truth[i] - 1e3 * nominal).norm());
   }
   const double rms = std::sqrt(sum / static_cast<double>(rows.size()));
-  INFO("apart: RMS " << rms << " mm, most " << largest << " mm, at sags up to " << sag << " mm");
+  INFO("difference: RMS " << rms << " mm, max " << largest << " mm, at sags up to " << sag
+                          << " mm");
   CHECK(rms < 0.05);
   CHECK(largest < 0.15);
   CHECK(sag > 1);
 }
 
-/// Streams the first rows of a set and compares the last of them as the registers tell it.
+/// Streams the first rows of a data set and compares the last one with the registers.
 void Stream(const std::string& folder, Profile profile) {
   const CellDescription cell = ReadCellFile(folder + "/cell.toml");
   VirtualCellOptions options;

@@ -15,7 +15,7 @@
 namespace virtual_cell {
 namespace {
 
-/// First and last register that a request writes; first > last where it writes none.
+/// First and last register that a request writes; first > last if it writes none.
 struct Range {
   int first, last;
 };
@@ -125,7 +125,7 @@ void ModbusServer::Accept() {
   clients_.push_back({socket, false});
 }
 
-/// @return false where the connection has ended.
+/// @return false if the connection has ended
 bool ModbusServer::Take(const Client& client, double now_s, const LinkFaults& faults) {
   std::vector<std::uint8_t> query(MODBUS_TCP_MAX_ADU_LENGTH);
   modbus_set_socket(context_, client.socket);

@@ -1,4 +1,4 @@
-// A Modbus TCP server over libmodbus: one thread, many clients, answers that may be spoilt.
+// Single-threaded Modbus TCP server over libmodbus with many clients and fault injection.
 #pragma once
 
 #include <modbus/modbus.h>
@@ -16,8 +16,8 @@ namespace virtual_cell {
 class ModbusServer {
  public:
   /// Listens on 127.0.0.1 (or `address`); port 0 lets the kernel choose. Clients may write the
-  /// registers first_open..last_open (none where first > last).
-  /// @throws std::runtime_error where the port cannot be had.
+  /// registers first_open..last_open (none if first > last).
+  /// @throws std::runtime_error if the port is not available
   ModbusServer(const std::string& address, int port, RegisterBank& bank, int first_open,
                int last_open);
   ~ModbusServer();
@@ -27,9 +27,9 @@ class ModbusServer {
   int port() const { return port_; }
   int clients() const { return static_cast<int>(clients_.size()); }
 
-  /// Adds the sockets to wait for; nothing while stalled.
+  /// Adds the sockets to wait for; none while stalled.
   void Watch(fd_set& readable, int& highest, double now_s, const LinkFaults& faults) const;
-  /// Takes what came, answers what is due. Clears the faults that happen once.
+  /// Reads pending requests and sends due answers. Clears one-shot faults.
   void Serve(const fd_set& readable, double now_s, LinkFaults& faults);
 
  private:

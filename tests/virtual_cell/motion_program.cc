@@ -8,7 +8,7 @@
 namespace virtual_cell {
 namespace {
 
-/// The pose of the [[frame]] that `fields` names; the base where it names none.
+/// The pose of the [[frame]] named in `fields`; the base if none is named.
 Motion FrameOf(const TomlFields& file, const TomlFields& fields) {
   if (!fields.Has("frame")) return Motion::Identity();
   for (const TomlFields& frame : file.Tables("frame")) {
@@ -16,7 +16,7 @@ Motion FrameOf(const TomlFields& file, const TomlFields& fields) {
       return MotionFromXyzMmRpyDeg(frame.Vector("xyz_mm"), frame.Vector("rpy_deg", Vec3::Zero()));
     }
   }
-  fields.Fail("frame", "no [[frame]] of this file has this name");
+  fields.Fail("frame", "no [[frame]] has this name");
 }
 
 TaughtPoint ReadPoint(const TomlFields& file, const TomlFields& fields) {

@@ -1,4 +1,4 @@
-// The robot's program: taught points in a work object, and the steps between them.
+// Robot program: taught points in work objects, and motion steps.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace virtual_cell {
 
-/// A taught point: where the tool point shall be, in a named work object.
+/// A taught point: target pose of the tool point in a named work object.
 struct TaughtPoint {
   int id = 0;
   std::string name;
@@ -37,11 +37,11 @@ struct MotionProgram {
   const TaughtPoint* Find(const std::string& name) const;
 };
 
-/// Reads a program file; tests/virtual_cell/README.md has its form.
+/// Reads a program file; the format is described in tests/virtual_cell/README.md.
 /// @throws std::runtime_error with file, line and reason.
 MotionProgram ReadProgramFile(const std::string& path);
 
-/// A program for any cell: home at the middle of the joint limits, pick, two postures beside it,
+/// A program for any cell: home at the middle of the joint limits, pick, two postures nearby,
 /// place, home.
 MotionProgram BuiltinProgram(const CellDescription& cell);
 

@@ -1,4 +1,4 @@
-// plumbline-plc-client: the PLC of the demo. It visits assembly points, or has probes measured.
+// plumbline-plc-client: the PLC of the demo. Visits assembly points or measures probes.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -41,7 +41,7 @@ void WriteOut(const std::string& path, const std::vector<Landing>& landings, dou
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
-/// @return whether the landings are as expected
+/// @return true if the landings are as expected
 bool Visit(const Arguments& arguments, AssemblyClient& client, const MotionProgram& program) {
   client.AttachPayload();
   std::vector<Landing> landings;
@@ -57,11 +57,12 @@ bool Visit(const Arguments& arguments, AssemblyClient& client, const MotionProgr
   if (arguments.expect_miss_mm) {
     bool all = true;
     for (const Landing& landing : landings) {
-      fmt::print("  {}: as taught {:.2f} mm off, corrected {:.2f} mm off\n", landing.name,
+      fmt::print("  {}: error {:.2f} mm as taught, {:.2f} mm corrected\n", landing.name,
                  landing.UncorrectedError(), landing.CorrectedError());
       all = all && landing.CorrectedError() > *arguments.expect_miss_mm;
     }
-    if (!all) fmt::print("Expected every point to miss by {} mm.\n", *arguments.expect_miss_mm);
+    if (!all)
+      fmt::print("Expected an error above {} mm at every point.\n", *arguments.expect_miss_mm);
     return all;
   }
   fmt::print("{}", LandingTable(landings));
@@ -73,7 +74,7 @@ bool Visit(const Arguments& arguments, AssemblyClient& client, const MotionProgr
   return passed;
 }
 
-/// @return whether the alarm is as expected
+/// @return true if the alarm is as expected
 bool Probe(const Arguments& arguments, AssemblyClient& client, const MotionProgram& program) {
   constexpr int kInRow = 8;
   int probes = 0, first_alarm = 0;
@@ -98,12 +99,12 @@ bool Probe(const Arguments& arguments, AssemblyClient& client, const MotionProgr
   }
   client.ReleasePayload();
   if (first_alarm > 0) {
-    fmt::print("  ! The drift alarm, by probe {} of {}.\n", first_alarm, probes);
+    fmt::print("  ! Drift alarm raised by probe {} of {}.\n", first_alarm, probes);
   } else {
-    fmt::print("  No drift alarm by {} probes.\n", probes);
+    fmt::print("  No drift alarm after {} probes.\n", probes);
   }
   if (arguments.await_proposal_s) {
-    fmt::print("  The PLC is told: version {} waits for approval.\n",
+    fmt::print("  Reported to the PLC: model version {} awaits approval.\n",
                client.AwaitProposal(*arguments.await_proposal_s));
   }
   return arguments.expect.empty() || (arguments.expect == "alarm") == (first_alarm > 0);
@@ -114,7 +115,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--robot", client.robot, "HOST:PORT of the robot controller")->required();
   app.add_option("--tracker", client.tracker, "HOST:PORT of the laser tracker")->required();
   app.add_option("--daemon", client.daemon, "HOST:PORT of plumblined")->required();
-  app.add_option("--program", arguments.program, "file with the wanted points")->required();
+  app.add_option("--program", arguments.program, "program file with the target points")->required();
   app.add_option("--robot-profile", arguments.profile)->check(CLI::IsMember({"ur", "generic"}));
   app.add_option("--unit", client.unit, "Modbus unit id");
   app.add_option("--settle-s", client.settle_s)->check(CLI::NonNegativeNumber);
@@ -122,33 +123,35 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 }
 
 void AddVisit(CLI::App& visit, Arguments& arguments) {
-  visit.add_option("--point", arguments.ids, "ids to visit; all that the daemon knows otherwise");
-  visit.add_option("--samples", arguments.client.samples, "tracker readings averaged")
+  visit.add_option("--point", arguments.ids, "ids to visit; default: all that the daemon knows");
+  visit.add_option("--samples", arguments.client.samples, "number of tracker readings to average")
       ->check(CLI::PositiveNumber);
   visit.add_option("--require-mm", arguments.require_mm, "largest corrected error")
       ->check(CLI::PositiveNumber);
   visit.add_option("--expect-miss-mm", arguments.expect_miss_mm,
-                   "instead: the corrected error of every point is larger");
-  visit.add_option("--before", arguments.before, "result of the declared model, for the table");
+                   "instead: require a larger corrected error at every point");
+  visit.add_option("--before", arguments.before,
+                   "earlier result with the declared model, for the table");
   visit.add_option("--out", arguments.out, "result as .json or .csv");
 }
 
 void AddProbe(CLI::App& probe, Arguments& arguments) {
-  probe.add_flag("--with-only", arguments.with_only, "not without the payload as well");
-  probe.add_option("--most", arguments.most, "only so many points");
+  probe.add_flag("--with-only", arguments.with_only, "only with payload");
+  probe.add_option("--most", arguments.most, "maximum number of points");
   probe.add_option("--expect", arguments.expect, "alarm or quiet")
       ->check(CLI::IsMember({"alarm", "quiet"}));
   probe.add_option("--await-proposal-s", arguments.await_proposal_s,
-                   "wait so long for a corrected model");
+                   "wait this long for a corrected model");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "visit: goes to assembly points as taught and as corrected. probe: has the tip measured with "
-      "and without payload, and tells the daemon. Exit code 0: as expected; 1: not so; 2: the cell "
-      "or the daemon did not answer.");
+      "visit: moves to assembly points as taught and as corrected. probe: measures the tip with "
+      "and without payload and sends probes to the daemon. Exit code 0: as expected; 1: not; 2: "
+      "the cell "
+      "or the daemon did not respond.");
   Arguments arguments;
   AddOptions(app, arguments);
   app.require_subcommand(1);

@@ -1,4 +1,4 @@
-// The programs as processes: standard output, console, bad arguments, a clean end.
+// Both programs as processes: standard output, console, invalid arguments, clean exit.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kCell = "tests/virtual_cell/demo/cockpit-cell.toml";
 
-/// A child with pipes to its standard input, output and error.
+/// A child process with pipes to its standard input, output and error.
 class Child {
  public:
   explicit Child(std::vector<std::string> arguments) {
@@ -84,7 +84,7 @@ std::string AfterLast(const std::string& text, char mark) {
   return text.substr(text.rfind(mark) + 1);
 }
 
-TEST_CASE("the virtual cell tells its ports, obeys its console and quits") {
+TEST_CASE("the virtual cell prints its ports, executes console lines and quits") {
   Child cell({VIRTUAL_CELL, "--cell", kCell, "--idle", "--effect", "joint_compliance:q2=1e-7",
               "--temperature", "0:20,100:30", "--fault", "@0 joint 1 2.5", "--tracker-noise-mm",
               "0.01", "--reflector", "0,424,0"});
@@ -102,14 +102,14 @@ TEST_CASE("the virtual cell tells its ports, obeys its console and quits") {
   CHECK(cell.ExitCode() == 0);
 }
 
-TEST_CASE("the virtual cell refuses a port that is none") {
+TEST_CASE("the virtual cell refuses an invalid port") {
   for (const char* option : {"--port", "--tracker-port"}) {
     Child cell({VIRTUAL_CELL, "--cell", kCell, option, "99999999"});
     CHECK(cell.ExitCode() != 0);
   }
 }
 
-TEST_CASE("the virtual cell ends cleanly on SIGTERM") {
+TEST_CASE("the virtual cell exits cleanly on SIGTERM") {
   Child cell({VIRTUAL_CELL, "--cell", kCell});
   cell.Line();
   cell.Line();
@@ -117,7 +117,7 @@ TEST_CASE("the virtual cell ends cleanly on SIGTERM") {
   CHECK(cell.ExitCode() == 0);
 }
 
-TEST_CASE("bad arguments are answered by their reason") {
+TEST_CASE("invalid arguments are rejected with the reason") {
   struct Row {
     std::vector<std::string> arguments;
     const char* reason;
@@ -140,7 +140,7 @@ TEST_CASE("bad arguments are answered by their reason") {
   }
 }
 
-TEST_CASE("the PLC client says who does not answer") {
+TEST_CASE("the PLC client reports which peer does not respond") {
   Child client({PLC_CLIENT, "visit", "--robot", "127.0.0.1:1", "--tracker", "127.0.0.1:1",
                 "--daemon", "127.0.0.1:1", "--timeout-s", "0.1", "--program",
                 "tests/virtual_cell/demo/cockpit-program.toml"});

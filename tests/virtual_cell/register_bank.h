@@ -1,4 +1,4 @@
-// A block of Modbus registers with typed writing and reading, big-endian words first (ABCD).
+// A block of Modbus registers with typed access; 32-bit values high word first (ABCD).
 #pragma once
 
 #include <bit>
@@ -19,7 +19,7 @@ class RegisterBank {
   void SetWord(int at, int value) {
     words_[static_cast<std::size_t>(at)] = static_cast<std::uint16_t>(value & 0xFFFF);
   }
-  /// Rounded, and held inside the 16 bits of a signed register.
+  /// Rounded and saturated to a signed 16-bit register.
   void SetSigned(int at, double value) {
     const double limited = value < -32768 ? -32768 : value > 32767 ? 32767 : value;
     SetWord(at, std::isfinite(value) ? static_cast<int>(std::lround(limited)) : -32768);

@@ -1,4 +1,4 @@
-// Both register profiles as a Modbus client reads them, commands, program and tracker.
+// Register profiles, commands, programs and tracker, through a Modbus client.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -16,7 +16,7 @@ double Signed(const RegisterBank& bank, int at) {
   return static_cast<std::int16_t>(bank.Word(at));
 }
 
-/// Sends a command and waits until the controller has taken and ended it.
+/// Sends a command and waits until the controller has completed it.
 /// @return its fault.
 int Command(RegisterClient& robot, const RegisterLayout& layout, int code,
             const Motion& target = Motion::Identity(), int parameter = 0) {
@@ -37,7 +37,7 @@ int Command(RegisterClient& robot, const RegisterLayout& layout, int code,
   return fault;
 }
 
-TEST_CASE("the UR profile tells joints, tool and load in its scales") {
+TEST_CASE("the UR profile reports joints, tool and load in its own scales") {
   RunningCell cell({.idle = true, .time_scale = kQuick});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const MotionProgram program = DemoProgram();
@@ -61,7 +61,7 @@ TEST_CASE("the UR profile tells joints, tool and load in its scales") {
     CHECK(by_registers == Approx(q[i]).margin(0.6e-3));
     CHECK((turns == 0 || turns == -1));
   }
-  // The joints lead to the tool that 400-405 tell.
+  // Forward kinematics of the joints matches the tool pose in 400-405.
   const CellDescription description = DemoCell();
   const Motion tip = NominalTip(description, ArmFromDescription(description), q);
   CHECK((tip.translation() - wanted.translation()).norm() < 1e-5);
@@ -76,7 +76,7 @@ TEST_CASE("the UR profile tells joints, tool and load in its scales") {
   CHECK(Eventually([&] { return robot.Read(140, 1).Word(0) == 0; }));
 }
 
-TEST_CASE("the generic profile tells everything in one block") {
+TEST_CASE("the generic profile reports everything in one block") {
   RunningCell cell({.profile = Profile::kGeneric, .idle = true, .time_scale = kQuick});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const Motion wanted = DemoProgram().Find("assembly 2")->TipInBase();
@@ -98,7 +98,7 @@ TEST_CASE("the generic profile tells everything in one block") {
   CHECK(Eventually([&] { return robot.Read(39, 1).Word(0) != before; }));
 }
 
-TEST_CASE("commands that cannot be obeyed say why") {
+TEST_CASE("commands that cannot be executed are refused with a fault") {
   RunningCell cell({.idle = true, .time_scale = kQuick});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const RegisterLayout ur = LayoutOf(Profile::kUr);
@@ -108,7 +108,7 @@ TEST_CASE("commands that cannot be obeyed say why") {
   CHECK(Command(robot, ur, kMoveToPushed, Motion::Identity(), 7) == kFaultNoSuchPoint);
 }
 
-TEST_CASE("the robot goes to a pushed point") {
+TEST_CASE("the robot moves to a pushed point") {
   RunningCell cell({.idle = true, .time_scale = kQuick});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const Motion wanted = DemoProgram().Find("approach 1")->TipInBase();
@@ -138,7 +138,7 @@ TEST_CASE("only the open registers can be written") {
   CHECK_FALSE(robot.ReadIfThere(795, 10));
 }
 
-TEST_CASE("the tracker sees the loaded tip where the world has it") {
+TEST_CASE("the tracker measures the loaded tip of the world") {
   RunningCell cell(
       {.idle = true, .time_scale = kQuick, .reflectors_T = {{0, 0.424, 0}, {0, -0.424, 0}}});
   RegisterClient robot("robot", cell.robot(), 1, 5);
@@ -167,7 +167,7 @@ TEST_CASE("the tracker sees the loaded tip where the world has it") {
   CHECK(Eventually([&] { return tracker.Read(12, 1).Word(0) != counter; }));
 }
 
-TEST_CASE("the tracker's noise has the size asked for") {
+TEST_CASE("the tracker's noise has the requested standard deviation") {
   Tracker tracker(0.1, {});
   const Truth truth;
   double sum = 0;
@@ -180,7 +180,7 @@ TEST_CASE("the tracker's noise has the size asked for") {
   CHECK(std::sqrt(sum / n) == Approx(0.1).epsilon(0.05));
 }
 
-TEST_CASE("the tracker's noise of a standstill comes again by its seed, not by its pose") {
+TEST_CASE("the noise of a standstill is reproducible by seed, independent of the pose") {
   const auto readings = [](unsigned seed) {
     Tracker tracker(0.1, {}, true, seed);
     std::vector<float> x;
@@ -191,14 +191,14 @@ TEST_CASE("the tracker's noise of a standstill comes again by its seed, not by i
     return x;
   };
   const std::vector<float> x = readings(3);
-  CHECK(x[0] == x[1]);  // one standstill, however often it is measured
-  CHECK(x[1] != x[2]);  // the same pose, another standstill
+  CHECK(x[0] == x[1]);  // the same standstill
+  CHECK(x[1] != x[2]);  // the same pose at another standstill
   CHECK(x[2] != x[3]);
   CHECK(readings(3) == x);
   CHECK(readings(4) != x);
 }
 
-TEST_CASE("the program picks and places the payload, round after round") {
+TEST_CASE("the program picks and places the payload repeatedly") {
   Controller controller(DemoCell(), DemoProgram().home);
   ProgramRunner runner(DemoProgram(), "");
   std::vector<double> loads = {0};
@@ -211,7 +211,7 @@ TEST_CASE("the program picks and places the payload, round after round") {
   CHECK(loads == std::vector<double>{0, 60, 0, 60, 0});
 }
 
-TEST_CASE("a program holds at a named point and then obeys commands") {
+TEST_CASE("a program holds at a named point and then executes commands") {
   RunningCell cell({.hold_at = "assembly 1", .time_scale = kQuick});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   const Vec3 p = DemoProgram().Find("assembly 1")->TipInBase().translation() * 1e4;
@@ -220,11 +220,11 @@ TEST_CASE("a program holds at a named point and then obeys commands") {
     return std::abs(Signed(tcp, 0) - p.x()) < 2 && std::abs(Signed(tcp, 2) - p.z()) < 2;
   }));
   CHECK(robot.Read(140, 1).Word(0) == 6000);
-  // One more cycle may pass before the program knows that it holds.
+  // The program may need one more cycle to enter the hold state.
   CHECK(Eventually([&] { return Command(robot, LayoutOf(Profile::kUr), kGoHome) == kNoFault; }));
 }
 
-TEST_CASE("while a program runs commands are refused") {
+TEST_CASE("commands are refused while a program runs") {
   RunningCell cell({});
   RegisterClient robot("robot", cell.robot(), 1, 5);
   CHECK(Command(robot, LayoutOf(Profile::kUr), kGoHome) == kFaultProgramRuns);

@@ -1,4 +1,4 @@
-// Rigid motions of the virtual world, as screws and their exponentials.
+// Rigid motions as screws and their exponentials.
 #pragma once
 
 #include <Eigen/Dense>
@@ -10,8 +10,8 @@ using Mat3 = Eigen::Matrix3d;
 using Motion = Eigen::Isometry3d;
 using Joints = Eigen::VectorXd;
 
-/// A unit screw: a line to turn about (`omega` of length 1, v = -omega x point) or, with
-/// omega = 0, a direction v to slide along.
+/// A unit screw: a rotation axis (`omega` of length 1, v = -omega x point) or, with
+/// omega = 0, a translation along v.
 struct Screw {
   Vec3 omega = Vec3::Zero();
   Vec3 v = Vec3::Zero();
@@ -21,7 +21,7 @@ struct Screw {
 ///   R = exp([omega] amount),  p = (1 - R)(omega x v) + omega omega' v amount.
 Motion Exponential(const Screw& screw, double amount);
 
-/// The screw as seen after the motion X (its adjoint action).
+/// The screw transformed by the motion X (adjoint action).
 Screw Transported(const Motion& X, const Screw& screw);
 
 /// Rotation by |r| about r [rad], and back with |r| <= pi.

@@ -16,7 +16,7 @@ void WriteUr(const ReportedState& state, RegisterBank& bank) {
   bank.SetWord(260, 1);  // power on
   for (int i = 0; i < std::min(joints, 6); ++i) {
     const double q = state.q[i];
-    // Angle modulo a turn, unsigned, and the turn it is in: 0, or 65535 for the one before.
+    // Angle modulo one turn, unsigned, and the revolution: 0, or 65535 for -1.
     const double turns = std::floor(q / kTurn);
     bank.SetWord(270 + i, static_cast<int>(std::lround((q - turns * kTurn) * 1e3)));
     bank.SetWord(320 + i, static_cast<int>(turns));
@@ -31,7 +31,7 @@ void WriteUr(const ReportedState& state, RegisterBank& bank) {
   }
   bank.SetSigned(769, state.temperature_C);
 
-  // What the robot's program copies into the general purpose registers.
+  // Values that a robot program copies into the general-purpose registers.
   bank.SetWord(140, static_cast<int>(std::lround(state.payload_kg * 100)));
   for (int k = 0; k < 3; ++k) bank.SetSigned(141 + k, state.payload_cog_F[k] * 1e4);
   bank.SetWord(144, state.tool_number);
@@ -98,7 +98,8 @@ void WriteState(Profile profile, const ReportedState& state, RegisterBank& bank)
   }
 }
 
-CommandFault CommandBlock::Obey(int code, Controller& controller, const RegisterBank& bank) const {
+CommandFault CommandBlock::Execute(int code, Controller& controller,
+                                   const RegisterBank& bank) const {
   MoveAnswer answer = MoveAnswer::kAccepted;
   const int base = layout_.command;
   if (code == kAttach) {
@@ -118,7 +119,7 @@ CommandFault CommandBlock::Obey(int code, Controller& controller, const Register
     }
     if (id == 0 || slot == layout_.pushed_slots) return kFaultNoSuchPoint;
     const int at = layout_.pushed + slot * kSlotSize;
-    if (bank.Word(at + 7) == 0) return kFaultNoSuchPoint;  // sequence 0: not valid now
+    if (bank.Word(at + 7) == 0) return kFaultNoSuchPoint;  // sequence 0: not valid
     const Vec3 p(Signed(bank, at + 1), Signed(bank, at + 2), Signed(bank, at + 3));
     const Vec3 r(Signed(bank, at + 4), Signed(bank, at + 5), Signed(bank, at + 6));
     answer = controller.MoveToPose(MotionFromXyzVector(p * 1e-4, r * 1e-3));
@@ -135,7 +136,7 @@ void CommandBlock::Serve(bool remote, Controller& controller, RegisterBank& bank
   if (sequence != taken_) {
     taken_ = sequence;
     const CommandFault fault =
-        remote ? Obey(bank.Word(base + kCode), controller, bank) : kFaultProgramRuns;
+        remote ? Execute(bank.Word(base + kCode), controller, bank) : kFaultProgramRuns;
     under_way_ = fault == kNoFault;
     bank.SetWord(base + kFault, fault);
     bank.SetWord(base + kDone, 0);

@@ -1,5 +1,5 @@
-// The controller as a Modbus client sees it: two profiles, each with a command block and slots
-// for pushed points. README.md has the tables.
+// Register interface of the controller: two profiles, each with a command block and slots
+// for pushed points. README.md documents the registers.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace virtual_cell {
 
 enum class Profile { kUr, kGeneric };
 
-/// What the controller tells of itself, after the link's faults have spoilt it.
+/// State reported by the controller, including injected faults.
 struct ReportedState {
   Joints q, speed;                   ///< [rad], [rad/s]
   Vec3 tip_B = Vec3::Zero();         ///< nominal tool tip [m]
@@ -45,7 +45,7 @@ enum CommandOffset : int {
   kSequence = 14,
   kEcho = 15,  ///< sequence of the command last taken
   kBusy = 16,
-  kDone = 17,  ///< 1 when that command ended well
+  kDone = 17,  ///< 1 if that command succeeded
   kFault = 18,
 };
 enum CommandCode : int { kMove = 1, kAttach = 2, kRelease = 3, kMoveToPushed = 4, kGoHome = 5 };
@@ -62,17 +62,17 @@ enum CommandFault : int {
 /// (0: not valid).
 inline constexpr int kSlotSize = 8;
 
-/// Watches the command block and makes the controller obey.
+/// Executes commands that clients write to the command block.
 class CommandBlock {
  public:
   CommandBlock(Profile profile, const MotionProgram& program)
       : layout_(LayoutOf(profile)), program_(program) {}
 
-  /// @param remote false while a program runs: then every command is refused.
+  /// @param remote  false while a program runs; every command is then refused
   void Serve(bool remote, Controller& controller, RegisterBank& bank);
 
  private:
-  CommandFault Obey(int code, Controller& controller, const RegisterBank& bank) const;
+  CommandFault Execute(int code, Controller& controller, const RegisterBank& bank) const;
 
   RegisterLayout layout_;
   const MotionProgram& program_;

@@ -6,7 +6,7 @@
 namespace virtual_cell {
 namespace {
 
-/// Where the rod is at one arc length.
+/// State of the rod at one arc length.
 struct Section {
   Vec3 r = Vec3::Zero();
   Eigen::Vector4d q = Eigen::Vector4d(0, 0, 0, 1);  ///< quaternion x, y, z, w, nearly unit
@@ -50,7 +50,7 @@ Vec3 Weight(const std::vector<RodSegment>& segments, const Vec3& gravity) {
   return weight;
 }
 
-/// The tip that follows from a root moment.
+/// Integrates the rod from a root moment to the tip.
 Section Integrate(const std::vector<RodSegment>& segments, const RodLoad& load,
                   const RodOptions& options, const Vec3& root_moment) {
   Section at;
@@ -79,7 +79,7 @@ Mat3 RotationOf(const Section& section) {
   return Eigen::Quaterniond(section.q).toRotationMatrix();
 }
 
-/// Newton on the root moment for one load. @return whether it converged.
+/// Newton iteration on the root moment for one load. @return true if it converged
 bool Shoot(const std::vector<RodSegment>& segments, const RodLoad& load, const RodOptions& options,
            Vec3& root_moment, Section& tip) {
   const auto mismatch = [&](const Vec3& moment, Section& end) -> Vec3 {

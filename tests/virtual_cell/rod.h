@@ -1,4 +1,4 @@
-// The tool as a geometrically exact rod: large displacements and rotations, small strains.
+// Geometrically exact rod model of the tool: large displacements and rotations, small strains.
 //
 // Along the arc length s, in the frame of the clamped root:
 //   r' = R (e3 + gamma),  R' = R [kappa],  n' = -w,  m' = -r' x n
@@ -13,11 +13,11 @@
 
 namespace virtual_cell {
 
-/// What the rod carries: everything a dead load, on the deformed shape.
+/// Loads on the rod; all are dead loads acting on the deformed shape.
 struct RodLoad {
   Vec3 gravity = Vec3::Zero();     ///< in the root frame [m/s^2]; times weight_kg_m along the rod
   Vec3 tip_force = Vec3::Zero();   ///< in the root frame [N]
-  Vec3 tip_offset = Vec3::Zero();  ///< where it acts, in the *tip* frame [m]
+  Vec3 tip_offset = Vec3::Zero();  ///< point of application in the *tip* frame [m]
 };
 
 struct RodOptions {
@@ -28,14 +28,14 @@ struct RodOptions {
 
 struct RodShape {
   Motion tip = Motion::Identity();  ///< tip frame in the root frame
-  Vec3 root_force = Vec3::Zero();   ///< what the rod exerts on its root [N]
+  Vec3 root_force = Vec3::Zero();   ///< force exerted by the rod on its root [N]
   Vec3 root_moment = Vec3::Zero();  ///< about the root [N m]
   bool converged = false;
 };
 
 /// Shooting on the root moment, Runge-Kutta of fourth order along s, Newton on
 ///   m(L) = (R(L) tip_offset) x tip_force,
-/// in as many load steps as it takes. @param guess root moment to start from.
+/// in as many load steps as required. @param guess  initial root moment
 RodShape SolveRod(const std::vector<RodSegment>& segments, const RodLoad& load,
                   const RodOptions& options = {}, const Vec3& guess = Vec3::Zero());
 

@@ -1,4 +1,4 @@
-// The rod against closed forms: small loads, and the elastica by elliptic integrals.
+// The rod against closed forms: small loads, and the elastica in elliptic integrals.
 #include "tests/virtual_cell/rod.h"
 
 #include <catch2/catch.hpp>
@@ -41,7 +41,7 @@ double ElasticaDeflection(double load) {
   return 1 - 2 * (std::comp_ellint_2(k) - std::ellint_2(k, phi)) / std::sqrt(load);
 }
 
-TEST_CASE("the elastica's own closed form agrees with the published table") {
+TEST_CASE("the closed form of the elastica agrees with the published table") {
   // Mattiasson, Int. J. Numer. Methods Eng. 17 (1981) 145, vertical tip displacement.
   CHECK(ElasticaDeflection(1) == Approx(0.30172).margin(1e-5));
   CHECK(ElasticaDeflection(2) == Approx(0.49346).margin(1e-5));
@@ -49,7 +49,7 @@ TEST_CASE("the elastica's own closed form agrees with the published table") {
   CHECK(ElasticaDeflection(10) == Approx(0.81061).margin(1e-5));
 }
 
-TEST_CASE("a tip force bends the rod as the elastica says") {
+TEST_CASE("a tip force bends the rod like the elastica") {
   for (const double load : {0.1, 1.0, 2.0, 5.0, 10.0}) {
     CAPTURE(load);
     const RodShape shape = SolveRod({UnitRod()}, {.tip_force = {load, 0, 0}});
@@ -70,7 +70,7 @@ TEST_CASE("small loads give the linear cantilever") {
     CHECK(shape.tip.translation().x() == Approx(1e-2 / 3000).epsilon(1e-6));
     CHECK(shape.tip.translation().y() == Approx(-2e-2 / 3000).epsilon(1e-6));
   }
-  SECTION("own weight, w L^4 / 8EI") {
+  SECTION("self-weight, w L^4 / 8EI") {
     RodSegment heavy = rod;
     heavy.weight_kg_m = 1e-2;
     const RodShape shape = SolveRod({heavy}, {.gravity = {1, 0, 0}});
@@ -104,7 +104,7 @@ TEST_CASE("small loads give the linear cantilever") {
   }
 }
 
-TEST_CASE("a heavy rod with an eccentric load: force balance, step size, turning the frame") {
+TEST_CASE("a heavy rod with an eccentric load: force balance, step size, frame invariance") {
   RodSegment heavy = UnitRod();
   heavy.weight_kg_m = 0.5;
   const RodLoad load{

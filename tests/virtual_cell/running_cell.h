@@ -1,4 +1,4 @@
-// A virtual cell that runs on a thread of its own, for tests with real sockets.
+// A virtual cell running on its own thread, for tests with real sockets.
 #pragma once
 
 #include <atomic>
@@ -35,15 +35,15 @@ class RunningCell {
   std::string robot() const { return "127.0.0.1:" + std::to_string(cell_.robot_port()); }
   std::string tracker() const { return "127.0.0.1:" + std::to_string(cell_.tracker_port()); }
 
-  /// Obeys a console line between two steps and waits for its answer.
+  /// Executes a console line between two steps and waits for its answer.
   std::string Tell(const std::string& line) {
     std::promise<std::string> answer;
-    std::future<std::string> told = answer.get_future();
+    std::future<std::string> response = answer.get_future();
     {
       const std::lock_guard lock(mutex_);
       lines_.emplace_back(line, std::move(answer));
     }
-    return told.get();
+    return response.get();
   }
 
  private:
@@ -52,7 +52,7 @@ class RunningCell {
       const auto now = std::chrono::steady_clock::now().time_since_epoch();
       cell_.Step(std::chrono::duration<double>(now).count(), 0.001);
       const std::lock_guard lock(mutex_);
-      for (auto& [line, answer] : lines_) answer.set_value(cell_.Obey(line));
+      for (auto& [line, answer] : lines_) answer.set_value(cell_.Execute(line));
       lines_.clear();
     }
   }

@@ -1,4 +1,4 @@
-// Fields of a TOML table, or a std::runtime_error that names the place.
+// Typed access to a TOML table; throws std::runtime_error with file and line.
 #pragma once
 
 #include <fmt/core.h>
@@ -59,7 +59,7 @@ class TomlFields {
     if (table == nullptr) Fail(key, "a table is needed");
     return {*table, file_};
   }
-  /// The elements of `[[key]]`; none where it is absent.
+  /// The elements of `[[key]]`; empty if it is absent.
   std::vector<TomlFields> Tables(const char* key) const {
     std::vector<TomlFields> tables;
     if (!Has(key)) return tables;

@@ -17,7 +17,7 @@ void Tracker::SetPoint(int at, const Vec3& p_W) {
   }
 }
 
-void Tracker::Measure(const Truth& truth, const Circumstances& now, bool at_rest) {
+void Tracker::Measure(const Truth& truth, const WorldInputs& now, bool at_rest) {
   if (at_rest && !at_rest_) ++standstills_;
   at_rest_ = at_rest;
   if (noise_of_standstill_ && at_rest) {

@@ -1,4 +1,4 @@
-// The instrument that sees the truth: a laser tracker on reflectors at the tool tip.
+// Measuring instrument: a laser tracker with reflectors at the tool tip.
 #pragma once
 
 #include <random>
@@ -10,18 +10,18 @@
 namespace virtual_cell {
 
 /// Registers: 0-5 tip in W [mm], 6-11 rotation vector of the tip in W [rad], 12 counter,
-/// 13 at rest (1), 14-15 time [s], 16-39 four reflectors in W [mm], 40-41 payload truly
+/// 13 at rest (1), 14-15 time [s], 16-39 four reflectors in W [mm], 40-41 payload actually
 /// carried [kg]; all numbers float32 ABCD.
 class Tracker {
  public:
-  /// @param noise_of_standstill  one error a standstill, drawn from the seed and the number of the
-  ///                             standstill, so that a run does not depend on how many
-  ///                             measurements the computer had time for
+  /// @param noise_of_standstill  one error per standstill, drawn from the seed and the number of
+  ///                             the standstill, so that a run does not depend on the number of
+  ///                             measurements taken
   Tracker(double noise_mm, std::vector<Vec3> reflectors_T, bool noise_of_standstill = false,
           unsigned seed = 1);
 
-  /// One measurement: noise of one standard deviation an axis, for each point.
-  void Measure(const Truth& truth, const Circumstances& now, bool at_rest);
+  /// Takes one measurement with independent noise per axis and point.
+  void Measure(const Truth& truth, const WorldInputs& now, bool at_rest);
   RegisterBank& bank() { return bank_; }
 
  private:

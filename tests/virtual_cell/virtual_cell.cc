@@ -9,7 +9,7 @@
 namespace virtual_cell {
 namespace {
 
-bool SameMoment(const Circumstances& a, const Circumstances& b) {
+bool SameInputs(const WorldInputs& a, const WorldInputs& b) {
   return a.q.size() == b.q.size() && a.q == b.q && a.payload_kg == b.payload_kg &&
          a.temperature_C == b.temperature_C && std::abs(a.time_s - b.time_s) < 0.1;
 }
@@ -68,15 +68,15 @@ void VirtualCell::Advance(double dt) {
     if (!options_.idle) runner_.Advance(dt, controller_);
     commands_.Serve(Remote(), controller_, robot_bank_);
   }
-  const Circumstances now{controller_.q(), controller_.last_move(), controller_.payload_kg(),
-                          Temperature(), time_s_};
-  if (!SameMoment(now, last_)) {
+  const WorldInputs now{controller_.q(), controller_.last_move(), controller_.payload_kg(),
+                        Temperature(), time_s_};
+  if (!SameInputs(now, last_)) {
     truth_ = world_.Settle(now);
     last_ = now;
   }
   ++cycle_;
   ReportedState reported = Reported();
-  faults_.Spoil(reported);
+  faults_.Corrupt(reported);
   WriteState(options_.profile, reported, robot_bank_);
   tracker_.Measure(truth_, last_, !controller_.Moving());
 }
@@ -87,11 +87,11 @@ void VirtualCell::PlayRows() {
   const ReplayRow& row = options_.replay[std::min(index, last)];
   controller_.SetJoints(row.q);
   if (row.payload_kg) controller_.AttachPayload(*row.payload_kg);
-  if (row.temperature_C) told_temperature_C_ = row.temperature_C;
+  if (row.temperature_C) console_temperature_C_ = row.temperature_C;
 }
 
 double VirtualCell::Temperature() const {
-  if (told_temperature_C_) return *told_temperature_C_;
+  if (console_temperature_C_) return *console_temperature_C_;
   const auto& curve = options_.temperature;
   if (curve.empty()) return world_.cell().reference_temperature_C;
   const auto after = std::find_if(curve.begin(), curve.end(),
@@ -119,7 +119,7 @@ ReportedState VirtualCell::Reported() const {
           .sequence = cycle_};
 }
 
-std::string VirtualCell::Obey(const std::string& line) {
+std::string VirtualCell::Execute(const std::string& line) {
   std::istringstream text(line);
   std::string verb;
   text >> verb;
@@ -139,7 +139,7 @@ std::string VirtualCell::Obey(const std::string& line) {
     return "ok";
   }
   if (verb == "temperature" && numbers.size() == 1) {
-    told_temperature_C_ = numbers[0];
+    console_temperature_C_ = numbers[0];
     return "ok";
   }
   MoveAnswer answer = MoveAnswer::kUnreachable;

@@ -1,4 +1,4 @@
-// The virtual cell as a whole: world, controller, link and instrument on one clock.
+// Virtual cell: world, controller, link and instrument on one clock.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct VirtualCellOptions {
   int port = 0;  ///< 0: the kernel's choice
   int tracker_port = 0;
   Profile profile = Profile::kUr;
-  bool idle = false;         ///< no program: the controller obeys commands
+  bool idle = false;         ///< no program: the controller only executes commands
   std::string hold_at = {};  ///< point at which the program stays
   double time_scale = 1;
   double tracker_noise_mm = 0;
@@ -37,13 +37,13 @@ class VirtualCell {
   int robot_port() const { return robot_server_.port(); }
   int tracker_port() const { return tracker_server_.port(); }
 
-  /// Waits for clients at most `wait_s` of wall time, then moves the world to `now_s` of wall
-  /// time and serves. `extra_socket` (or -1) wakes it too.
+  /// Waits for clients for at most `wait_s` of wall time, then advances the world to `now_s` of
+  /// wall time and serves. `extra_socket` (or -1) wakes it too.
   void Step(double now_s, double wait_s, int extra_socket = -1);
 
-  /// Obeys one console line (README.md lists them). @return "ok" or "error: ..".
-  std::string Obey(const std::string& line);
-  bool QuitAsked() const { return quit_; }
+  /// Executes one console line (README.md lists them). @return "ok" or "error: .."
+  std::string Execute(const std::string& line);
+  bool QuitRequested() const { return quit_; }
 
   const Controller& controller() const { return controller_; }
   const Truth& truth() const { return truth_; }
@@ -68,8 +68,8 @@ class VirtualCell {
   std::optional<double> started_s_;
   double wall_s_ = 0;  ///< since the start
   double time_s_ = 0;  ///< of the world
-  std::optional<double> told_temperature_C_;
-  Circumstances last_;  ///< what truth_ belongs to
+  std::optional<double> console_temperature_C_;
+  WorldInputs last_;  ///< inputs that truth_ was computed for
   Truth truth_;
   int cycle_ = 0;
   bool quit_ = false;

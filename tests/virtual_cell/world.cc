@@ -25,7 +25,7 @@ double World::TipMass(double payload_kg) const {
          effects_.Value("payload_mass", "constant");
 }
 
-RodShape World::Tool(const Circumstances& now, const Vec3& g_F, const Vec3& guess) const {
+RodShape World::Tool(const WorldInputs& now, const Vec3& g_F, const Vec3& guess) const {
   const Vec3 cog_F = cell_.payload_cog_F + 1e-3 * Vec3(effects_.Value("payload_cog", "x"),
                                                        effects_.Value("payload_cog", "y"),
                                                        effects_.Value("payload_cog", "z"));
@@ -48,7 +48,7 @@ RodShape World::Tool(const Circumstances& now, const Vec3& g_F, const Vec3& gues
         effects_.Value("tool_shear", "kappa", cell_.sheared_tool ? cell_.shear_factor : 0);
     shape = SolveRod(cell_.rod, {g_F, force, cog_F - cell_.tip_F}, options, guess);
   }
-  // The coupling yields to the transverse part of the moment it carries.
+  // The coupling deflects under the transverse part of its moment.
   const double coupling = effects_.Value("tool_root_compliance", "compliance");
   Vec3 bend = shape.root_moment * coupling;
   bend.z() = 0;
@@ -79,7 +79,7 @@ std::vector<Load> World::Loads(const Posture& posture, const Vec3& g_B, const Ro
   return loads;
 }
 
-Joints World::Deflection(const Circumstances& now, const Joints& torque) const {
+Joints World::Deflection(const WorldInputs& now, const Joints& torque) const {
   Joints s = Joints::Zero(torque.size());
   for (int i = 0; i < cell_.size(); ++i) {
     const double q = now.q[i];
@@ -102,7 +102,7 @@ Joints World::Deflection(const Circumstances& now, const Joints& torque) const {
   return s;
 }
 
-Motion World::Base(const Circumstances& now) const {
+Motion World::Base(const WorldInputs& now) const {
   const auto mm = [this](const char* id) {
     return Vec3(effects_.Value(id, "x"), effects_.Value(id, "y"), effects_.Value(id, "z"));
   };
@@ -123,7 +123,7 @@ Motion World::Base(const Circumstances& now) const {
   return X_WB;
 }
 
-Truth World::Settle(const Circumstances& now) const {
+Truth World::Settle(const WorldInputs& now) const {
   const double growth = 1 + effects_.Value("thermal_growth", "alpha") *
                                 (now.temperature_C - cell_.reference_temperature_C);
   const Arm arm = ArmFromDescription(cell_, growth);

@@ -1,9 +1,9 @@
-// The physical world: where a loaded, yielding arm really is when its controller says q.
+// Physical world: actual pose of the loaded, compliant arm for controller joints q.
 //
-// Equilibrium in the sagged posture: each joint turns by
+// Equilibrium in the deflected posture: each joint deflects by
 //   s_i = c_i tau_i(q + s) + effects,
-// tau from the wrenches of links, mount and rod; the rod is solved for gravity as the sagged
-// flange sees it, and its root wrench is what it hands back to the joints.
+// with tau from the wrenches of links, mount and rod. The rod is solved for gravity in the frame of
+// the deflected flange, and its root wrench loads the joints.
 #pragma once
 
 #include "tests/virtual_cell/arm.h"
@@ -12,8 +12,8 @@
 
 namespace virtual_cell {
 
-/// What acts on the world at one moment.
-struct Circumstances {
+/// Inputs of the world at one instant.
+struct WorldInputs {
   Joints q = {};          ///< the controller's joint angles [rad], [m]
   Joints last_move = {};  ///< last move of each joint [rad]; empty: none known
   double payload_kg = 0;
@@ -21,7 +21,7 @@ struct Circumstances {
   double time_s = 0;
 };
 
-/// What a laser tracker and torque sensors would see.
+/// True state, as ideal instruments would measure it.
 struct Truth {
   Motion X_WT = Motion::Identity();  ///< tool tip
   Motion X_WF = Motion::Identity();  ///< flange
@@ -34,24 +34,24 @@ class World {
  public:
   explicit World(CellDescription cell, Effects effects = {});
 
-  Truth Settle(const Circumstances& now) const;
+  Truth Settle(const WorldInputs& now) const;
   const CellDescription& cell() const { return cell_; }
 
  private:
   Vec3 Gravity() const;
   double TipMass(double payload_kg) const;
-  RodShape Tool(const Circumstances& now, const Vec3& g_F, const Vec3& guess) const;
+  RodShape Tool(const WorldInputs& now, const Vec3& g_F, const Vec3& guess) const;
   std::vector<Load> Loads(const Posture& posture, const Vec3& g_B, const RodShape& tool,
                           const Motion& X_BF) const;
-  Joints Deflection(const Circumstances& now, const Joints& torque) const;
-  Motion Base(const Circumstances& now) const;
+  Joints Deflection(const WorldInputs& now, const Joints& torque) const;
+  Motion Base(const WorldInputs& now) const;
 
   CellDescription cell_;
   Effects effects_;
 };
 
-/// The energy [J] stored in gravity and springs when the joints stand at q + s with a rigid
-/// straight tool: an independent road to the torques, tau = -dV/ds of its gravity part.
+/// Potential energy [J] of gravity and springs with the joints at q + s and a rigid
+/// straight tool: an independent way to compute torques, tau = -dV/ds of its gravity part.
 double GravityEnergyStraightTool(const CellDescription& cell, const Joints& q, double payload_kg);
 
 }  // namespace virtual_cell

@@ -117,7 +117,7 @@ TEST_CASE("from the first word of the sensor to bodies and tip in the measuremen
   REQUIRE(told.tip_valid);
   const Vec3 tip = Vec3(1, 2, 3) + watch.X_CK.Inverse() * (watch.X_CT * Vec3(0.2, 0, 0));
   CHECK((told.tip_W - tip).norm() < 5e-3);
-  CHECK(watch.Says("camera valid: the fixed marks are where they should be (zoom 4000)"));
+  CHECK(watch.Says("camera valid: the reference tags are where they should be (zoom 4000)"));
 }
 
 TEST_CASE("one reading that differs makes everything stale, and a known lens brings it back") {

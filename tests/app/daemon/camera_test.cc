@@ -137,7 +137,7 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   station.moving = false;
   REQUIRE(station.Becomes(4));
   CHECK(station.Lens() == 2);
-  CHECK(station.daemon->Says("camera moving: the lens moves"));
+  CHECK(station.daemon->Says("camera moving: the lens is moving"));
   CHECK(station.Journal().size() == 1);
 
   station.daemon->Signal(SIGTERM);

@@ -151,7 +151,7 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
     REQUIRE(Eventually([&] { return station.Measures(0); }));
     CHECK(station.Block(0).Long(10) == 2);
     CHECK(station.Block(1).Long(10) == 3);
-    CHECK(station.daemon->Says("camera side moving: the lens moves"));
+    CHECK(station.daemon->Says("camera side moving: the lens is moving"));
     CHECK_FALSE(station.daemon->Says("camera rear moving"));
   }
   SECTION("the rear one is unplugged, and comes back; its sensor is heard all the while") {

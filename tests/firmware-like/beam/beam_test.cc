@@ -31,7 +31,7 @@ BeamLoads AllKinds(double length_m) {
 
 }  // namespace
 
-TEST_CASE("a uniform cantilever has its closed forms, in both planes") {
+TEST_CASE("a uniform cantilever matches the closed forms in both planes") {
   const Tool tool = UniformTool();
   const double l = 0.9;
   const double ei_x = 210e9 * tool.segments[0].section.iy_m4;
@@ -53,7 +53,7 @@ TEST_CASE("a uniform cantilever has its closed forms, in both planes") {
     CheckClose(tip.d_F, Vec3(13 * l * l / (2 * ei_x), -11 * l * l / (2 * ei_y), 0), 1e-9);
     CheckClose(tip.r_F, Vec3(11 * l / ei_y, 13 * l / ei_x, 0), 1e-9);
   }
-  SECTION("own weight") {
+  SECTION("self-weight") {
     loads.g_F = Vec3(2, -9, 5);
     const double m = 7850 * tool.segments[0].section.area_m2;
     const SectionState tip = beam.Solve(loads).Tip();
@@ -62,7 +62,7 @@ TEST_CASE("a uniform cantilever has its closed forms, in both planes") {
     CheckClose(tip.r_F, Vec3(9 * m * l * l * l / (6 * ei_y), 2 * m * l * l * l / (6 * ei_x), 0),
                1e-9);
   }
-  SECTION("angular acceleration: a load that grows along z, w = -m alpha z") {
+  SECTION("angular acceleration: a load growing along z, w = -m alpha z") {
     loads.angular_acceleration_F = Vec3(0, 6, 0);
     const double w1 = -6 * 7850 * tool.segments[0].section.area_m2;
     const SectionState tip = beam.Solve(loads).Tip();
@@ -77,7 +77,7 @@ TEST_CASE("a uniform cantilever has its closed forms, in both planes") {
   }
 }
 
-TEST_CASE("a Timoshenko cantilever adds the shear of its loads") {
+TEST_CASE("a Timoshenko cantilever adds shear deflection") {
   const Tool tool = UniformTool(BeamTheory::kTimoshenko);
   const Section& section = tool.segments[0].section;
   const double l = 0.9;
@@ -90,7 +90,7 @@ TEST_CASE("a Timoshenko cantilever adds the shear of its loads") {
     CheckClose(tip.d_F, Vec3(0, 500 * l * l * l / (3 * ei) + 500 * l / gka, 0), 1e-9);
     CheckClose(tip.r_F, Vec3(-500 * l * l / (2 * ei), 0, 0), 1e-9);
   }
-  SECTION("own weight: w L^2 / (2 kappa G A)") {
+  SECTION("self-weight: w L^2 / (2 kappa G A)") {
     const SectionState tip = beam.Solve({.g_F = Vec3(10, 0, 0)}).Tip();
     const double w = 7850 * section.area_m2 * 10;
     const double ei = 210e9 * section.iy_m4;
@@ -116,7 +116,7 @@ TEST_CASE("a stepped cantilever agrees with Castigliano's theorem") {
   }
 }
 
-TEST_CASE("sections do not depend on the number of elements, for every kind of load") {
+TEST_CASE("results do not depend on the number of elements, for every kind of load") {
   const BeamTheory theory = GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko);
   const Tool tool = SteppedTool(theory);
   const BeamLoads loads = AllKinds(tool.Length());
@@ -151,18 +151,18 @@ TEST_CASE("loads superpose") {
   }
 }
 
-TEST_CASE("an acceleration is a gravity the other way, for the beam and what it holds") {
+TEST_CASE("an acceleration acts like opposite gravity on the beam and its payload") {
   const Beam beam(SteppedTool(), 4);
   BeamLoads falling, hanging;
   falling.masses = hanging.masses = {{5, beam.Length(), Vec3(0.1, 0, beam.Length() + 0.2)}};
   falling.acceleration_F = Vec3(1, -2, 3);
   hanging.g_F = Vec3(-1, 2, -3);
   CheckClose(beam.Solve(falling).Tip().d_F, beam.Solve(hanging).Tip().d_F, 1e-14);
-  SECTION("in free fall nothing bends") {
+  SECTION("there is no bending in free fall") {
     hanging.acceleration_F = hanging.g_F;
     CheckClose(beam.Solve(hanging).Tip().d_F, Vec3::Zero(), 0);
   }
-  SECTION("angular acceleration moves a point mass by alpha x p") {
+  SECTION("angular acceleration loads a point mass by alpha x p") {
     BeamLoads turning, forced;
     Tool massless = SteppedTool();
     for (ToolSegment& segment : massless.segments) segment.material.density_kg_m3 = 0;
@@ -175,7 +175,7 @@ TEST_CASE("an acceleration is a gravity the other way, for the beam and what it 
   }
 }
 
-TEST_CASE("a payload bends the beam by its force and its arm, also one along z") {
+TEST_CASE("a payload bends the beam by its force and by its moment, also a force along z") {
   const Beam beam(UniformTool(), 2);
   const double l = beam.Length();
   BeamLoads loads;
@@ -186,11 +186,11 @@ TEST_CASE("a payload bends the beam by its force and its arm, also one along z")
   CheckClose(beam.Solve(loads).Tip().d_F, Vec3(19.6 * l * l / (2 * ei), 0, 0), 1e-10);
 }
 
-TEST_CASE("inner forces balance what lies outboard") {
+TEST_CASE("internal forces balance the loads outboard") {
   const Tool tool = SteppedTool(GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko));
   const BeamLoads loads = AllKinds(tool.Length());
   const BeamSolution solution = Beam(tool, 7).Solve(loads);
-  // Section at z against a sum over thin slices outboard, by statics alone.
+  // Compare with statics: a sum over thin slices outboard of z.
   const double z_m = GENERATE(0.0, 0.2, 0.45, 0.8);
   Vec3 force_F = Vec3::Zero(), moment_F = Vec3::Zero();
   auto add = [&](const Vec3& at, const Vec3& force, const Vec3& moment) {
@@ -223,7 +223,7 @@ TEST_CASE("inner forces balance what lies outboard") {
   CheckClose(section.moment_F, moment_F, 1e-4);
 }
 
-TEST_CASE("between nodes, slope is the derivative of displacement for a thin beam") {
+TEST_CASE("between nodes of a slender beam, the slope is the derivative of the displacement") {
   const Tool tool = SteppedTool();
   const BeamSolution solution = Beam(tool, 2).Solve(AllKinds(tool.Length()));
   for (const double z_m : {0.11, 0.33, 0.5, 0.68, 0.9}) {
@@ -234,7 +234,7 @@ TEST_CASE("between nodes, slope is the derivative of displacement for a thin bea
   }
 }
 
-TEST_CASE("a load at the root is the clamp's") {
+TEST_CASE("a load at the root acts on the clamp only") {
   const Beam beam(UniformTool(), 3);
   const BeamSolution solution = beam.Solve({.points = {{0, Vec3(1000, 1000, 0), Vec3(50, 0, 0)}}});
   CheckClose(solution.Tip().d_F, Vec3::Zero(), 0);

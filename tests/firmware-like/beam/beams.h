@@ -1,4 +1,4 @@
-// Beams that several tests use.
+// Beams shared by several tests.
 #pragma once
 
 #include <utility>
@@ -21,7 +21,7 @@ inline Tool BeamTool(std::vector<ToolSegment> segments,
   return tool;
 }
 
-/// Unequal in x and y, so that a mixed-up axis is seen.
+/// Different in x and y, to reveal swapped axes.
 inline Tool UniformTool(BeamTheory theory = BeamTheory::kEulerBernoulli) {
   return BeamTool({{0.9, RectangleSection(0.03, 0.05), kSteel}}, theory);
 }

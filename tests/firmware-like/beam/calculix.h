@@ -1,4 +1,5 @@
-// CalculiX (ccx) as a second opinion: the same beam written as an Abaqus deck, solved and read.
+// Reference solutions by CalculiX (ccx): writes a beam as an Abaqus deck, solves it, reads the
+// result.
 #pragma once
 
 #include <array>
@@ -9,7 +10,7 @@
 
 namespace plumbline::test {
 
-/// A stretch of the beam as ccx expands it into solid elements.
+/// A segment of the beam, which ccx expands into solid elements.
 struct DeckSegment {
   double length_m = 0;
   std::string section;             ///< "RECT", "BOX" or "PIPE"
@@ -20,10 +21,10 @@ struct DeckSegment {
 
 struct DeckLoad {
   Vec3 tip_force_F = Vec3::Zero();
-  Vec3 g_F = Vec3::Zero();  ///< zero: no own weight
+  Vec3 g_F = Vec3::Zero();  ///< zero: no self-weight
 };
 
-/// A row of B32R beam elements along z, all six freedoms of the root fixed.
+/// A row of B32R beam elements along z with all six degrees of freedom of the root fixed.
 std::string BeamDeck(const std::vector<DeckSegment>& segments, const DeckLoad& load);
 
 /// A block of C3D20R solid elements, b along x, h along y, the tip force spread over the face
@@ -39,11 +40,11 @@ struct AxisNode {
   Vec3 d_F = Vec3::Zero();
 };
 
-/// True where `ccx` can be run.
+/// True if `ccx` can be run.
 bool CalculixInstalled();
 
 /// Solves a deck in a temporary directory, which is removed, and reads the displacements of the
-/// nodes of its set AXIS. Throws std::runtime_error, with what ccx said, where there are none.
+/// nodes in its set AXIS. Throws std::runtime_error with the output of ccx if there are none.
 std::vector<AxisNode> SolveWithCalculix(const std::string& deck);
 
 }  // namespace plumbline::test

@@ -1,4 +1,4 @@
-// The beam against CalculiX, within 0.5 % of the tip's displacement at every node of the axis.
+// Validation of the beam against CalculiX: within 0.5 % of the tip displacement at every axis node.
 //
 // ccx has no beam theory of its own in these decks: B32R elements become C3D20R solids, so that the
 // peer is three-dimensional elasticity. It is compared to Euler-Bernoulli where shear is below
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kTolerance = 0.005;
 
-/// A test of CTest whose output has SKIPPED counts as skipped there.
+/// CTest counts a test as skipped if its output contains SKIPPED.
 bool Skip() {
   if (CalculixInstalled()) return false;
   std::puts("SKIPPED: ccx is not installed (Debian: calculix-ccx)");
@@ -26,12 +26,12 @@ bool Skip() {
   return true;
 }
 
-/// Largest difference at any node, as a share of ccx's tip displacement.
+/// Largest difference at any node, relative to ccx's tip displacement.
 double WorstDifference(const std::vector<AxisNode>& nodes, const BeamSolution& solution) {
   const double tip_m = nodes.back().d_F.norm();
   double worst = 0;
   for (const AxisNode& node : nodes) {
-    // A beam does not stretch: d_z is left out.
+    // The beam does not stretch: d_z is not compared.
     const Vec3 difference = solution.At(node.z_m).d_F - node.d_F;
     worst = std::max(worst, std::hypot(difference.x(), difference.y()) / tip_m);
   }

@@ -7,7 +7,8 @@
 using namespace plumbline;
 using namespace plumbline::test;
 
-TEST_CASE("a tip force stresses the root most: sigma = 6 F L / (b h^2), tau = 1.5 F / A") {
+TEST_CASE(
+    "a tip force causes the largest stress at the root: sigma = 6 F L / (b h^2), tau = 1.5 F / A") {
   const BeamSolution solution =
       Beam(UniformTool(), 4).Solve({.points = {{0.9, Vec3(0, 300, 0), Vec3::Zero()}}});
   const LargestStress largest = LargestStressOf(solution);
@@ -23,7 +24,7 @@ TEST_CASE("a tip force stresses the root most: sigma = 6 F L / (b h^2), tau = 1.
         Approx(std::sqrt(normal * normal + 3 * shear * shear)));
 }
 
-TEST_CASE("moments about both axes add in a corner, and by their squares where round") {
+TEST_CASE("moments about both axes add up in a corner, and as squares in a round section") {
   SectionState state;
   state.moment_F = Vec3(30, 40, 0);
   const Section rectangle = RectangleSection(0.03, 0.05);
@@ -33,7 +34,7 @@ TEST_CASE("moments about both axes add in a corner, and by their squares where r
   CHECK(StressOf(rod, state)->normal_Pa == Approx(50 * 0.02 / rod.ix_m4));
 }
 
-TEST_CASE("the largest stress lies in the thin outer segment where that is the weaker") {
+TEST_CASE("the largest stress is in the thin outer segment if that is weaker") {
   const Tool tool = BeamTool(
       {{0.5, RectangleSection(0.1, 0.1), kSteel}, {0.5, RectangleSection(0.01, 0.01), kSteel}});
   const BeamSolution solution =
@@ -44,7 +45,7 @@ TEST_CASE("the largest stress lies in the thin outer segment where that is the w
 }
 
 TEST_CASE("a peak inside an element is found") {
-  // A tip force against the own weight: M'(z) = 0 where w (L - z) = F.
+  // A tip force opposing the self-weight: M'(z) = 0 at w (L - z) = F.
   const Tool tool = UniformTool();
   const double w = 7850 * 0.03 * 0.05 * 10;
   const double force_N = 0.7 * w * 0.9;  // the moment at the root is small, the shear zero at 0.27
@@ -63,7 +64,7 @@ TEST_CASE("a peak inside an element is found") {
   }
 }
 
-TEST_CASE("stress is not known where the outermost fibre is not") {
+TEST_CASE("stress is unknown if the outermost fibre is unknown") {
   const ToolSegment bare{0.4, SectionFromMoments(1e-3, 1e-6, 1e-6), kSteel};
   const ToolSegment rod{0.4, RodSection(0.03, 0.3), kSteel};
   const BeamLoads loads{.points = {{0.4, Vec3(100, 0, 0), Vec3::Zero()}}};

@@ -18,7 +18,7 @@ Vec3 RandomVector(std::mt19937& random, double size) {
 
 }  // namespace
 
-TEST_CASE("the tip of a uniform tool is that of formats.md to 1e-12") {
+TEST_CASE("the tip of a uniform tool matches formats.md to 1e-12") {
   const Tool tool = UniformTool();
   const TipCompliance compliance = TipComplianceOf(tool);
   const double l = 0.9, e = 210e9;
@@ -41,7 +41,7 @@ TEST_CASE("the tip of a uniform tool is that of formats.md to 1e-12") {
   }
 }
 
-TEST_CASE("the constant matrix agrees with the finite elements over random loads") {
+TEST_CASE("the compliance matrix agrees with the finite elements for random loads") {
   const BeamTheory theory = GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko);
   const Tool tool = SteppedTool(theory);
   const TipCompliance compliance = TipComplianceOf(tool, GENERATE(1, 6));
@@ -57,7 +57,7 @@ TEST_CASE("the constant matrix agrees with the finite elements over random loads
   }
 }
 
-TEST_CASE("forces and moments work on each other: the compliance is symmetric and passive") {
+TEST_CASE("the compliance is symmetric and passive") {
   const TipCompliance compliance = TipComplianceOf(SteppedTool(BeamTheory::kTimoshenko));
   const auto& c = compliance.C_wrench;
   CHECK((c - c.transpose()).norm() <= 1e-12 * c.norm());

@@ -29,8 +29,8 @@ Correction Solve(const CellModel& cell, const AssemblyPoint& point, const JointV
   return correction;
 }
 
-/// The controller's way: rigid inverse kinematics of the commanded pose, then the loaded arm
-/// settles where it settles.
+/// Simulated controller: rigid inverse kinematics of the commanded pose; the loaded arm then
+/// deflects.
 Pose Landed(const CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
             const JointVector& seed, double payload_kg = 60) {
   const LoadedArm arm(cell);
@@ -69,24 +69,24 @@ TEST_CASE("the corrected command makes the loaded tool point land within 1 um an
     largest_m = std::max(largest_m, correction.translation_B.norm());
   }
   CHECK(corrected > 250);
-  CHECK(largest_m > 5e-3);  // the test would be empty with a stiff arm
+  CHECK(largest_m > 5e-3);  // otherwise the arm is too stiff for this test
 }
 
-TEST_CASE("landing tells where an uncorrected command ends") {
+TEST_CASE("landing prediction matches the attained pose of an uncorrected command") {
   std::mt19937 random(21);
   const CellModel cell = test::HeavyArm();
   const JointVector q = test::RandomPosture(cell, random);
   const AssemblyPoint point = PointAt(cell, q);
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
-  Corrector(cell, {}).Landing(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
-                              BranchSearch::kNone, landing);
+  Corrector(cell, {}).PredictLanding(X_BP, Vec3::Zero(), {60, *cell.payload_cog_F}, {}, q,
+                                     BranchSearch::kNone, landing);
   REQUIRE(landing.code == CorrectionCode::kOk);
   const Pose landed = Landed(cell, X_BP, Vec3::Zero(), q);
   CHECK((landing.X_BP_command.p - landed.p).norm() < 1e-9);
 }
 
-TEST_CASE("every refusal has its own code") {
+TEST_CASE("every reason for refusal has its own code") {
   const CellModel cell = test::HeavyArm();
   JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
@@ -97,12 +97,12 @@ TEST_CASE("every refusal has its own code") {
     AssemblyPoint point = good;
     point.X_WP.p.x() += 10;
     CHECK(Solve(cell, point, q).code == CorrectionCode::kUnreachable);
-    point.X_WP.p = Vec3(4.2, 0, 0.5);  // inside the bound of the reach, outside the real one
+    point.X_WP.p = Vec3(4.2, 0, 0.5);  // within the upper bound of the reach, but out of reach
     CHECK(Solve(cell, point, q).code == CorrectionCode::kUnreachable);
   }
   SECTION("joint limit") {
     CellModel narrow = cell;
-    for (int i : {0, 1, 2, 4}) {  // no branch is left
+    for (int i : {0, 1, 2, 4}) {  // no branch remains
       narrow.robot.joints[static_cast<std::size_t>(i)].min = q[i] + 0.1;
       narrow.robot.joints[static_cast<std::size_t>(i)].max = q[i] + 0.2;
     }
@@ -128,7 +128,7 @@ TEST_CASE("every refusal has its own code") {
   }
 }
 
-TEST_CASE("with a free orientation the position alone is met") {
+TEST_CASE("with a free orientation only the position is matched") {
   const CellModel cell = test::HeavyArm();
   JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;

@@ -1,5 +1,5 @@
-// How a wrong camera reads a body: its pose solved by OpenCV from a projection with the true
-// camera, against the model's formula of each error.
+// Camera error formulas of the model against poses solved by OpenCV from a projection with the true
+// camera.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -19,15 +19,15 @@ cv::Mat Camera(double focal_px) {
   return (cv::Mat_<double>(3, 3) << focal_px, 0, 960, 0, focal_px, 540, 0, 0, 1);
 }
 
-/// Where a camera that was told `told` places a body that it sees with the lens `focal_px`, `k1`.
-/// The body: corners of a cube of 80 mm, small beside its distance of 1 to 3 m, really `size` times
-/// as large.
+/// Position of a body reported by a camera that assumes `assumed` but has the lens `focal_px`,
+/// `k1`. The body: corners of a cube of 80 mm, small compared with its distance of 1 to 3 m;
+/// actually `size` times as large.
 Vec3 Solved(const Vec3& p_C, const Mat3& R_CM, double focal_px, double k1, double size) {
-  std::vector<cv::Point3d> told, real_C;
+  std::vector<cv::Point3d> assumed, real_C;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 p_M(corner & 1 ? 0.04 : -0.04, corner & 2 ? 0.04 : -0.04, corner & 4 ? 0.04 : -0.04);
     const Vec3 q = p_C + R_CM * (size * p_M);
-    told.emplace_back(p_M.x(), p_M.y(), p_M.z());
+    assumed.emplace_back(p_M.x(), p_M.y(), p_M.z());
     real_C.emplace_back(q.x(), q.y(), q.z());
   }
   std::vector<cv::Point2d> image;
@@ -37,26 +37,27 @@ Vec3 Solved(const Vec3& p_C, const Mat3& R_CM, double focal_px, double k1, doubl
   const Vec3 v = VectorFromRotation(R_CM);
   turn = (cv::Mat_<double>(3, 1) << v.x(), v.y(), v.z());
   place = (cv::Mat_<double>(3, 1) << p_C.x(), p_C.y(), p_C.z());
-  REQUIRE(cv::solvePnP(told, image, Camera(kFocal), cv::noArray(), turn, place, true));
+  REQUIRE(cv::solvePnP(assumed, image, Camera(kFocal), cv::noArray(), turn, place, true));
   return {place.at<double>(0), place.at<double>(1), place.at<double>(2)};
 }
 
 struct Wrong {
   const char* what;
   I::Entry entry;
-  double value;               ///< of the model's parameter
+  double value;               ///< value of the model parameter
   double focal_px, k1, size;  ///< of the true camera and tags
-  double nearly;              ///< share of the displacement, RMS, that the model may miss
+  double nearly;              ///< tolerance, as a share of the RMS displacement
 };
 
 }  // namespace
 
-TEST_CASE("a wrong camera reads a body where the model says") {
+TEST_CASE("a camera with errors reports a body where the model predicts") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> draw(-1, 1);
   const Pose X_WC{RotationFromRollPitchYaw(Vec3(0.4, -0.2, 1.0)), Vec3(1, -2, 0.5)};
   for (const Wrong& wrong :
-       {Wrong{"tags 2 % smaller than told", I::kCameraScale, 1 / 0.98 - 1, kFocal, 0, 0.98, 1e-6},
+       {Wrong{"tags 2 % smaller than configured", I::kCameraScale, 1 / 0.98 - 1, kFocal, 0, 0.98,
+              1e-6},
         Wrong{"zoomed in by 1 %", I::kCameraDepth, 1 / 1.01 - 1, 1.01 * kFocal, 0, 1, 0.03},
         Wrong{"zoomed out by 3 %", I::kCameraDepth, 1 / 0.97 - 1, 0.97 * kFocal, 0, 1, 0.03},
         Wrong{"k1 of 0.01", I::kCameraRadial, 0.01, kFocal, 0.01, 1, 0.1}}) {
@@ -79,7 +80,7 @@ TEST_CASE("a wrong camera reads a body where the model says") {
   }
 }
 
-TEST_CASE("what is behind the camera it does not read") {
+TEST_CASE("a point behind the camera is not changed") {
   I influence;
   influence[I::kCameraScale] = 0.1;
   CHECK(ReadByCamera<double>(Pose{}, influence, Vec3(0.1, 0.2, -1)) == Vec3(0.1, 0.2, -1));

@@ -9,7 +9,7 @@ using namespace plumbline;
 
 namespace {
 
-/// A heavy arm whose compliances were identified, with what the fit left.
+/// A heavy arm with identified compliances and the residual of the fit.
 CellModel Identified() {
   CellModel cell = test::HeavyArm();
   WrittenEffect effect;
@@ -36,7 +36,7 @@ StatedRadius Radius(const CellModel& cell, const JointVector& q, bool extrapolat
   return Radius(cell, q, extrapolated, LoadStatement::Stated({60, *cell.payload_cog_F}));
 }
 
-/// The arm with what the cell file leaves open: every compliance, every link mass.
+/// The arm with nothing declared: no compliance, no link mass.
 CellModel Bare() {
   CellModel cell = test::HeavyArm();
   for (Joint& joint : cell.robot.joints) {
@@ -71,11 +71,11 @@ TEST_CASE("the radius of an identified model grows with the distance from the me
   const StatedRadius grown = Radius(cell, away, false);
   CHECK(grown.radius_m == Approx(uniform_m * std::hypot(5e-5, 1e-3 * d) / 5e-5));
   CHECK(grown.basis == RadiusBasis::kMeasured);
-  cell.domain->residual_sigma_m.reset();  // nobody held rows out
+  cell.domain->residual_sigma_m.reset();  // no held-out rows
   CHECK(Radius(cell, away, false).radius_m < uniform_m);
 }
 
-TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") {
+TEST_CASE("the radius of an identified model contains 95 % of the arms consistent with it") {
   const CellModel cell = Identified();
   std::mt19937 random(31);
   const JointVector q = test::RandomPosture(cell, random);
@@ -98,7 +98,7 @@ TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") 
     const Vec3 rest = 5e-5 * Vec3(normal(random), normal(random), normal(random));
     within += (state.X_WT.p + rest - middle).norm() <= radius_m ? 1 : 0;
   }
-  CHECK(within > 0.93 * kDraws);  // two deviations of the count are 0.8 %
+  CHECK(within > 0.93 * kDraws);  // two standard deviations of the count are 0.8 %
   CHECK(within < 0.97 * kDraws);
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("the basis is measured inside the domain of a validated fit, and weake
   CHECK(outside.basis == RadiusBasis::kAssumed);
   CHECK(outside.radius_m > inside.radius_m);
 
-  cell.domain->residual_sigma_m.reset();  // nobody held rows out
+  cell.domain->residual_sigma_m.reset();  // no held-out rows
   cell.measurement.sigma_m = 5e-5;
   const StatedRadius propagated = Radius(cell, q, false);
   CHECK(propagated.basis == RadiusBasis::kPropagated);
@@ -136,8 +136,7 @@ TEST_CASE("a model that was changed after its fit is assumed, with no smaller ra
   }
 }
 
-TEST_CASE(
-    "a declared cell is propagated only if its deviation is stated and nothing else matters") {
+TEST_CASE("a declared cell has basis 'propagated' only if its deviation is stated and dominates") {
   CellModel cell = test::HeavyArm();
   WrittenEffect root;
   root.id = "tool_root_compliance";
@@ -150,14 +149,14 @@ TEST_CASE(
   const LoadStatement load = LoadStatement::Stated({});
   CHECK(Radius(cell, q, false, load).basis == RadiusBasis::kAssumed);
   CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kPropagated);
-  // A carried load's typical tolerances matter beside a small deviation.
+  // Typical payload tolerances matter if the declared deviation is small.
   const LoadStatement carried = LoadStatement::Stated({60, *cell.payload_cog_F});
   CHECK(Radius(cell, q, false, carried, {0.05, true}).basis == RadiusBasis::kAssumed);
   cell.robot.joints[1].compliance_rad_per_Nm.reset();
   CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kAssumed);
 }
 
-TEST_CASE("what a cell leaves open makes its radius larger, never smaller") {
+TEST_CASE("undeclared parameters make the radius larger, never smaller") {
   const CellModel declared = test::HeavyArm();
   JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
@@ -169,9 +168,9 @@ TEST_CASE("what a cell leaves open makes its radius larger, never smaller") {
   CHECK(bare.basis == RadiusBasis::kAssumed);
   CHECK(soft.radius_m > 2 * all_m);
   CHECK(bare.radius_m > 1e-3);  // a rigid model of a heavy arm is not exact
-  CHECK(bare.radius_m < 0.1);   // nor is nothing known of it
+  CHECK(bare.radius_m < 0.1);   // but not unbounded either
 
-  // A load that nobody stated, and one that the model cannot use.
+  // An unstated load, and one that the model cannot use.
   const LoadStatement unstated{{}, std::nullopt, false};
   const LoadStatement unused{{}, 60, false};
   const double empty_m = Radius(WithoutCompliance(), q, false, LoadStatement::Stated({})).radius_m;
@@ -183,7 +182,7 @@ TEST_CASE("what a cell leaves open makes its radius larger, never smaller") {
   CHECK(Radius(declared, q, false, load, {0.4, true}).radius_m > 1.5 * all_m);
 }
 
-TEST_CASE("the deviations of effects enter a model without a domain") {
+TEST_CASE("the covariance of effects is included in a model without a domain") {
   CellModel cell = Identified();
   cell.domain.reset();
   JointVector q(6);
@@ -194,7 +193,7 @@ TEST_CASE("the deviations of effects enter a model without a domain") {
   CHECK(Radius(cell, q, false).radius_m > 1.5 * Radius(exact, q, false).radius_m);
 }
 
-TEST_CASE("nothing is known of a vertical axis that carries the arm and declares nothing") {
+TEST_CASE("the basis is unknown for an undeclared vertical axis that carries the arm") {
   CellModel cell = test::HeavyArm();
   cell.robot.joints[0].type = JointType::kPrismatic;
   cell.robot.joints[0].compliance_rad_per_Nm.reset();
@@ -210,7 +209,7 @@ TEST_CASE("the same posture always has the same radius") {
   CHECK(Radius(cell, q, false).radius_m == Radius(cell, q, false).radius_m);
 }
 
-TEST_CASE("a joint's compliance weighs the same from the file and from an effect") {
+TEST_CASE("a compliance contributes equally from the file and from an effect") {
   CellModel from_file = test::HeavyArm();
   CellModel from_effect = from_file;
   from_effect.robot.joints[1].compliance_rad_per_Nm = 1e-12;
@@ -222,7 +221,7 @@ TEST_CASE("a joint's compliance weighs the same from the file and from an effect
   from_effect.effects = {effect};
   JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  // Without the share of declared deflections, which effects replace by their own covariance.
+  // Without the relative error of declared deflections; effects have their own covariance.
   const LoadStatement unstated{{60, *from_file.payload_cog_F}, std::nullopt, false};
   const double file_m = Radius(from_file, q, false, unstated, {0, true}).radius_m;
   CHECK(Radius(from_effect, q, false, unstated, {0, true}).radius_m ==
@@ -240,7 +239,7 @@ TEST_CASE("the radius grows with the lever of the tool point") {
   CHECK(uncertainty.At(arm, q, load, {}, false, Vec3(0, 0, 2)).radius_m > 1.1 * tip_m);
 }
 
-TEST_CASE("an arm that no joint lifts has no typical values") {
+TEST_CASE("an arm without a joint that lifts it has no typical values") {
   CellModel scara = test::HeavyArm();
   scara.robot.X_WB = Pose{};
   for (Joint& joint : scara.robot.joints) {

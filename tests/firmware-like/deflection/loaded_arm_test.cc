@@ -8,7 +8,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("a rigid cell's loaded tip is where forward kinematics puts it") {
+TEST_CASE("the loaded tip of a rigid cell matches forward kinematics") {
   CellModel cell = test::HeavyArm();
   cell.tool.rigid = true;
   cell.tool.segments.clear();
@@ -21,7 +21,7 @@ TEST_CASE("a rigid cell's loaded tip is where forward kinematics puts it") {
   CHECK((state.X_BT.p - arm.UnloadedTip(q).p).norm() < 1e-12);
 }
 
-TEST_CASE("the sagged posture is a fixed point, and the way back is exact") {
+TEST_CASE("the deflected posture is a fixed point, and its inverse is exact") {
   const CellModel cell = test::HeavyArm();
   const LoadedArm arm(cell);
   std::mt19937 random(11);
@@ -36,11 +36,11 @@ TEST_CASE("the sagged posture is a fixed point, and the way back is exact") {
   }
 }
 
-TEST_CASE("a horizontal arm sags by compliance times torque, done by hand") {
+TEST_CASE("a horizontal arm sags by compliance times torque, computed by hand") {
   CellModel cell;
   Joint joint = test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-5);
   cell.robot.joints = {joint};
-  cell.robot.g_W = Vec3(0, -10, 0);  // the arm turns about z; gravity pulls along -y
+  cell.robot.g_W = Vec3(0, -10, 0);  // the arm rotates about z; gravity acts along -y
   cell.tool.tcp_F = Vec3::Zero();
   const LoadedArm arm(cell);
   LoadedState state;
@@ -51,7 +51,7 @@ TEST_CASE("a horizontal arm sags by compliance times torque, done by hand") {
   CHECK(state.X_BT.p.y() == Approx(std::sin(sag * std::cos(sag))).epsilon(1e-7));
 }
 
-TEST_CASE("the tool bends as the closed form says") {
+TEST_CASE("the tool bends according to the closed form") {
   CellModel cell = test::HeavyArm();
   for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
   const LoadedArm arm(cell);
@@ -80,7 +80,7 @@ TEST_CASE("the tool bends as the closed form says") {
   }
 }
 
-TEST_CASE("an arm that leans with its pedestal is the same arm on a base turned that far") {
+TEST_CASE("an arm that leans with its pedestal equals the same arm on a rotated base") {
   CellModel cell = test::HeavyArm();
   const double compliance = 2e-7;
   WrittenEffect effect;
@@ -111,11 +111,11 @@ TEST_CASE("an arm that leans with its pedestal is the same arm on a base turned 
   }
 }
 
-TEST_CASE("what is not declared of a link counts where a joint inward of it yields, only") {
+TEST_CASE("undeclared link data matter only if a joint inboard of the link is compliant") {
   struct Case {
     const char* name;
-    std::size_t yields;   ///< the only joint that does; 6: none
-    std::size_t unknown;  ///< the link that lacks its mass, or its centre
+    std::size_t yields;   ///< the only compliant joint; 6: none
+    std::size_t unknown;  ///< the link without mass or centre
     bool counts;
   };
   const Case cases[] = {
@@ -139,13 +139,13 @@ TEST_CASE("what is not declared of a link counts where a joint inward of it yiel
   }
 }
 
-TEST_CASE("an effect of the joint torques needs the masses outward of its joint, or the torques") {
+TEST_CASE("an effect that depends on joint torques needs outboard masses or measured torques") {
   struct Case {
     const char* name;
     WrittenEffect effect;
     std::size_t unknown;
     bool counts;
-    bool by_weight = false;  // no torque sensor measures what bears it
+    bool by_weight = false;  // structural loads, not measured by torque sensors
   };
   const auto effect = [](const char* id, const char* parameter, const char* unit) {
     WrittenEffect written;
@@ -176,7 +176,7 @@ TEST_CASE("an effect of the joint torques needs the masses outward of its joint,
   }
 }
 
-TEST_CASE("the 95 % radius holds 95 % of normal errors of any shape") {
+TEST_CASE("the 95 % radius contains 95 % of normal errors with any covariance") {
   std::mt19937 random(13);
   std::normal_distribution<double> normal;
   for (const Vec3& sigma : {Vec3(1, 1, 1), Vec3(1, 0.5, 0.1), Vec3(1, 0, 0), Vec3(1, 1, 0)}) {
@@ -194,7 +194,7 @@ TEST_CASE("the 95 % radius holds 95 % of normal errors of any shape") {
   }
 }
 
-TEST_CASE("outside the domain, or without one outside the joint limits, is extrapolated") {
+TEST_CASE("outside the domain, or without a domain outside the joint limits, is extrapolated") {
   CellModel cell = test::HeavyArm();
   JointVector q = JointVector::Zero(6);
   CHECK_FALSE(OutsideDomain(cell, q, 60, 22));
@@ -207,7 +207,7 @@ TEST_CASE("outside the domain, or without one outside the joint limits, is extra
   q.setZero();
   CHECK_FALSE(OutsideDomain(cell, q, 80, 500));
   CHECK(OutsideDomain(cell, q, 80.5, std::nullopt));
-  // Two loads cannot show that what deflects is in proportion to the load.
+  // Two loads cannot show that the deflection is proportional to the load.
   cell.domain->payload_levels_kg = {0, 80};
   CHECK_FALSE(OutsideDomain(cell, q, 78, std::nullopt));
   CHECK(OutsideDomain(cell, q, 40, std::nullopt));
@@ -218,7 +218,7 @@ TEST_CASE("outside the domain, or without one outside the joint limits, is extra
 
 namespace {
 
-/// One joint and a link of 1 m along W's x, 10 kg at its end, 98.0665 N.
+/// One joint and a link of 1 m along x of W with 10 kg at its end, 98.0665 N.
 CellModel Boom() {
   CellModel cell;
   cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 0, {0, 0, 0}, 0)};
@@ -226,7 +226,7 @@ CellModel Boom() {
   return cell;
 }
 
-/// How far the tip moves in W by one effect.
+/// Displacement of the tip in W caused by one effect.
 Vec3 MovedBy(CellModel cell, const std::string& id, const std::string& parameter, double value,
              double q = 0) {
   const Payload payload{10, *cell.payload_cog_F};
@@ -245,7 +245,7 @@ Vec3 MovedBy(CellModel cell, const std::string& id, const std::string& parameter
 
 }  // namespace
 
-TEST_CASE("bearings, links and slides yield to the weight outboard of them as beams do") {
+TEST_CASE("bearings, links and slides deflect under outboard weight according to beam theory") {
   CellModel boom = Boom();
   // 98.0665 N m tilt the bearing at the root, a metre from the tip.
   CHECK(MovedBy(boom, "bearing_tilt", "q1", 1e-6).z() == Approx(-98.0665e-6));
@@ -270,7 +270,7 @@ TEST_CASE("bearings, links and slides yield to the weight outboard of them as be
   CHECK(MovedBy(slide, "joint_compliance", "q1", 1e-8, 0.5).z() == Approx(-98.0665e-8));
 }
 
-TEST_CASE("a carriage with play tips to the side of its load, by less where its ends bear it") {
+TEST_CASE("a carriage with play tilts to the side of its load, less if both ends carry it") {
   CellModel upright = Boom();
   Joint& slide = upright.robot.joints[0];
   slide.type = JointType::kPrismatic;
@@ -280,7 +280,7 @@ TEST_CASE("a carriage with play tips to the side of its load, by less where its 
   const auto at_lever = [&](double x, double y) {
     upright.payload_cog_F = Vec3(x, y * std::cos(0.7), -y * std::sin(0.7));
   };
-  // Moment to width as 3 to 4 makes 0.6 of the play: a lever of 0.75 of 25 mm, whatever it weighs.
+  // Moment to width as 3 to 4 gives 0.6 of the play: a lever of 0.75 times 25 mm, for any weight.
   at_lever(0.01875, 0);
   CHECK((MovedBy(upright, "guide_play", "q1_y", 1e-4, 0.5) - Vec3(0.6e-4, 0, 0)).norm() < 1e-8);
   CHECK(MovedBy(upright, "guide_play", "q1_x", 1e-4, 0.5).norm() < 1e-12);
@@ -288,26 +288,26 @@ TEST_CASE("a carriage with play tips to the side of its load, by less where its 
   CHECK((MovedBy(upright, "guide_play", "q1_y", 1e-4, 0.2) - Vec3(-0.6e-4, 0, 0)).norm() < 1e-8);
   at_lever(0, 0.01875);
   CHECK((MovedBy(upright, "guide_play", "q1_x", 1e-4, 0.5) - Vec3(0, 0.6e-4, 0)).norm() < 1e-8);
-  // 5 to 12 makes 12/13.
+  // 12 to 5 gives 12/13.
   at_lever(0.06, 0);
   CHECK(MovedBy(upright, "guide_play", "q1_y", 1e-4).x() == Approx(1e-4 * 12 / 13).epsilon(1e-6));
-  // Which way the joint counts does not matter.
+  // The sign convention of the joint does not matter.
   slide.sign = -1;
   CHECK(MovedBy(upright, "guide_play", "q1_y", 1e-4).x() == Approx(1e-4 * 12 / 13).epsilon(1e-6));
 }
 
-TEST_CASE("a base that tilts turns about its origin under gravity that stays") {
+TEST_CASE("a tilting base rotates about its origin while gravity keeps its direction") {
   CellModel boom = Boom();
   boom.robot.X_WB.p = Vec3(3, 0, 0);
   boom.robot.joints[0].compliance_rad_per_Nm = 1e-5;
-  CHECK(MovedBy(boom, "tilt_event", "y", 0.01).norm() == 0);  // without a moment
+  CHECK(MovedBy(boom, "tilt_event", "y", 0.01).norm() == 0);  // without an event time
   Influence<double> influence;
   influence[Influence<double>::kBaseTilt + 1] = 1e-3;
   LoadedStateOf<double> state;
   const LoadedArm arm(boom);
   REQUIRE(arm.AtCommanded(JointVector::Zero(1), {}, &influence, {}, state));
   CHECK((state.X_WT.p - Vec3(4, 0, -1e-3)).norm() < 1e-6);
-  // About W's x, the link along it: its weight now turns the joint downhill.
+  // About x of W, along the link: its weight now rotates the joint downhill.
   influence[Influence<double>::kBaseTilt + 1] = 0;
   influence[Influence<double>::kBaseTilt] = 1e-3;
   REQUIRE(arm.AtCommanded(JointVector::Zero(1), {10, Vec3::Zero()}, &influence, {}, state));

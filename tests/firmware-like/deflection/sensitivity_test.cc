@@ -48,7 +48,7 @@ Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
   return state.p_read_W;
 }
 
-/// Every kind of influence acts a little: derivatives are not only taken where nothing does.
+/// Every kind of influence is nonzero, so that derivatives are not only taken at zero.
 Influence<double> SomeInfluence() {
   Influence<double> at;
   at.Joint(I::kCompliance, 1) = 2e-7;
@@ -68,21 +68,21 @@ Influence<double> SomeInfluence() {
   at.Joint(I::kGuideTiltY, 2) = 3e-5;
   at.Joint(I::kLinkBending, 2) = 2e-8;
   at.Joint(I::kLinkTorsion, 2) = 3e-8;
-  at[I::kBaseTilt] = 2e-6;  // its derivative is first order in it
+  at[I::kBaseTilt] = 2e-6;  // its closed-form derivative is first order
   return at;
 }
 
 }  // namespace
 
-TEST_CASE("the gradients of tip and turn to every influence are central differences") {
+TEST_CASE("gradients of tip position and rotation match central differences") {
   CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
-  const bool camera = GENERATE(false, true);  // beside the arm, looking at it
+  const bool camera = GENERATE(false, true);  // beside the arm, facing it
   if (camera) {
     cell.measurement.X_WC = Pose{RotationFromRollPitchYaw(Vec3(-1.5, 0.1, 0.2)), Vec3(0.3, -6, 1)};
   }
-  if (GENERATE(false, true)) {  // an arm with a slide
+  if (GENERATE(false, true)) {  // an arm with a prismatic joint
     Joint& slide = cell.robot.joints[2];
     slide.type = JointType::kPrismatic;
     slide.min = 0.2;
@@ -121,7 +121,7 @@ TEST_CASE("the gradients of tip and turn to every influence are central differen
   }
 }
 
-TEST_CASE("the gradient to few influences is that part of the gradient to all") {
+TEST_CASE("the gradient for a subset of entries equals that part of the full gradient") {
   const CellModel cell = test::HeavyArm();
   const LoadedArm arm(cell);
   std::mt19937 random(8);
@@ -143,7 +143,7 @@ TEST_CASE("the gradient to few influences is that part of the gradient to all") 
   }
 }
 
-TEST_CASE("a joint whose load hangs between both sides of a gap stays within the gap") {
+TEST_CASE("a joint whose load balances between both sides of a gap stays within the gap") {
   CellModel cell;
   cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-4)};
   cell.robot.g_W = Vec3(0, -9.81, 0);
@@ -158,7 +158,7 @@ TEST_CASE("a joint whose load hangs between both sides of a gap stays within the
   CHECK(std::abs(state.sag[0]) < 2e-3);
 }
 
-TEST_CASE("the covariance by the effects is that of drawn parameters") {
+TEST_CASE("the covariance due to effects matches that of sampled parameters") {
   CellModel cell = test::HeavyArm();
   WrittenEffect effect;
   effect.id = "joint_compliance";
@@ -174,7 +174,7 @@ TEST_CASE("the covariance by the effects is that of drawn parameters") {
   std::mt19937 random(3);
   const JointVector q = test::RandomPosture(cell, random);
   const Payload payload{60, *cell.payload_cog_F};
-  const Mat3 told = EffectCovariance(LoadedArm(cell), q, payload, {});
+  const Mat3 propagated = EffectCovariance(LoadedArm(cell), q, payload, {});
   const Eigen::Matrix2d root = effect.covariance.topLeftCorner<2, 2>().llt().matrixL();
   std::normal_distribution<double> normal;
   LoadedState state;
@@ -191,5 +191,5 @@ TEST_CASE("the covariance by the effects is that of drawn parameters") {
     REQUIRE(LoadedArm(other).AtCommanded(q, payload, {}, state));
     drawn += (state.X_WT.p - middle) * (state.X_WT.p - middle).transpose() / kDraws;
   }
-  CHECK((told - drawn).norm() < 0.1 * drawn.norm());
+  CHECK((propagated - drawn).norm() < 0.1 * drawn.norm());
 }

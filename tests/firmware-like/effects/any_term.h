@@ -1,4 +1,4 @@
-// Terms of every effect, with every parameter in use, and values drawn from the plausible ranges.
+// Test terms of every effect with all parameters in use and values from the plausible ranges.
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@
 
 namespace plumbline {
 
-/// One term a word (one without a word elsewhere) with each parameter once, or for joints 2 and 4,
-/// and where terms repeat as the second and the third one of joint 2.
+/// One term per word (or one term without a word), with each parameter once, or for joints 2 and 4;
+/// repeatable parameters also as the second and third term of joint 2.
 inline std::vector<EffectTerm> AnyTerms(const Effect& effect) {
   EffectTerm term;
   term.effect = &effect;
@@ -54,7 +54,7 @@ inline std::vector<EffectTerm> AnyTerms(const Effect& effect) {
   return terms;
 }
 
-/// Values in SI; a time constant is drawn by its logarithm.
+/// Values in SI units; a time constant is drawn on a logarithmic scale.
 inline std::vector<double> AnyValues(const EffectTerm& term, std::mt19937& random) {
   std::vector<double> values;
   for (const TermParameter& parameter : term.parameters) {

@@ -9,7 +9,7 @@
 namespace plumbline {
 namespace {
 
-/// The effects' table of the file formats: id, then its parameters with their units.
+/// The effect table of the file-format description: id, then parameters with units.
 const std::vector<std::string> kTable = {
     "base_frame: x mm, y mm, z mm, roll deg, pitch deg, yaw deg",
     "tool_frame: x mm, y mm, z mm",
@@ -64,13 +64,13 @@ std::string LineOf(const EffectTraits& traits) {
   return line;
 }
 
-TEST_CASE("The catalogue is the table of the file formats, in its order") {
+TEST_CASE("The catalogue matches the effect table of the file formats, in order") {
   std::vector<std::string> lines;
   for (const Effect* effect : Catalogue()) lines.push_back(LineOf(effect->traits()));
   CHECK(lines == kTable);
 }
 
-TEST_CASE("Each effect is found by its id, and no other") {
+TEST_CASE("Each effect is found by its id only") {
   for (const Effect* effect : Catalogue()) CHECK(FindEffect(effect->traits().id) == effect);
   CHECK(FindEffect("empirical") == &Empirical());
   CHECK(FindEffect("creep") == nullptr);
@@ -78,7 +78,7 @@ TEST_CASE("Each effect is found by its id, and no other") {
   CHECK(FindEffect("") == nullptr);
 }
 
-TEST_CASE("Each effect tells the report what it is, and what it is confused with exists") {
+TEST_CASE("Each effect has texts for the report, and the effects it is confused with exist") {
   for (const Effect* effect : Catalogue()) {
     const EffectTraits& traits = effect->traits();
     CAPTURE(traits.id);
@@ -95,7 +95,7 @@ TEST_CASE("Each effect tells the report what it is, and what it is confused with
   }
 }
 
-TEST_CASE("Plausible ranges and shapes are finite, sizes reach zero, words have choices") {
+TEST_CASE("Plausible ranges are finite, those of sizes include zero, and words have choices") {
   for (const Effect* effect : Catalogue()) {
     for (const ParameterSpec& spec : effect->traits().parameters) {
       CAPTURE(effect->traits().id, spec.name);
@@ -113,7 +113,7 @@ TEST_CASE("Plausible ranges and shapes are finite, sizes reach zero, words have 
   }
 }
 
-TEST_CASE("What backlash needs depends on its word") {
+TEST_CASE("The signals required by backlash depend on its word") {
   const EffectTraits& traits = FindEffect("backlash")->traits();
   CHECK(traits.Needs(Signal::kTorques, "load"));
   CHECK_FALSE(traits.Needs(Signal::kTorques, "move"));
@@ -121,12 +121,12 @@ TEST_CASE("What backlash needs depends on its word") {
   CHECK(FindEffect("latency")->traits().Needs(Signal::kVelocity));
 }
 
-TEST_CASE("The unit of a compliance is that of its joint's type") {
+TEST_CASE("The unit of a compliance depends on the joint type") {
   const ParameterSpec& spec = FindEffect("joint_compliance")->traits().parameters[0];
   const std::uint32_t first_slides = 1;
   CHECK(UnitOf(spec, first_slides, 0) == "m/N");
   CHECK(UnitOf(spec, first_slides, 1) == "rad/(N m)");
-  // A spindle of 100 N/um is plausible, 100 N/mm as a joint's rad/(N m) would be, too.
+  // A spindle of 100 N/um is plausible; as rad/(N m) of a revolute joint, 100 N/mm would be too.
   CHECK(PlausibleOf(spec, first_slides, 0).Contains(1e-8));
   CHECK_FALSE(PlausibleOf(spec, first_slides, 0).Contains(1e-4));
   CHECK(PlausibleOf(spec, first_slides, 1).Contains(1e-4));
@@ -134,7 +134,7 @@ TEST_CASE("The unit of a compliance is that of its joint's type") {
   CHECK(UnitOf(offset, first_slides, 0) == "rad");
 }
 
-TEST_CASE("Names of parameters match as written, and come back the same") {
+TEST_CASE("Parameter names are parsed, and formatted back to the same name") {
   struct Case {
     std::string id, name;
     TermParameter parameter;

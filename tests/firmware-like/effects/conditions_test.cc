@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kDeg = 57.29577951308232;
 
-TEST_CASE("A moment tells each column of a file in the file's unit") {
+TEST_CASE("Conditions return the value of each file column in file units") {
   const Conditions moment = KnownMoment();
   const std::vector<std::pair<std::string, double>> cases = {
       {"t_s", 600},          {"temp_C", 25},
@@ -24,7 +24,7 @@ TEST_CASE("A moment tells each column of a file in the file's unit") {
   }
 }
 
-TEST_CASE("What is not known is absent, never zero") {
+TEST_CASE("Unknown values are absent, never zero") {
   const Conditions nothing;
   for (const char* column : {"t_s", "temp_C", "row", "q1_deg", "qd1_deg_s", "qdd1_deg_s2",
                              "tau1_Nm", "air_hPa", "", "q_deg", "q0_deg", "qx_deg"}) {

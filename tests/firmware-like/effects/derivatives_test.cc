@@ -1,4 +1,4 @@
-// Values and derivatives of every effect: Dual against double, and against central differences.
+// Values and derivatives of every effect: Dual against double and against central differences.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -52,7 +52,7 @@ Influence<Dual> DualSum(const EffectTerm& term, const std::vector<double>& value
   return influence;
 }
 
-/// Step of a central difference: of the size of the value, or of what moves a phase visibly.
+/// Step of a central difference: relative to the value, or large enough to change a phase.
 double StepOf(const EffectTerm& term, std::size_t k, double value) {
   const auto& spec =
       term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
@@ -77,14 +77,14 @@ void CheckDerivatives(const EffectTerm& term, std::mt19937& random) {
       CAPTURE(entry);
       const double slope = (above[entry] - below[entry]) / (more[k] - less[k]);
       const double derivative = dual[entry].v[static_cast<Eigen::Index>(k)];
-      // Rounding of the difference itself, where the derivative nearly vanishes.
+      // Allows for rounding in the difference where the derivative nearly vanishes.
       const double rounding = 1e-12 * std::abs(influence[entry]) / step;
       CHECK(std::abs(derivative - slope) <= 1e-6 * std::abs(derivative) + rounding);
     }
   }
 }
 
-TEST_CASE("Dual and double agree, and derivatives are those of central differences") {
+TEST_CASE("Dual and double agree, and derivatives match central differences") {
   std::mt19937 random(20261121);
   std::vector<const Effect*> effects(Catalogue().begin(), Catalogue().end());
   effects.push_back(&Empirical());
@@ -98,7 +98,7 @@ TEST_CASE("Dual and double agree, and derivatives are those of central differenc
   }
 }
 
-TEST_CASE("A size that is said to be linear acts as its derivative at zero") {
+TEST_CASE("A linear size has the effect predicted by its derivative at zero") {
   std::mt19937 random(11);
   for (const Effect* effect : Catalogue()) {
     CAPTURE(effect->traits().id);
@@ -130,7 +130,7 @@ TEST_CASE("A size that is said to be linear acts as its derivative at zero") {
   }
 }
 
-TEST_CASE("Every parameter of every effect moves the arm in some moment") {
+TEST_CASE("Every parameter of every effect moves the arm under some conditions") {
   std::mt19937 random(7);
   std::vector<const Effect*> effects(Catalogue().begin(), Catalogue().end());
   effects.push_back(&Empirical());

@@ -33,7 +33,7 @@ I Sum(const WrittenEffect& written, const Conditions& moment) {
   return influence;
 }
 
-TEST_CASE("Between nodes the curve is straight, beyond them it stays") {
+TEST_CASE("The curve is linear between nodes and constant beyond them") {
   Eigen::MatrixXd nodes(3, 2);
   nodes << 100, 1, 200, 3, 600, -1;
   const WrittenEffect written = Curve("t_s", {"base_z"}, nodes);
@@ -47,7 +47,7 @@ TEST_CASE("Between nodes the curve is straight, beyond them it stays") {
   }
 }
 
-TEST_CASE("Each carrier has its unit, and the value is a factor") {
+TEST_CASE("Each carrier has its own unit, and the value is a factor") {
   Eigen::MatrixXd nodes(1, 5);
   nodes << 0, 2, -3, 1e-4, 0.5;
   const WrittenEffect written =
@@ -59,7 +59,7 @@ TEST_CASE("Each carrier has its unit, and the value is a factor") {
   CHECK(influence[I::kBendRatio] == Approx(0.25));
 }
 
-/// Base height over temperature and payload: 0, 1, 2 mm at 20 C, 3, 5, 8 mm at 30 C.
+/// Base height as a function of temperature and payload: 0, 1, 2 mm at 20 C and 3, 5, 8 mm at 30 C.
 WrittenEffect Surface() {
   Eigen::MatrixXd nodes(6, 3);
   nodes << 20, 0, 0, 20, 40, 1, 20, 80, 2, 30, 0, 3, 30, 40, 5, 30, 80, 8;
@@ -68,7 +68,7 @@ WrittenEffect Surface() {
   return written;
 }
 
-TEST_CASE("Between the nodes of two drivers the surface is bilinear, beyond them it stays") {
+TEST_CASE("The surface over two drivers is bilinear between nodes and constant beyond them") {
   struct Case {
     double temp_C, payload_kg, mm;
   };
@@ -85,7 +85,7 @@ TEST_CASE("Between the nodes of two drivers the surface is bilinear, beyond them
   CHECK(Sum(Surface(), without_temperature)[I::kBase + 2] == 0);
 }
 
-TEST_CASE("Nodes of two drivers that do not form a full grid are refused with the reason") {
+TEST_CASE("Nodes of two drivers that do not form a full grid are rejected with the reason") {
   const auto fault = [](const Eigen::MatrixXd& nodes) {
     return EmpiricalFault({"temp_C", "payload_kg"}, nodes, 1);
   };
@@ -104,7 +104,7 @@ TEST_CASE("Nodes of two drivers that do not form a full grid are refused with th
   CHECK(fault(nodes).find("rises from group to group; row 4 does not") != std::string::npos);
 }
 
-TEST_CASE("Where the driver is not known, or there is none, nothing is added") {
+TEST_CASE("Nothing is added if the driver is unknown or missing") {
   Eigen::MatrixXd nodes(1, 2);
   nodes << 0, 2;
   CHECK(Sum(Curve("wind_m_s", {"base_x"}, nodes), KnownMoment())[I::kBase] == 0);
@@ -117,7 +117,7 @@ TEST_CASE("Where the driver is not known, or there is none, nothing is added") {
   CHECK(Sum(Curve("t_s", {"base_x"}, {}), KnownMoment())[I::kBase] == 0);
 }
 
-TEST_CASE("Drivers and nodes that make no curve are told why") {
+TEST_CASE("Invalid drivers and nodes are rejected with the reason") {
   Eigen::MatrixXd rising(2, 2), falling(2, 2);
   rising << 0, 1, 1, 1;
   falling << 1, 1, 1, 1;

@@ -1,4 +1,4 @@
-// Each effect's numbers in one moment, against its formula written out by hand, from file units.
+// Contribution of each effect under given conditions, against hand-written formulas in file units.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
@@ -121,7 +121,7 @@ const std::vector<Case>& Cases() {
        {{"q1_x", 2e-4}, {"q1_y", 3e-4}},
        {},
        {{At(I::kGuideTiltX, 1), 2e-4}, {At(I::kGuideTiltY, 1), 3e-4}}},
-      // All axes of the small cell are vertical, as is gravity: no sag by links, whatever they
+      // All axes of the small cell are vertical, like gravity: links cause no sag, whatever they
       // weigh.
       {"gravity_sag",
        {{"q2", 2e-6}, {"q2_link2_x", 1e-3}, {"q2_link3_y", -2e-3}},
@@ -148,7 +148,7 @@ const std::vector<Case>& Cases() {
        {"by", "move"},
        {{At(I::kTurn, 1), 1e-4}, {At(I::kTurn, 2), -2e-4}}},
       {"approach_lag", {{"q3", 0.01}}, {}, {{At(I::kTurn, 3), -0.01 * 0.5}}},
-      // The leading joint of the last move went 0.8, q3 0.5 and q2 0.4.
+      // In the last move the leading joint moved by 0.8, q3 by 0.5 and q2 by 0.4.
       {"following_error",
        {{"q3", 1e-3}, {"q6", 2e-3}},
        {},
@@ -214,7 +214,7 @@ const std::vector<Case>& Cases() {
   return cases;
 }
 
-TEST_CASE("Each effect adds what its formula says, to its entries and no other") {
+TEST_CASE("Each effect adds the value of its formula to its own entries only") {
   const Conditions moment = KnownMoment();
   std::set<std::string> seen;
   for (const Case& c : Cases()) {
@@ -234,7 +234,7 @@ TEST_CASE("Each effect adds what its formula says, to its entries and no other")
   for (const Effect* effect : Catalogue()) CHECK(seen.count(std::string(effect->traits().id)) == 1);
 }
 
-TEST_CASE("Where a signal that it needs is absent, an effect adds nothing") {
+TEST_CASE("An effect adds nothing if a required signal is absent") {
   struct Absent {
     std::string id;
     std::string word;
@@ -275,8 +275,8 @@ TEST_CASE("Where a signal that it needs is absent, an effect adds nothing") {
   }
 }
 
-TEST_CASE("Unknown weight pulls a joint by its links' directions across gravity") {
-  // Two joints in a vertical plane: about x of W, out of the plane's y and z.
+TEST_CASE("The torque of unknown weight depends on the link directions perpendicular to gravity") {
+  // Two joints in a vertical plane, rotating about x of W.
   for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
     CellModel cell;
     cell.robot.convention = convention;
@@ -290,7 +290,7 @@ TEST_CASE("Unknown weight pulls a joint by its links' directions across gravity"
       AddEffects(std::vector<ActiveEffect>{ActiveFromWritten(written, cell)}, moment, influence);
       return influence.Joint(I::kTurn, joint - 1);
     };
-    // A weight out along x of link 1, 0.3 above the horizontal, pulls the joint back by cos.
+    // A weight along x of link 1, 0.3 rad above the horizontal, acts with cos(0.3).
     CHECK(turns("q1_link1_x", 1) == Approx(-1e-3 * std::cos(0.3)));
     CHECK(turns("q1_link1_y", 1) == Approx(1e-3 * std::sin(0.3)));
     CHECK(turns("q1_link2_x", 1) == Approx(-1e-3 * std::cos(0.7)));

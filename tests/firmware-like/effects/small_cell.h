@@ -1,4 +1,4 @@
-// A six-joint cell and one moment of it, in which everything is known.
+// A six-joint cell, and conditions in which everything is known.
 #pragma once
 
 #include "firmware-like/effects/influence.h"

@@ -14,7 +14,7 @@ long g_allocations = 0;
 
 }  // namespace
 
-// The sanitizers bring their own; there nothing is counted.
+// Sanitizers replace the allocator; allocations are not counted there.
 #ifndef PLUMBLINE_SANITIZED
 void* operator new(std::size_t size) {
   ++g_allocations;
@@ -46,7 +46,7 @@ Eigen::MatrixXd AnyCovariance(const std::vector<double>& values) {
   return sizes.asDiagonal() * (A * A.transpose()) * sizes.asDiagonal();
 }
 
-TEST_CASE("between the two rows around an event its moment is open, and nowhere else") {
+TEST_CASE("an event time is ambiguous between the two rows around it, and nowhere else") {
   std::mt19937 random(3);
   int moments = 0;
   for (const Effect* effect : AllEffects()) {
@@ -61,7 +61,7 @@ TEST_CASE("between the two rows around an event its moment is open, and nowhere 
         ++moments;
         active.covariance = Eigen::MatrixXd::Zero(count, count);
         const auto at = static_cast<Eigen::Index>(k);
-        active.covariance(at, at) = 100 * 100 / 12.0;  // two rows that are 100 apart
+        active.covariance(at, at) = 100 * 100 / 12.0;  // rows that are 100 apart
         const auto open_at = [&](double moment) {
           Conditions conditions;
           (spec.name == "row" ? conditions.row : conditions.t_s) = moment;
@@ -81,7 +81,7 @@ TEST_CASE("between the two rows around an event its moment is open, and nowhere 
   CHECK(moments >= 2);
 }
 
-TEST_CASE("An active effect of every id survives being written") {
+TEST_CASE("An active effect of every id survives a round trip through the file form") {
   std::mt19937 random(3);
   for (const Effect* effect : AllEffects()) {
     CAPTURE(effect->traits().id);
@@ -116,7 +116,7 @@ TEST_CASE("An active effect of every id survives being written") {
   }
 }
 
-TEST_CASE("Names, units and scope are those of the file formats") {
+TEST_CASE("Names, units and scope follow the file formats") {
   ActiveEffect active;
   active.term.effect = FindEffect("gear_periodic");
   active.term.parameters = {{0, 2, 1}, {5, 2, 2}, {0, 0, 1}};
@@ -147,7 +147,7 @@ TEST_CASE("Names, units and scope are those of the file formats") {
   CHECK(written.parameters.back().word == "tool");
 }
 
-TEST_CASE("kappa is written by the delta method") {
+TEST_CASE("the standard deviation of kappa is converted by the delta method") {
   ActiveEffect active;
   active.term = {FindEffect("tool_shear"), {{0, -1, 1}}};
   active.values = {2.0};
@@ -157,7 +157,7 @@ TEST_CASE("kappa is written by the delta method") {
   CHECK(*written.parameters[0].sd == Approx(0.2 / 4));  // d(1/v) = dv / v^2
 }
 
-TEST_CASE("Deviations stand in for a covariance only where each number has one") {
+TEST_CASE("Standard deviations replace a covariance only if every number has one") {
   WrittenEffect written;
   written.id = "backlash";
   written.parameters = {{.name = "q1", .value = 1e-4, .sd = 1e-5, .unit = "rad", .word = ""},
@@ -173,7 +173,7 @@ TEST_CASE("Deviations stand in for a covariance only where each number has one")
   CHECK(ActiveFromWritten(written, SmallCell()).covariance.size() == 0);
 }
 
-TEST_CASE("Effects of a cell come in its order, and adding them allocates nothing") {
+TEST_CASE("Effects of a cell keep their order, and adding them does not allocate") {
   std::mt19937 random(5);
   CellModel cell = SmallCell();
   for (const Effect* effect : AllEffects()) {

@@ -9,7 +9,7 @@ using namespace plumbline;
 
 namespace {
 
-/// The same product of elementary transforms, written out with Eigen's own types.
+/// The product of elementary transforms, written with Eigen's types.
 Eigen::Isometry3d FlangeByTransforms(const Robot& robot, const JointVector& q) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (int i = 0; i < robot.size(); ++i) {
@@ -64,7 +64,7 @@ TEST_CASE("flange pose equals the product of elementary transforms") {
   }
 }
 
-TEST_CASE("beta turns about y after the twist, in both conventions") {
+TEST_CASE("beta rotates about y after the twist, in both conventions") {
   for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
     Robot robot;
     robot.convention = convention;

@@ -18,7 +18,7 @@ auto FlangeOf(const Chain& chain) {
 
 }  // namespace
 
-TEST_CASE("a pose is found again from a seed nearby, on the same branch") {
+TEST_CASE("a pose is recovered from a nearby seed, on the same branch") {
   std::mt19937 random(5);
   const CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
@@ -28,7 +28,7 @@ TEST_CASE("a pose is found again from a seed nearby, on the same branch") {
     chain.Evaluate(truth, posture);
     Jacobian jacobian;
     chain.JacobianAt(posture, posture.X_BF().p, jacobian);
-    if (SmallestSingularValue(jacobian, 6) < 0.02) continue;  // there two branches meet
+    if (SmallestSingularValue(jacobian, 6) < 0.02) continue;  // two branches meet there
     JointVector seed = truth;
     for (double& value : seed) value += std::uniform_real_distribution(-0.05, 0.05)(random);
     JointVector q;
@@ -40,7 +40,7 @@ TEST_CASE("a pose is found again from a seed nearby, on the same branch") {
   }
 }
 
-TEST_CASE("from a seed far away a pose within limits is found") {
+TEST_CASE("a pose within limits is found from a distant seed") {
   std::mt19937 random(6);
   const CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
@@ -65,7 +65,7 @@ TEST_CASE("from a seed far away a pose within limits is found") {
   CHECK(found == kTrials);
 }
 
-TEST_CASE("with two branches inside the limits the nearer one is taken") {
+TEST_CASE("of two branches within the limits, the nearer one is selected") {
   const CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   JointVector one(6);
@@ -85,7 +85,7 @@ TEST_CASE("with two branches inside the limits the nearer one is taken") {
   }
 }
 
-TEST_CASE("a redundant arm and an arm with a linear axis are solved too") {
+TEST_CASE("redundant arms and arms with a prismatic axis are solved too") {
   std::mt19937 random(7);
   CellModel cell = test::HeavyArm();
   Joint rail;
@@ -105,7 +105,7 @@ TEST_CASE("a redundant arm and an arm with a linear axis are solved too") {
   }
 }
 
-TEST_CASE("out of reach nothing is found, and it ends") {
+TEST_CASE("the search terminates without a solution for a pose out of reach") {
   const CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   Pose far;

@@ -27,7 +27,7 @@ JointVector Pose2(double q1, double q2) {
 
 }  // namespace
 
-TEST_CASE("a pose's distance is the chord of its joints, weighted by their levers") {
+TEST_CASE("the distance is the chord of the joint angles, weighted by their levers") {
   const Chain chain(TwoJoints().robot);
   const std::vector<JointVector> straight = {Pose2(0, 0)};  // levers 2 m and 1 m
   const PoseDistance distance(chain, Vec3::Zero(), straight);
@@ -40,11 +40,11 @@ TEST_CASE("a pose's distance is the chord of its joints, weighted by their lever
   CHECK(PoseDistance(chain, Vec3::Zero(), both).Of(Pose2(0, 2)) == Approx(0).margin(1e-12));
 }
 
-TEST_CASE("no set of poses has no distance") {
+TEST_CASE("the distance to an empty set is zero") {
   CHECK(PoseDistance(Chain(TwoJoints().robot), Vec3::Zero(), {}).Of(Pose2(1, 1)) == 0);
 }
 
-TEST_CASE("a slide counts its travel against the levers, and alone in metres") {
+TEST_CASE("a prismatic joint contributes its travel relative to the levers; alone, in metres") {
   CellModel cell = TwoJoints();
   cell.robot.joints[0].type = JointType::kPrismatic;
   const std::vector<JointVector> origin = {Pose2(0, 0)};

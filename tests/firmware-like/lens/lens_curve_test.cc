@@ -8,8 +8,8 @@
 namespace plumbline {
 namespace {
 
-/// A zoom lens of some make: ln f over counts climbs ever faster, with a wave of its own, and
-/// principal point and distortion wander with it.
+/// A synthetic zoom lens: ln f rises progressively over the counts with an individual wave, and
+/// principal point and distortion vary with it.
 struct MadeUpZoom {
   double range, linear, power, wave, phase;
 
@@ -35,7 +35,7 @@ struct MadeUpZoom {
             540 - 3 * s, -0.2 + 0.11 * s, 0.03,
             1e-4,        -2e-4 * s,       0};
   }
-  /// Counts at which ln f has gone the share of its way.
+  /// Counts at which ln f has covered the given fraction of its range.
   double CountsAt(double share) const {
     double low = 0, high = 16384;
     const double wanted = LogF(0) + share * (LogF(16384) - LogF(0));
@@ -74,7 +74,7 @@ LensCurve CurveOf(const MadeUpZoom& zoom, int count, double relative_sd, unsigne
 
 }  // namespace
 
-TEST_CASE("slopes of the monotone cubic, worked by hand") {
+TEST_CASE("slopes of the monotone cubic match values computed by hand") {
   // h = 1, 2, 1; slopes 1, 2, -1: harmonic in the middle of the first pair, 0 where the sign turns.
   const std::vector<double> x = {0, 1, 3, 4}, y = {0, 1, 5, 4};
   const std::vector<double> d = MonotoneSlopes(x, y);
@@ -86,11 +86,11 @@ TEST_CASE("slopes of the monotone cubic, worked by hand") {
   CHECK(d[3] == Approx(-2));
   CHECK(MonotoneSlopes({5, 7}, {1, 4}) == std::vector<double>{1.5, 1.5});
   CHECK(MonotoneSlopes({5}, {1}) == std::vector<double>{0});
-  // An end that would turn back is level.
+  // An end slope of the wrong sign is set to zero.
   CHECK(MonotoneSlopes({0, 1, 2}, {0, 1, 11})[0] == 0);
 }
 
-TEST_CASE("the cubic meets its ends with their slopes; its slope is its derivative") {
+TEST_CASE("the cubic interpolates end values and slopes; its slope is its derivative") {
   const auto at = [](double x) { return CubicAt(2, 5, 1, 7, 0.5, 3, x); };
   CHECK(at(2).value == Approx(1));
   CHECK(at(5).value == Approx(7));
@@ -101,7 +101,7 @@ TEST_CASE("the cubic meets its ends with their slopes; its slope is its derivati
   }
 }
 
-TEST_CASE("monotone data stay monotone, whatever their spacing") {
+TEST_CASE("monotone data remain monotone for any spacing") {
   std::mt19937 random(3);
   std::exponential_distribution<double> step(1);
   for (int run = 0; run < 300; ++run) {
@@ -124,7 +124,7 @@ TEST_CASE("monotone data stay monotone, whatever their spacing") {
   }
 }
 
-TEST_CASE("a node is met exactly, with its own covariance; beyond the nodes nothing is said") {
+TEST_CASE("a node is reproduced exactly with its covariance; beyond the nodes there is no lens") {
   const MadeUpZoom zoom(4);
   const LensCurve curve = CurveOf(zoom, 7, 1e-3, 1);
   for (const LensNode& node : curve.nodes()) {
@@ -144,7 +144,7 @@ TEST_CASE("a node is met exactly, with its own covariance; beyond the nodes noth
             .epsilon(1e-3));
 }
 
-TEST_CASE("more nodes, less error") {
+TEST_CASE("the error decreases with more nodes") {
   double worst[2] = {0, 0};
   const int nodes[2] = {9, 21};
   for (unsigned seed = 0; seed < 50; ++seed) {
@@ -162,7 +162,7 @@ TEST_CASE("more nodes, less error") {
   CHECK(worst[1] < worst[0] / 4);
 }
 
-TEST_CASE("the claimed deviation holds what the curve does not know, and is not absurd") {
+TEST_CASE("the stated deviation covers the actual error without being excessive") {
   struct Case {
     int nodes;
     double relative_sd;
@@ -196,7 +196,7 @@ TEST_CASE("the claimed deviation holds what the curve does not know, and is not 
   }
 }
 
-TEST_CASE("proposals: the ends first, then where the curve is least certain") {
+TEST_CASE("the ends are proposed first, then the most uncertain interval") {
   const MadeUpZoom zoom(11);
   CHECK(LensCurve({}).Propose(0, 16384, 3, 1e-3) == std::vector<std::int32_t>{0, 16384, 8192});
   CHECK(LensCurve({}).Propose(5, 5, 3, 1e-3).empty());
@@ -213,7 +213,7 @@ TEST_CASE("proposals: the ends first, then where the curve is least certain") {
   CHECK(first[0] < zoom.CountsAt(0.7));
   CHECK(curve.Propose(0, 16384, 100, 1e9).empty());
 
-  // Calibrating what is proposed brings the true error down to what was asked for.
+  // Calibrating the proposals reduces the actual error to the requested level.
   LensCurve grown(nodes);
   for (int round = 0; round < 40; ++round) {
     const auto next = grown.Propose(0, 16384, 1, 1e-3);
@@ -230,7 +230,7 @@ TEST_CASE("proposals: the ends first, then where the curve is least certain") {
   CHECK(worst < 2e-3);
 }
 
-TEST_CASE("nodes that cannot be used are passed over; of two at one zoom the last counts") {
+TEST_CASE("unusable nodes are ignored; of two nodes at one zoom the last is used") {
   std::mt19937 random(1);
   const MadeUpZoom zoom(1);
   LensNode good = NodeAt(zoom, 100, 0, random), later = good, bad = NodeAt(zoom, 200, 0, random);

@@ -1,12 +1,13 @@
-// Every sequence of six events, and every one of five after longer beginnings. What must hold is
-// told here by the history of events alone; the machine's own memory is not looked at.
+// Exhaustive test of all sequences of six events, and of five events after longer prefixes. The
+// invariants are evaluated from the history of events alone, independently of the supervisor's
+// state.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 namespace plumbline {
 namespace {
@@ -20,12 +21,12 @@ const ZoomSupervisionSettings kSettings{.zoom_band_counts = 2,
                                         .lost_after_s = 1.0,
                                         .verify_patience_s = 1.5};
 
-/// One letter of the alphabet: what happens, how long after the event before, about which moment.
+/// One symbol of the alphabet: event, time since the previous event, time of the observation.
 struct Letter {
   const char* name;
   Kind kind;
   double after_s = 0.01;
-  double about_before_s = 0;  ///< of answers: how long ago the moment is
+  double about_before_s = 0;  ///< age of the observation
   ZoomReading reading{};
 };
 
@@ -56,10 +57,10 @@ const std::vector<Letter>& Alphabet() {
       {"no answer", Kind::kLost, 0.6},
       {"lens known", Kind::kLensKnown},
       {"lens unknown", Kind::kLensUnknown},
-      {"marks good", Kind::kMarksGood},
+      {"tags good", Kind::kMarksGood},
       {"marks good, old image", Kind::kMarksGood, 0.01, 0.35},
-      {"marks bad", Kind::kMarksBad},
-      {"marks hidden", Kind::kMarksNotVisible},
+      {"tags bad", Kind::kMarksBad},
+      {"tags hidden", Kind::kMarksNotVisible},
       {"board started", Kind::kBoardStarted},
       {"board accepted", Kind::kBoardAccepted},
       {"board refused", Kind::kBoardRefused},
@@ -70,7 +71,7 @@ const std::vector<Letter>& Alphabet() {
 
 class Walk {
  public:
-  /// @return how often a state was reached, by its number
+  /// @return how often each state was reached
   std::array<long, 7> Count(const std::vector<std::string>& beginning, int length) {
     ZoomSupervision machine(kSettings);
     for (const std::string& name : beginning) {
@@ -111,14 +112,14 @@ class Walk {
     past_[static_cast<std::size_t>(depth_++)] = {&letter, event.time_s, event.about_s};
     const ZoomState from = machine.state();
     const ZoomReason why = machine.reason();
-    const auto transition = machine.Take(event);
+    const auto transition = machine.Handle(event);
     ++reached_[static_cast<std::size_t>(machine.state())];
     const bool changed = machine.state() != from || machine.reason() != why;
-    Must(transition.has_value() == changed, "one record for each change, none without");
+    Must(transition.has_value() == changed, "exactly one transition per change");
     if (transition) {
       Must(transition->from == from && transition->to == machine.state() &&
                transition->why == machine.reason() && transition->time_s == event.time_s,
-           "the record tells the change");
+           "the transition describes the change");
     }
     Judge(machine.state(), from);
   }
@@ -128,34 +129,35 @@ class Walk {
     const double now_s = Last().time_s;
     const double heard_s = LastReadingBefore(depth_);
     if (now_s - heard_s > kSettings.lost_after_s + kEps) {
-      Must(state == ZoomState::kUnknown, "a lost sensor leaves nothing known");
+      Must(state == ZoomState::kUnknown, "a lost sensor leads to kUnknown");
     }
     if (Disturbs(last)) {
       Must(state == ZoomState::kMoving || state == ZoomState::kUnknown ||
                state == ZoomState::kRefused,
-           "motion is seen in one event");
+           "motion is detected in one event");
     }
     if (DigitalOn()) {
       Must(state == ZoomState::kRefused || state == ZoomState::kUnknown,
-           "digital zoom refuses everything");
+           "digital zoom leads to kRefused");
     }
     if (from == ZoomState::kValid && Last().letter->kind == Kind::kReading &&
         Spread(LastVerification() - kEps) > 2 * kSettings.zoom_band_counts) {
-      Must(state != ZoomState::kValid, "a change is seen in one event");
+      Must(state != ZoomState::kValid, "a change is detected in one event");
     }
     if (state == ZoomState::kValid) JudgeValid();
     if (state == ZoomState::kCalibrating) {
       const int start = LastOf({Kind::kBoardStarted});
-      Must(start >= 0 && Stood(At(start).time_s, depth_), "a board is captured while all stands");
+      Must(start >= 0 && WasStationary(At(start).time_s, depth_),
+           "a board is captured only while the lens is stationary");
     }
   }
 
   void JudgeValid() {
-    // Some verification must carry it: of a lens that stood, and by images from after that.
+    // It must be justified by a verification of a stationary lens with later images.
     for (int v = depth_ - 1; v >= 0; --v) {
       const Kind kind = At(v).letter->kind;
       if (kind != Kind::kMarksGood && kind != Kind::kBoardAccepted) continue;
-      if (!Stood(At(v).about_s, depth_) ||
+      if (!WasStationary(At(v).about_s, depth_) ||
           OneOf({Kind::kMarksBad, Kind::kLensKnown, Kind::kLensUnknown}, v + 1, depth_)) {
         continue;
       }
@@ -169,18 +171,18 @@ class Walk {
       } while (lens >= 0 && At(lens).letter->kind == Kind::kBoardAccepted && !Accepted(lens));
       const int bad = LastOf({Kind::kMarksBad}, v);
       if (lens >= 0 && At(lens).letter->kind != Kind::kLensUnknown &&
-          At(v).about_s >= At(lens).time_s && Stood(At(lens).about_s, depth_) &&
+          At(v).about_s >= At(lens).time_s && WasStationary(At(lens).about_s, depth_) &&
           (bad < 0 || At(v).about_s >= At(bad).about_s)) {
         return;
       }
     }
-    Must(false, "never valid without a verification since the last motion");
+    Must(false, "valid requires a verification since the last motion");
   }
 
-  /// The lens had stood at `since_s` for the time to settle, and has until the end of the history.
-  bool Stood(double since_s, int end) {
+  /// The lens was settled at `since_s` and remained stationary until the end of the history.
+  bool WasStationary(double since_s, int end) {
     const double from_s = since_s - kSettings.settle_s + kEps;
-    double heard_s = -1e9;  // the newest reading until the gap is judged
+    double heard_s = -1e9;  // the latest reading before the gap is evaluated
     bool known_before = false;
     for (int i = 0; i < end; ++i) {
       const Past& past = At(i);
@@ -197,7 +199,7 @@ class Walk {
            Spread(from_s) <= 2 * kSettings.zoom_band_counts;
   }
 
-  /// Largest difference between positions told after that moment.
+  /// Largest difference between positions reported after that time.
   int Spread(double from_s) {
     int low = 1 << 30, high = -(1 << 30);
     for (int i = 0; i < depth_; ++i) {
@@ -215,7 +217,7 @@ class Walk {
             reading.digital_zoom.value_or(false));
   }
 
-  /// The newest answer about digital zoom said on, and the sensor was not lost since.
+  /// The latest reading of digital zoom was on, and the sensor has not been lost since.
   bool DigitalOn() const {
     for (int i = depth_ - 1; i >= 0; --i) {
       if (At(i).letter->kind != Kind::kReading) continue;
@@ -226,12 +228,12 @@ class Walk {
     return false;
   }
 
-  /// A calibration that was under way since a start while all stood.
+  /// A calibration has been in progress since a start with a stationary lens.
   bool Accepted(int i) {
     const int start = LastOf(
         {Kind::kBoardStarted, Kind::kBoardRefused, Kind::kBoardCancelled, Kind::kBoardAccepted}, i);
     return start >= 0 && At(start).letter->kind == Kind::kBoardStarted &&
-           Stood(At(start).time_s, i + 1);
+           WasStationary(At(start).time_s, i + 1);
   }
 
   double LastVerification() const {
@@ -277,9 +279,9 @@ class Walk {
 
 }  // namespace
 
-TEST_CASE("every sequence of six events, and of five after longer beginnings") {
+TEST_CASE("invariants hold for every sequence of six events, and of five after longer prefixes") {
   const std::vector<std::string> valid = {"at 1000, soon", "at 1000, later", "lens known",
-                                          "marks good"};
+                                          "tags good"};
   std::vector<std::string> calibrating = valid;
   calibrating.back() = "board started";
   std::vector<std::string> refused = calibrating;
@@ -305,7 +307,7 @@ TEST_CASE("every sequence of six events, and of five after longer beginnings") {
     CHECK(walk.failure().empty());
     for (std::size_t i = 0; i < total.size(); ++i) total[i] += reached[i];
   }
-  for (const long count : total) CHECK(count > 1000);  // each state is reached again and again
+  for (const long count : total) CHECK(count > 1000);  // every state is reached often
 }
 
 }  // namespace plumbline

@@ -8,7 +8,7 @@ using namespace plumbline;
 
 namespace {
 
-/// Work that gravity has done: sum of m g . r over every mass of the cell, in B.
+/// Work of gravity: sum of m g . r over all masses of the cell, in B.
 double GravityWork(const CellModel& cell, const Payload& payload, const Vec3& g_B,
                    const JointVector& q) {
   const Chain chain(cell.robot);
@@ -34,7 +34,7 @@ double GravityWork(const CellModel& cell, const Payload& payload, const Vec3& g_
 
 }  // namespace
 
-TEST_CASE("gravity torques are the derivative of gravity's work (virtual work)") {
+TEST_CASE("gravity torques are the derivative of the work of gravity (virtual work)") {
   std::mt19937 random(9);
   CellModel cell = test::HeavyArm();
   ToolSegment thin = cell.tool.segments[0];
@@ -75,14 +75,16 @@ TEST_CASE("gravity torques are the derivative of gravity's work (virtual work)")
   }
 }
 
-TEST_CASE("a link without mass leaves unknown the torques up to it, without a centre guessed") {
+TEST_CASE(
+    "a link without mass makes the torques up to it unknown; one without centre makes them "
+    "guessed") {
   CellModel cell = test::HeavyArm();
   cell.robot.joints[3].link_com_m.reset();
   CHECK(GravityLoads(cell).guessed(3));
   CHECK_FALSE(GravityLoads(cell).guessed(4));
   CHECK(GravityLoads(cell).known(0));
   cell.robot.joints[3].link_mass_kg = 0;
-  CHECK_FALSE(GravityLoads(cell).guessed(0));  // what weighs nothing has no centre to guess
+  CHECK_FALSE(GravityLoads(cell).guessed(0));  // a link of zero mass needs no centre
   cell.robot.joints[3].link_mass_kg.reset();
   CHECK_FALSE(GravityLoads(cell).known(0));
   CHECK_FALSE(GravityLoads(cell).known(3));

@@ -7,7 +7,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("columns of joints are named by quantity, joint and its type's unit") {
+TEST_CASE("joint columns are named by quantity, joint number and unit") {
   using enum JointQuantity;
   CHECK(JointColumnName(kPosition, JointType::kRevolute, 2) == "q3_deg");
   CHECK(JointColumnName(kPosition, JointType::kPrismatic, 0) == "q1_mm");
@@ -19,7 +19,7 @@ TEST_CASE("columns of joints are named by quantity, joint and its type's unit") 
   CHECK(JointColumnName(kTorque, JointType::kPrismatic, 1) == "tau2_N");
 }
 
-TEST_CASE("every name is read back as the column that it was made of") {
+TEST_CASE("every generated name is parsed back to its column") {
   for (const JointColumnForm& form : kJointColumnForms) {
     CHECK(form.to_SI * form.from_SI == Approx(1));
     for (const int joint : {0, 8, 9, 11}) {
@@ -34,7 +34,7 @@ TEST_CASE("every name is read back as the column that it was made of") {
   }
 }
 
-TEST_CASE("what only resembles such a name is none") {
+TEST_CASE("names that only resemble a joint column are rejected") {
   for (const char* name :
        {"q3", "q3_rad", "q_deg", "q0_deg", "q-1_deg", "q3deg", "q3__deg", "qd3_deg", "tau3_deg",
         "x3_mm", "q99999999999_deg", "_deg", "q_", "", "q3_deg ", "Q3_deg"}) {
@@ -49,7 +49,7 @@ TEST_CASE("what only resembles such a name is none") {
   CHECK_FALSE(ResemblesJointColumn(""));
 }
 
-TEST_CASE("a moment gives the force on a prismatic joint as it gives a torque") {
+TEST_CASE("the force on a prismatic joint is available under its column name, like a torque") {
   Conditions moment;
   moment.tau = JointVector::Constant(2, 40);
   CHECK(moment.Signal("tau1_N") == 40);

@@ -33,7 +33,7 @@ MonitorDesign Design(int reference_probes) {
 
 }  // namespace
 
-TEST_CASE("no direction is farther than 28 degrees from a watched axis") {
+TEST_CASE("every direction is within 28 degrees of a monitored axis") {
   Noise noise(1);
   for (int i = 0; i < 20000; ++i) {
     const Vec3 direction = noise.Direction();
@@ -45,18 +45,18 @@ TEST_CASE("no direction is farther than 28 degrees from a watched axis") {
   }
 }
 
-TEST_CASE("a step alarms with its direction, its size and where it began") {
+TEST_CASE("a step raises an alarm with its direction, size and first probe") {
   for (const int reference : {0, 20}) {
     CAPTURE(reference);
     const MonitorDesign design = Design(reference);
-    int began_off = 0, shift_off = 0, runs = 0;
+    int start_off = 0, shift_off = 0, runs = 0;
     for (unsigned seed = 0; seed < 300; ++seed) {
       Noise noise(seed);
       DriftMonitor monitor(design);
       const Vec3 shift_m = 3e-4 * noise.Direction();
       int delay = 0;
       for (int i = 0; i < 60; ++i) monitor.Update(noise.Next());
-      if (monitor.alarm()) continue;  // a false one: counted by the run length's test
+      if (monitor.alarm()) continue;  // a false alarm: counted by the run-length test
       while (!monitor.alarm() && delay < 100) {
         monitor.Update(noise.Next() + shift_m);
         ++delay;
@@ -69,31 +69,31 @@ TEST_CASE("a step alarms with its direction, its size and where it began") {
       const bool close = (alarm.shift_m - shift_m).norm() < 1.5e-4 &&
                          alarm.shift_m.normalized().dot(shift_m.normalized()) > 0.85;
       shift_off += close ? 0 : 1;
-      began_off += alarm.began == 61 ? 0 : 1;
+      start_off += alarm.first_probe == 61 ? 0 : 1;
     }
     CHECK(runs > 290);
-    // Noise just before the step may be taken for its beginning.
+    // Noise just before the step may be mistaken for its start.
     CHECK(shift_off < runs / 20);
-    CHECK(began_off < runs / 2);
+    CHECK(start_off < runs / 2);
   }
 }
 
-TEST_CASE("wild probes, alone or by two, raise nothing and are told") {
-  for (const int wild : {1, 2}) {
+TEST_CASE("single and double outliers raise no alarm and are reported") {
+  for (const int outliers : {1, 2}) {
     DriftMonitor monitor(Design(10));
     Noise noise(7);
     for (int i = 0; i < 400; ++i) {
-      const bool is_wild = i > 20 && i % 50 < wild;
+      const bool is_outlier = i > 20 && i % 50 < outliers;
       const ProbeVerdict verdict =
-          monitor.Update(noise.Next() + (is_wild ? Vec3(0, 0.02, 0) : Vec3::Zero()));
-      CHECK(verdict.wild == is_wild);
+          monitor.Update(noise.Next() + (is_outlier ? Vec3(0, 0.02, 0) : Vec3::Zero()));
+      CHECK(verdict.outlier == is_outlier);
       CHECK_FALSE(verdict.raised);
     }
     CHECK_FALSE(monitor.alarm());
   }
 }
 
-TEST_CASE("a wild probe among those of the reference does not move it") {
+TEST_CASE("an outlier among the reference probes does not shift the reference") {
   DriftMonitor monitor(Design(10));
   Noise noise(3);
   for (int i = 0; i < 10; ++i) {
@@ -102,12 +102,13 @@ TEST_CASE("a wild probe among those of the reference does not move it") {
   }
   CHECK_FALSE(monitor.learning());
   CHECK(monitor.reference_m().norm() < 4 * kSigma / std::sqrt(10.0) + 3 * kSigma / 10);
-  // Nor does it swell the scatter: its own square would make that 300 sigma.
+  // Nor does it inflate the scatter: its own square would make it 300 sigma.
   CHECK(monitor.sigma_m() >= kSigma);
   CHECK(monitor.sigma_m() < 1.5 * kSigma);
 }
 
-TEST_CASE("a constant offset is the reference's; without reference probes it alarms") {
+TEST_CASE(
+    "a constant offset is absorbed by the reference; without reference probes it raises an alarm") {
   const Vec3 offset_m(0, 0, 1e-3);
   Noise noise(5);
   DriftMonitor against_itself(Design(20)), against_model(Design(0));
@@ -119,10 +120,10 @@ TEST_CASE("a constant offset is the reference's; without reference probes it ala
   CHECK_FALSE(against_itself.alarm());
   REQUIRE(against_model.alarm());
   CHECK(against_model.alarm()->probe < 12);
-  CHECK(against_model.alarm()->began == 1);
+  CHECK(against_model.alarm()->first_probe == 1);
 }
 
-TEST_CASE("a slow drift cannot hide") {
+TEST_CASE("a slow drift is detected") {
   DriftMonitor monitor(Design(20));
   Noise noise(11);
   double drift_m = 0;
@@ -134,7 +135,7 @@ TEST_CASE("a slow drift cannot hide") {
   CHECK(drift_m < 1.5e-4);
 }
 
-TEST_CASE("more scatter than declared is taken from the reference, and is no alarm") {
+TEST_CASE("a larger scatter is estimated from the reference and raises no alarm") {
   DriftMonitor monitor(Design(20));
   Noise noise(13);
   for (int i = 0; i < 3000; ++i) monitor.Update(noise.Next(4 * kSigma));
@@ -143,7 +144,8 @@ TEST_CASE("more scatter than declared is taken from the reference, and is no ala
   CHECK_FALSE(monitor.alarm());
 }
 
-TEST_CASE("a scatter above the declared one is found whatever the reference, one below is not") {
+TEST_CASE(
+    "a scatter above the declared one is detected with any reference, one below is not used") {
   for (const int reference : {0, 20}) {
     for (const double scale : {0.5, 1.4, 3.0}) {
       CAPTURE(reference, scale);
@@ -153,7 +155,7 @@ TEST_CASE("a scatter above the declared one is found whatever the reference, one
       for (unsigned seed = 0; seed < runs; ++seed) {
         Noise noise(seed);
         monitor.Restart();
-        // The model's reference may be off: that is no scatter.
+        // With the model as reference there may be an offset, which is not scatter.
         const Vec3 offset_m = reference == 0 ? Vec3(0, 0, 0.5 * kSigma) : Vec3(0, 0, 1);
         for (int i = 0; i < 20; ++i) monitor.Update(offset_m + noise.Next(scale * kSigma));
         CHECK(monitor.sigma_m() >= kSigma);
@@ -164,7 +166,7 @@ TEST_CASE("a scatter above the declared one is found whatever the reference, one
   }
 }
 
-TEST_CASE("after a restart nothing is left") {
+TEST_CASE("a restart discards everything") {
   DriftMonitor monitor(Design(0)), fresh(Design(0));
   for (int i = 0; i < 20; ++i) monitor.Update(Vec3(1e-3, 0, 0));
   REQUIRE(monitor.alarm());
@@ -179,7 +181,7 @@ TEST_CASE("after a restart nothing is left") {
 
 namespace {
 
-/// A monitor whose reference was taken of 20 probes, the k-th off by `offset(k)`.
+/// A monitor with a reference of 20 probes, probe k shifted by `offset(k)`.
 template <typename Offset>
 DriftMonitor WithReference(unsigned seed, const Offset& offset, double scale = 1) {
   static const MonitorDesign design = Design(20);
@@ -191,7 +193,7 @@ DriftMonitor WithReference(unsigned seed, const Offset& offset, double scale = 1
 
 }  // namespace
 
-TEST_CASE("a reference whose probes disagree is refused, and nothing is judged by it") {
+TEST_CASE("a reference whose probes disagree is refused, and nothing is monitored") {
   struct Case {
     const char* name;
     Vec3 (*offset)(int);
@@ -216,7 +218,7 @@ TEST_CASE("a reference whose probes disagree is refused, and nothing is judged b
       CHECK_FALSE(monitor.learning());
       for (int k = 0; k < 50; ++k) {
         const ProbeVerdict verdict = monitor.Update(Vec3(1, 0, 0));
-        REQUIRE(verdict.unwatched);
+        REQUIRE(verdict.unmonitored);
         REQUIRE_FALSE(verdict.raised);
       }
       CHECK(monitor.statistic() == 0);
@@ -227,22 +229,23 @@ TEST_CASE("a reference whose probes disagree is refused, and nothing is judged b
   }
 }
 
-TEST_CASE("the probes that disagree are named") {
+TEST_CASE("the probes that disagree are identified") {
   const DriftMonitor monitor =
       WithReference(1, [](int k) { return k % 3 == 0 ? Vec3(0, 1e-3, 0) : Vec3(0, 0, 0); });
   for (int k = 0; k < 20; ++k) CHECK(monitor.Disagrees(k) == (k % 3 == 0));
 }
 
-TEST_CASE("a sound reference is hardly ever refused, nor one with the wild probes of a real cell") {
+TEST_CASE(
+    "a sound reference is hardly ever refused, nor is one with a realistic share of outliers") {
   const auto none = [](int) { return Vec3(0, 0, 0); };
   const auto poses = [](int k) { return Vec3(2e-4 * (k % 4), -2e-4 * (k % 3), 0); };
-  const auto wild = [](int k) { return k % 7 == 3 ? Vec3(0.01, 0, 0) : Vec3(0, 0, 0); };
+  const auto outliers = [](int k) { return k % 7 == 3 ? Vec3(0.01, 0, 0) : Vec3(0, 0, 0); };
   int refused = 0;
   for (unsigned seed = 0; seed < 2000; ++seed) {
     refused += WithReference(seed, none).reference_refused() ? 1 : 0;
     refused += WithReference(seed, none, 3).reference_refused() ? 1 : 0;
     refused += WithReference(seed, poses).reference_refused() ? 1 : 0;
-    refused += WithReference(seed, wild).reference_refused() ? 1 : 0;
+    refused += WithReference(seed, outliers).reference_refused() ? 1 : 0;
   }
   CHECK(refused <= 3);
 }

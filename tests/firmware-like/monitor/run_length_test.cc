@@ -1,4 +1,4 @@
-// The computed run length and threshold against plain simulation.
+// Computed run length and threshold against simulation.
 #include "firmware-like/monitor/run_length.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::pair<double, double> SimulatedRunLength(const MonitorDesign& design, double
 
 }  // namespace
 
-TEST_CASE("the run length of plain sums is that of the published table") {
+TEST_CASE("the run length of unclipped sums matches the published table") {
   // One-sided sum, allowance 0.5, no clipping: D. M. Hawkins and D. H. Olwell, "Cumulative Sum
   // Charts and Charting for Quality Improvement" (1998): two-sided 168 at h = 4, 465 at h = 5.
   MonitorDesign design;
@@ -48,11 +48,11 @@ TEST_CASE("the run length of plain sums is that of the published table") {
   CHECK(MeanRunLength(design, 0, 0) == Approx(2 * 465.0).epsilon(0.01));
 }
 
-TEST_CASE("the run length of clipped sums is that of a simulation") {
+TEST_CASE("the run length of clipped sums matches a simulation") {
   struct Case {
     double allowance, threshold, offset, outlier_share;
   };
-  // Thresholds that are no multiple of clip - allowance, where the run length jumps.
+  // Thresholds that are not multiples of clip - allowance, where the run length jumps.
   const Case cases[] = {{1, 3, 0, 0},      {1, 3, 0.2, 0},       {0.5, 6, 0, 0}, {1, 4.3, 0, 0.02},
                         {1, 5, 0.3, 0.05}, {0.5, 5, -0.2, 0.02}, {1, 4.3, 3, 0}};
   for (const Case& c : cases) {
@@ -66,7 +66,7 @@ TEST_CASE("the run length of clipped sums is that of a simulation") {
   }
 }
 
-TEST_CASE("thresholds move as they must") {
+TEST_CASE("the threshold changes with the requirements in the expected direction") {
   MonitorWish wish;
   const double usual = MonitorDesignFor(wish).threshold;
   MonitorWish strict = wish;
@@ -87,7 +87,7 @@ TEST_CASE("thresholds move as they must") {
                                                     .threshold);
 }
 
-TEST_CASE("simulated years have at most as many false alarms as were asked for") {
+TEST_CASE("simulated years have no more false alarms than required") {
   struct Case {
     double probes_per_day, outlier_share;
     int reference_probes, years;
@@ -114,12 +114,12 @@ TEST_CASE("simulated years have at most as many false alarms as were asked for")
       }
     }
     CHECK(alarms <= c.years + 3 * std::sqrt(static_cast<double>(c.years)));
-    // With the wild probes that were counted with; a threshold that is too high costs delay.
+    // With the expected outliers; a threshold that is too high costs delay.
     if (c.outlier_share == wish.outlier_share) CHECK(alarms > c.years / 4);
   }
 }
 
-TEST_CASE("a declared sigma that is too small brings neither false alarms nor late ones") {
+TEST_CASE("a declared sigma that is too small causes neither false nor late alarms") {
   for (const int reference : {0, 20}) {
     for (const double scale : {1.0, 1.2, 1.4}) {
       CAPTURE(reference, scale);

@@ -7,7 +7,7 @@ using namespace plumbline;
 
 namespace {
 
-/// d_x = z^3, so that r_y = 3 z^2: a cubic, which the field keeps between its stations, too.
+/// d_x = z^3 with r_y = 3 z^2: a cubic, which the field reproduces exactly between stations.
 BendField CubicField(double length_m, int moved, double off_m) {
   BendField field;
   field.length_m = static_cast<float>(length_m);
@@ -22,7 +22,7 @@ BendField CubicField(double length_m, int moved, double off_m) {
 
 }  // namespace
 
-TEST_CASE("a cubic displacement is kept between stations, moved ones too") {
+TEST_CASE("a cubic displacement is reproduced between stations, also with moved stations") {
   for (const double off_m : {0.0, 0.011, -0.011}) {
     const BendField field = CubicField(0.8, 12, off_m);
     for (int k = 0; k < 216; ++k) {
@@ -33,7 +33,7 @@ TEST_CASE("a cubic displacement is kept between stations, moved ones too") {
   }
 }
 
-TEST_CASE("inboard of the flange nothing bends, beyond the tip the last section goes on rigidly") {
+TEST_CASE("no motion inboard of the flange; beyond the tip the last section continues rigidly") {
   const BendField field = CubicField(0.8, 1, 0);
   const Vec3 inboard(0.1, 0.2, -0.3);
   CHECK(BentPoint(field, inboard) == inboard);

@@ -1,4 +1,4 @@
-// Begin and end of interference, with a distance that trembles.
+// Start and end of interference with a jittering distance.
 #include "firmware-like/scene/interference_watch.h"
 
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ std::vector<Told> Follow(InterferenceWatch& watch, const std::vector<double>& di
 
 }  // namespace
 
-TEST_CASE("interference begins at contact and ends beyond the hysteresis, once each") {
+TEST_CASE("interference starts at contact and ends beyond the hysteresis, once each") {
   InterferenceWatch watch({.near_m = 0, .end_m = 1e-3});
   const auto told = Follow(watch, {1, 0.01, 1e-4, 0, 5e-4, 0, 9e-4, 1e-3, 1.1e-3, 5e-4, 1e-6, 0});
   CHECK(told == std::vector<Told>{{0, Nearness::kInterference},
@@ -33,7 +33,7 @@ TEST_CASE("interference begins at contact and ends beyond the hysteresis, once e
                                   {0, Nearness::kInterference}});
 }
 
-TEST_CASE("nearness is told before and after") {
+TEST_CASE("proximity is reported before and after interference") {
   InterferenceWatch watch({.near_m = 0.02, .end_m = 1e-3});
   const auto told = Follow(watch, {0.1, 0.0205, 0.02, 0.0205, 0, 5e-4, 0.002, 0.0209, 0.0211});
   CHECK(told == std::vector<Told>{{0.02, Nearness::kNear},
@@ -44,7 +44,7 @@ TEST_CASE("nearness is told before and after") {
   CHECK(Follow(sudden, {1, 0, 1}).size() == 2);
 }
 
-TEST_CASE("what is not measured changes nothing") {
+TEST_CASE("a missing distance changes nothing") {
   InterferenceWatch watch({.near_m = 0, .end_m = 1e-3});
   CHECK_FALSE(watch.measured());
   CHECK(watch.Update(0.0) == Nearness::kInterference);

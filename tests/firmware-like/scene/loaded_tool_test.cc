@@ -37,7 +37,7 @@ struct NamedCell {
   CellModel cell;
 };
 
-/// Steps of the section lie between even stations, near the flange and near the tip among them.
+/// Section steps lie between the even stations, also near the flange and near the tip.
 std::vector<NamedCell> Cells() {
   const auto box = [](double side, double wall) { return SquareTubeSection(side, wall); };
   return {
@@ -66,7 +66,7 @@ LoadedState Loaded(const CellModel& cell, double payload_kg, std::mt19937& rando
   return state;
 }
 
-/// The declared beam, solved with more elements than the field takes.
+/// The declared beam, solved with more elements than the field uses.
 BeamSolution Declared(const Tool& tool, const LoadedState& state) {
   const PointMass payload{.mass_kg = state.tool.payload.mass_kg,
                           .z_m = tool.Length(),
@@ -76,7 +76,7 @@ BeamSolution Declared(const Tool& tool, const LoadedState& state) {
 
 }  // namespace
 
-TEST_CASE("the field's tip is the tip that the cycle corrects, whatever effects act") {
+TEST_CASE("the tip of the field equals the tip of the loaded arm, with any effects") {
   const std::vector<std::vector<WrittenEffect>> effects = {
       {},
       {WrittenOf("tool_stiffness", "ratio", -0.3, "1")},
@@ -102,7 +102,7 @@ TEST_CASE("the field's tip is the tip that the cycle corrects, whatever effects 
   }
 }
 
-TEST_CASE("stations stand as the beam's sections do, and points between them to 0.01 mm") {
+TEST_CASE("stations match the beam's sections, and points between them to 0.01 mm") {
   std::mt19937 random(22);
   for (const auto& [name, cell] : Cells()) {
     for (int trial = 0; trial < 20; ++trial) {
@@ -133,7 +133,7 @@ TEST_CASE("stations stand as the beam's sections do, and points between them to 
   }
 }
 
-TEST_CASE("a station stands at every step of the section") {
+TEST_CASE("there is a station at every step of the section") {
   std::mt19937 random(23);
   for (const auto& [name, cell] : Cells()) {
     const BendField field = BendFieldOf(cell.tool, Loaded(cell, 60, random));
@@ -150,7 +150,7 @@ TEST_CASE("a station stands at every step of the section") {
   }
 }
 
-TEST_CASE("effects act along the whole tool as they are defined, not at its tip alone") {
+TEST_CASE("effects act along the whole tool as defined, not only at its tip") {
   std::mt19937 random(24);
   const CellModel cell = Cells()[1].cell;
   LoadedState state = Loaded(cell, 60, random);
@@ -177,7 +177,7 @@ TEST_CASE("effects act along the whole tool as they are defined, not at its tip 
   }
 }
 
-TEST_CASE("the stress is that of the declared sections, the larger one at a step") {
+TEST_CASE("the stress is that of the declared sections, the larger value at a step") {
   std::mt19937 random(25);
   const CellModel cell = Cells()[1].cell;
   const LoadedState state = Loaded(cell, 60, random);
@@ -204,7 +204,7 @@ TEST_CASE("the stress is that of the declared sections, the larger one at a step
   CHECK(half_known.stations[20].stress_Pa > 0);
 }
 
-TEST_CASE("a rigid tool stands straight, and turns where its seat yields") {
+TEST_CASE("a rigid tool is straight, and rotates with a compliant seat") {
   CellModel cell = test::HeavyArm();
   cell.tool = Tool{};
   cell.tool.tcp_F = Vec3(0.1, -0.2, 0.5);

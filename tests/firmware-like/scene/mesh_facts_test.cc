@@ -1,4 +1,4 @@
-// Meshes with known measures, and broken ones.
+// Meshes with known properties, and invalid ones.
 #include "firmware-like/scene/mesh_facts.h"
 
 #include <catch2/catch.hpp>
@@ -23,7 +23,7 @@ MeshFacts FactsOf(const TriangleMesh& mesh, double unit_m = 1) {
   return checked->facts;
 }
 
-/// The same triangles, each with vertices of its own, as an STL has them.
+/// The same triangles, each with its own vertices, as in an STL file.
 TriangleMesh Loose(const TriangleMesh& mesh) {
   TriangleMesh loose;
   for (const Triangle& triangle : mesh.triangles) {
@@ -36,7 +36,7 @@ TriangleMesh Loose(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("a cuboid in millimetres: joined vertices, size, volume, facing") {
+TEST_CASE("a cuboid in millimetres: merged vertices, size, volume, facing") {
   for (const TriangleMesh& mesh : {Cuboid({600, 50, 40}), Loose(Cuboid({600, 50, 40}))}) {
     const MeshFacts facts = FactsOf(mesh, 1e-3);
     CHECK(facts.vertices == 8);
@@ -51,7 +51,7 @@ TEST_CASE("a cuboid in millimetres: joined vertices, size, volume, facing") {
   }
 }
 
-TEST_CASE("a sphere's volume approaches the ball's; two spheres are two parts") {
+TEST_CASE("a triangulated sphere approaches the volume of a ball; two spheres are two parts") {
   TriangleMesh mesh = Sphere(0.3F, 60, 120);
   CHECK(mesh.triangles.size() == 2 * 120 * 59);
   const MeshFacts one = FactsOf(mesh);
@@ -78,7 +78,7 @@ TEST_CASE("a sphere's volume approaches the ball's; two spheres are two parts") 
   CHECK(two.volume_m3 == Approx(2 * one.volume_m3).epsilon(1e-5));
 }
 
-TEST_CASE("rims, turned triangles and those that face inwards are counted") {
+TEST_CASE("open edges, reversed triangles and inward-facing surfaces are detected") {
   TriangleMesh open = Cuboid({1, 1, 1});
   open.triangles.resize(10);
   CHECK(FactsOf(open).open_edges == 4);
@@ -97,22 +97,23 @@ TEST_CASE("rims, turned triangles and those that face inwards are counted") {
   CHECK(FactsOf(mixed).facing() == Facing::kMixed);
 }
 
-TEST_CASE("triangles without area are counted and left out; a collapsed edge opens nothing") {
+TEST_CASE(
+    "triangles without area are counted and removed; a collapsed edge does not open the surface") {
   TriangleMesh mesh = Cuboid({1, 1, 1});
   mesh.vertices_O.emplace_back(0.5F, 0.5F, 0.5F);   // vertex 7 once more
-  mesh.triangles.push_back({7, 8, 0});              // no area once joined
+  mesh.triangles.push_back({7, 8, 0});              // no area after merging
   mesh.vertices_O.emplace_back(0.0F, 0.0F, -0.5F);  // in the middle of an edge's diagonal
   mesh.triangles.push_back({1, 9, 2});              // three places on one line
-  mesh.vertices_O.emplace_back(9.0F, 9.0F, 9.0F);   // used by nobody
+  mesh.vertices_O.emplace_back(9.0F, 9.0F, 9.0F);   // unused
   const MeshFacts facts = FactsOf(mesh);
   CHECK(facts.degenerate == 2);
   CHECK(facts.triangles == 12);
   CHECK(facts.vertices == 8);
   CHECK(facts.max_O.x() == 0.5);
-  CHECK_FALSE(facts.closed());  // the second one has edges of its own
+  CHECK_FALSE(facts.closed());  // the second one has its own edges
 }
 
-TEST_CASE("what cannot be a mesh is refused with a count") {
+TEST_CASE("invalid meshes are refused with a count") {
   const auto why = [](const TriangleMesh& mesh, double unit_m = 1) {
     const auto checked = CheckMesh(mesh, unit_m);
     REQUIRE_FALSE(checked);
@@ -121,15 +122,15 @@ TEST_CASE("what cannot be a mesh is refused with a count") {
   CHECK_THAT(why({}), Catch::Contains("no triangle"));
   TriangleMesh mesh = Cuboid({1, 1, 1});
   mesh.triangles[2][1] = 8;
-  CHECK_THAT(why(mesh), Catch::Contains("1 of 12 triangles name vertices that are not there"));
+  CHECK_THAT(why(mesh), Catch::Contains("1 of 12 triangles refer to missing vertices"));
   mesh = Cuboid({1, 1, 1});
   mesh.vertices_O[0].x() = std::numeric_limits<float>::quiet_NaN();
-  CHECK_THAT(why(mesh), Catch::Contains("no finite number"));
+  CHECK_THAT(why(mesh), Catch::Contains("not a finite number"));
   mesh.vertices_O[0].x() = std::numeric_limits<float>::infinity();
-  CHECK_THAT(why(mesh), Catch::Contains("no finite number"));
+  CHECK_THAT(why(mesh), Catch::Contains("not a finite number"));
   mesh.vertices_O[0].x() = 3e38F;
   CHECK_THAT(why(mesh), Catch::Contains("1000 km"));
-  CHECK_THAT(why(mesh, 1000), Catch::Contains("no finite number"));
+  CHECK_THAT(why(mesh, 1000), Catch::Contains("not a finite number"));
   mesh = {{Vec3f(0, 0, 0), Vec3f(1, 1, 1), Vec3f(2, 2, 2)}, {{0, 1, 2}}};
-  CHECK_THAT(why(mesh), Catch::Contains("none of its triangles has an area"));
+  CHECK_THAT(why(mesh), Catch::Contains("all triangles have zero area"));
 }

@@ -1,4 +1,4 @@
-#include "firmware-like/beam/paper.h"
+#include "app/cli/beam_paper.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -18,13 +18,13 @@ double TipMm(const Tool& tool, double force_N) {
 
 }  // namespace
 
-TEST_CASE("all eighteen developed values of the paper's Table 2") {
+TEST_CASE("the eighteen values of column 'developed system' in Table 2 are reproduced") {
   int values = 0;
   for (const PaperTable2Row& row : PaperTable2()) {
     const BeamSolution solution = PaperBeam(PaperTool(), row.force_N);
     for (int node = 1; node <= 3; ++node, ++values) {
       const double printed_mm = row.developed_mm[node - 1];
-      // One unit of the last printed digit: some values there are cut off, not rounded.
+      // One unit in the last printed digit: the paper truncated some values instead of rounding.
       const double last_digit_mm = printed_mm > 10 ? 1e-3 : 1e-4;
       CAPTURE(row.force_N, node);
       CHECK(std::abs(1e3 * solution.Node(node).d_F.y() - printed_mm) <= last_digit_mm);
@@ -33,7 +33,7 @@ TEST_CASE("all eighteen developed values of the paper's Table 2") {
   CHECK(values == 18);
 }
 
-TEST_CASE("the parameters printed in the paper do not give its table") {
+TEST_CASE("the parameters printed in the paper do not reproduce its table") {
   Tool printed = PaperTool();
   printed.segments[0].length_m = 0.6;
   printed.segments[0].material.youngs_modulus_Pa = 2e9;
@@ -45,7 +45,7 @@ TEST_CASE("the parameters printed in the paper do not give its table") {
         Approx(3.70).margin(0.01));
 }
 
-TEST_CASE("the finite-element column of the paper is not that of a linear beam") {
+TEST_CASE("the finite-element column of the paper is not proportional to the force") {
   double lowest = 1e9, highest = 0;
   for (const PaperTable2Row& row : PaperTable2()) {
     const double compliance = row.abaqus_mm[2] / row.force_N;
@@ -57,7 +57,7 @@ TEST_CASE("the finite-element column of the paper is not that of a linear beam")
   CHECK(highest / lowest < 1.16);
 }
 
-TEST_CASE("element angles are eq. 2") {
+TEST_CASE("element angles follow eq. 2") {
   const std::vector<double> theta = ElementAngles(PaperBeam(PaperTool(), 100), BendingAxis::kY);
   REQUIRE(theta.size() == 3);
   CHECK(theta[0] == Approx(0.27648 / 600));
@@ -65,7 +65,7 @@ TEST_CASE("element angles are eq. 2") {
   CHECK(theta[2] == Approx((1.86624 - 0.96768) / 600));
 }
 
-TEST_CASE("the paper's compensation against that of the section, as README.md has it") {
+TEST_CASE("the paper's compensation overshoots that of the section, as tabulated in beam_paper.h") {
   const BeamSolution solution = PaperBeam(PaperTool(), 100);
   struct Case {
     double z_mm, paper_mm, section_mm, excess;
@@ -87,7 +87,7 @@ TEST_CASE("the paper's compensation against that of the section, as README.md ha
   }
 }
 
-TEST_CASE("a point beside the axis turns with its section") {
+TEST_CASE("a point beside the axis rotates with its section") {
   const BeamSolution solution = PaperBeam(PaperTool(), 100);
   const BeamPoint point{1.2, 0.4};
   const double theta = 100 * 1.2 * (2 * 1.8 - 1.2) / (2 * 200e9 * std::pow(0.05, 4) / 12);
@@ -97,7 +97,7 @@ TEST_CASE("a point beside the axis turns with its section") {
   const BeamPoint command = CompensatedBySection(solution, BendingAxis::kY, point);
   CHECK(command.z_m > 1.2);
   CHECK(command.y_m < 0.4);
-  SECTION("which the paper's rule neglects") {
+  SECTION("the paper's rule neglects this rotation") {
     const BeamPoint paper = CompensatedByElementAngle(solution, BendingAxis::kY, point);
     CHECK(paper.z_m < 1.2);
     CHECK(std::abs(paper.z_m - 1.2) < 1e-6);
@@ -106,7 +106,7 @@ TEST_CASE("a point beside the axis turns with its section") {
   }
 }
 
-TEST_CASE("bending along x is compensated like bending along y") {
+TEST_CASE("bending along x is compensated in the same way as bending along y") {
   const Tool tool = PaperTool();
   const BeamSolution along_x =
       Beam(tool, 3).Solve({.points = {{1.8, Vec3(100, 0, 0), Vec3::Zero()}}});

@@ -1,4 +1,4 @@
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// A position that one of both does not tell is no difference.
+/// A missing position is no difference.
 bool Beyond(const std::optional<std::int32_t>& a, const std::optional<std::int32_t>& b,
             std::int32_t band) {
   return a && b && std::abs(std::int64_t{*a} - std::int64_t{*b}) > band;
@@ -25,7 +25,7 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance) {
 ZoomSupervision::ZoomSupervision(const ZoomSupervisionSettings& settings)
     : settings_(settings), zoom_band_counts_(settings.zoom_band_counts) {}
 
-std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
+std::optional<ZoomTransition> ZoomSupervision::Handle(const ZoomEvent& event) {
   const ZoomState from = state_;
   const ZoomReason before = reason_;
   if (std::isfinite(event.time_s)) now_s_ = std::max(now_s_, event.time_s);
@@ -33,7 +33,7 @@ std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
     since_s_ = now_s_;
     return ZoomTransition{from, state_, reason_, now_s_, zoom_, focus_};
   }
-  ExpirePatience();
+  CheckVerifyTimeout();
   switch (event.kind) {
     case ZoomEvent::Kind::kReading:
       OnReading(event.reading);
@@ -48,7 +48,7 @@ std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
     case ZoomEvent::Kind::kMarksGood:
     case ZoomEvent::Kind::kMarksBad:
     case ZoomEvent::Kind::kMarksNotVisible:
-      OnMarks(event);
+      OnTags(event);
       break;
     case ZoomEvent::Kind::kBoardStarted:
     case ZoomEvent::Kind::kBoardAccepted:
@@ -62,39 +62,40 @@ std::optional<ZoomTransition> ZoomSupervision::Take(const ZoomEvent& event) {
   return ZoomTransition{from, state_, reason_, now_s_, zoom_, focus_};
 }
 
-void ZoomSupervision::Go(ZoomState state, ZoomReason reason, ZoomAsk ask) {
+void ZoomSupervision::SetState(ZoomState state, ZoomReason reason, ZoomAsk request) {
   state_ = state;
   reason_ = reason;
-  ask_ = ask;
+  request_ = request;
 }
 
-/// Whatever was known of the lens belongs to another zoom.
-void ZoomSupervision::Unsettle() {
+/// Discards the lens, which belongs to another zoom.
+void ZoomSupervision::Invalidate() {
   trusted_from_s_ = kNever;
   lens_known_ = false;
   zoom_band_counts_ = settings_.zoom_band_counts;
 }
 
 bool ZoomSupervision::SensorExpired() {
-  if (!std::isfinite(heard_s_) || now_s_ - heard_s_ <= settings_.lost_after_s) return false;
-  heard_s_ = -kNever;
-  resting_ = false;
+  if (!std::isfinite(position_time_s_) || now_s_ - position_time_s_ <= settings_.lost_after_s)
+    return false;
+  position_time_s_ = -kNever;
+  has_position_ = false;
   zoom_.reset();
   focus_.reset();
-  Unsettle();
-  Go(ZoomState::kUnknown, ZoomReason::kSensorLost, ZoomAsk::kNothing);
+  Invalidate();
+  SetState(ZoomState::kUnknown, ZoomReason::kSensorLost, ZoomAsk::kNothing);
   return true;
 }
 
-void ZoomSupervision::ExpirePatience() {
+void ZoomSupervision::CheckVerifyTimeout() {
   if (state_ != ZoomState::kVerifying || now_s_ - since_s_ <= settings_.verify_patience_s) return;
   const bool hidden = reason_ == ZoomReason::kMarksNotVisible;
-  Go(ZoomState::kStale, hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer,
-     ZoomAsk::kBoard);
+  SetState(ZoomState::kStale, hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer,
+           ZoomAsk::kBoard);
 }
 
-/// An answer about the time since the lens has stood; not about a moment that is yet to come.
-bool ZoomSupervision::Believes(const ZoomEvent& event) const {
+/// True if the observation was made since the lens came to rest, and not in the future.
+bool ZoomSupervision::IsCurrent(const ZoomEvent& event) const {
   return settled() && event.about_s >= trusted_from_s_ && event.about_s <= now_s_;
 }
 
@@ -108,67 +109,67 @@ std::optional<ZoomReason> ZoomSupervision::MotionIn(const ZoomReading& reading) 
 }
 
 void ZoomSupervision::OnReading(const ZoomReading& reading) {
-  // A sensor that told the zoom before and does not now has told nothing of where the lens is.
-  const bool tells_position = reading.zoom_counts || !zoom_;
-  if (tells_position) heard_s_ = now_s_;
+  // A sensor that has reported the zoom before but not now gives no position.
+  const bool has_zoom = reading.zoom_counts || !zoom_;
+  if (has_zoom) position_time_s_ = now_s_;
 
   const bool was_digital = digital_;
   digital_ = reading.digital_zoom.value_or(digital_);
   std::optional<ZoomReason> motion = MotionIn(reading);
   if (!motion && was_digital && !digital_) motion = ZoomReason::kZoomChanged;
 
-  const bool first = !resting_;
+  const bool first = !has_position_;
   if (first || motion || digital_) {
-    resting_ = true;
-    rest_s_ = now_s_;
+    has_position_ = true;
+    stationary_since_s_ = now_s_;
     if (reading.zoom_counts) zoom_ = reading.zoom_counts;
     if (reading.focus_counts) focus_ = reading.focus_counts;
-    Unsettle();
+    Invalidate();
   }
   if (!zoom_) zoom_ = reading.zoom_counts;
   if (!focus_) focus_ = reading.focus_counts;
   if (digital_) {
-    Go(ZoomState::kRefused, ZoomReason::kDigitalZoom, ZoomAsk::kNothing);
+    SetState(ZoomState::kRefused, ZoomReason::kDigitalZoom, ZoomAsk::kNothing);
   } else if (motion) {
-    Go(ZoomState::kMoving, *motion, ZoomAsk::kNothing);
+    SetState(ZoomState::kMoving, *motion, ZoomAsk::kNothing);
   } else if (first) {
-    Go(ZoomState::kUnknown, ZoomReason::kPositionHeard, ZoomAsk::kNothing);
-  } else if (!settled() && tells_position && now_s_ - rest_s_ >= settings_.settle_s) {
+    SetState(ZoomState::kUnknown, ZoomReason::kPositionReceived, ZoomAsk::kNothing);
+  } else if (!settled() && has_zoom && now_s_ - stationary_since_s_ >= settings_.settle_s) {
     trusted_from_s_ = now_s_;
-    Go(ZoomState::kVerifying, ZoomReason::kStoodStill, ZoomAsk::kLoadLens);
+    SetState(ZoomState::kVerifying, ZoomReason::kStoodStill, ZoomAsk::kLoadLens);
   }
 }
 
 void ZoomSupervision::OnLens(const ZoomEvent& event) {
-  if (!Believes(event)) return;
+  if (!IsCurrent(event)) return;
   lens_known_ = event.kind == ZoomEvent::Kind::kLensKnown;
   if (lens_known_) {
-    trusted_from_s_ = now_s_;  // marks must be judged with this lens
+    trusted_from_s_ = now_s_;  // tags must be checked with this lens
     zoom_band_counts_ = event.zoom_band_counts.value_or(settings_.zoom_band_counts);
   }
   if (state_ == ZoomState::kCalibrating) return;
   if (lens_known_) {
-    Go(ZoomState::kVerifying, ZoomReason::kLensLoaded, ZoomAsk::kVerifyMarks);
+    SetState(ZoomState::kVerifying, ZoomReason::kLensLoaded, ZoomAsk::kVerifyTags);
   } else if (state_ != ZoomState::kRefused) {
-    Go(ZoomState::kStale, ZoomReason::kNoLens, ZoomAsk::kBoard);
+    SetState(ZoomState::kStale, ZoomReason::kNoLens, ZoomAsk::kBoard);
   }
 }
 
-void ZoomSupervision::OnMarks(const ZoomEvent& event) {
-  if (!Believes(event) || !lens_known_ || state_ == ZoomState::kCalibrating) return;
+void ZoomSupervision::OnTags(const ZoomEvent& event) {
+  if (!IsCurrent(event) || !lens_known_ || state_ == ZoomState::kCalibrating) return;
   switch (event.kind) {
     case ZoomEvent::Kind::kMarksGood:
       if (state_ != ZoomState::kValid) {
-        Go(ZoomState::kValid, ZoomReason::kMarksGood, ZoomAsk::kNothing);
+        SetState(ZoomState::kValid, ZoomReason::kMarksGood, ZoomAsk::kNothing);
       }
       break;
     case ZoomEvent::Kind::kMarksBad:
-      trusted_from_s_ = now_s_;  // an older image cannot make it good again
-      Go(ZoomState::kStale, ZoomReason::kMarksBad, ZoomAsk::kBoard);
+      trusted_from_s_ = now_s_;  // an older image must not make the lens valid again
+      SetState(ZoomState::kStale, ZoomReason::kMarksBad, ZoomAsk::kBoard);
       break;
-    default:  // not visible: no reason to doubt what was verified, none to believe anything else
+    default:  // not visible: neither invalidates nor confirms the lens
       if (state_ == ZoomState::kVerifying) {
-        Go(ZoomState::kVerifying, ZoomReason::kMarksNotVisible, ZoomAsk::kVerifyMarks);
+        SetState(ZoomState::kVerifying, ZoomReason::kMarksNotVisible, ZoomAsk::kVerifyTags);
       }
       break;
   }
@@ -176,29 +177,29 @@ void ZoomSupervision::OnMarks(const ZoomEvent& event) {
 
 void ZoomSupervision::OnBoard(const ZoomEvent& event) {
   if (event.kind == ZoomEvent::Kind::kBoardStarted) {
-    if (settled()) Go(ZoomState::kCalibrating, ZoomReason::kBoardStarted, ZoomAsk::kNothing);
+    if (settled()) SetState(ZoomState::kCalibrating, ZoomReason::kBoardStarted, ZoomAsk::kNothing);
     return;
   }
-  if (state_ != ZoomState::kCalibrating) return;  // of a capture that motion or loss has ended
-  const bool believed = Believes(event);
-  trusted_from_s_ = now_s_;  // the board was in front of the marks
+  if (state_ != ZoomState::kCalibrating) return;  // motion or sensor loss has ended the capture
+  const bool current = IsCurrent(event);
+  trusted_from_s_ = now_s_;  // the board may have covered the tags
   switch (event.kind) {
     case ZoomEvent::Kind::kBoardAccepted:
-      if (believed) {
+      if (current) {
         lens_known_ = true;
-        Go(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomAsk::kNothing);
+        SetState(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomAsk::kNothing);
       } else {
-        Go(ZoomState::kRefused, ZoomReason::kImagesTooOld, ZoomAsk::kBoard);
+        SetState(ZoomState::kRefused, ZoomReason::kImagesTooOld, ZoomAsk::kBoard);
       }
       break;
     case ZoomEvent::Kind::kBoardRefused:
-      Go(ZoomState::kRefused, ZoomReason::kBoardRefused, ZoomAsk::kBoard);
+      SetState(ZoomState::kRefused, ZoomReason::kBoardRefused, ZoomAsk::kBoard);
       break;
     default:
       if (lens_known_) {
-        Go(ZoomState::kVerifying, ZoomReason::kBoardCancelled, ZoomAsk::kVerifyMarks);
+        SetState(ZoomState::kVerifying, ZoomReason::kBoardCancelled, ZoomAsk::kVerifyTags);
       } else {
-        Go(ZoomState::kStale, ZoomReason::kBoardCancelled, ZoomAsk::kBoard);
+        SetState(ZoomState::kStale, ZoomReason::kBoardCancelled, ZoomAsk::kBoard);
       }
       break;
   }
@@ -226,32 +227,32 @@ std::string_view ZoomStateText(ZoomState state) {
 
 std::string_view ZoomReasonText(ZoomReason reason) {
   switch (reason) {
-    case ZoomReason::kNothingHeard:
-      return "nothing heard of the zoom sensor yet";
+    case ZoomReason::kNoReading:
+      return "no reading from the zoom sensor yet";
     case ZoomReason::kSensorLost:
-      return "the zoom sensor is lost";
-    case ZoomReason::kPositionHeard:
-      return "the zoom sensor is heard; the lens must stand still";
+      return "the zoom sensor does not respond";
+    case ZoomReason::kPositionReceived:
+      return "the zoom sensor responds; waiting for the lens to come to rest";
     case ZoomReason::kZoomChanged:
       return "the zoom changed";
     case ZoomReason::kFocusChanged:
       return "the focus changed";
     case ZoomReason::kDeviceMoves:
-      return "the lens moves";
+      return "the lens is moving";
     case ZoomReason::kDigitalZoom:
       return "digital zoom is on; switch it off";
     case ZoomReason::kStoodStill:
-      return "the lens stands still";
+      return "the lens is at rest";
     case ZoomReason::kLensLoaded:
-      return "a lens of this zoom is loaded; the fixed marks are looked at";
+      return "a lens for this zoom is loaded; checking the reference tags";
     case ZoomReason::kMarksNotVisible:
-      return "the fixed marks cannot be seen; clear the view or show the board";
+      return "the reference tags are not visible; clear the view or show the board";
     case ZoomReason::kNoAnswer:
-      return "the fixed marks were not judged in time; show the board";
+      return "the reference tags were not checked in time; show the board";
     case ZoomReason::kMarksGood:
-      return "the fixed marks are where they should be";
+      return "the reference tags are where they should be";
     case ZoomReason::kMarksBad:
-      return "the fixed marks are not where they should be; show the board";
+      return "the reference tags are not where they should be; show the board";
     case ZoomReason::kNoLens:
       return "never calibrated near this zoom; show the board";
     case ZoomReason::kBoardStarted:
@@ -261,7 +262,7 @@ std::string_view ZoomReasonText(ZoomReason reason) {
     case ZoomReason::kBoardRefused:
       return "the calibration was refused; show the board again";
     case ZoomReason::kImagesTooOld:
-      return "images of the board are older than the last motion; show the board again";
+      return "the images of the board are older than the last motion; show the board again";
     case ZoomReason::kBoardCancelled:
       return "the calibration was cancelled";
   }

@@ -1,4 +1,4 @@
-#include "firmware-like/beam/paper.h"
+#include "app/cli/beam_paper.h"
 
 #include <cmath>
 #include <cstddef>
@@ -10,7 +10,7 @@ double Displacement(const SectionState& state, BendingAxis axis) {
   return state.d_F[static_cast<int>(axis)];
 }
 
-/// Rotation of the section, positive where the outboard end moves along the axis.
+/// Rotation of the section, positive if it moves the outboard end along the positive axis.
 double Slope(const SectionState& state, BendingAxis axis) {
   return axis == BendingAxis::kX ? state.r_F.y() : -state.r_F.x();
 }

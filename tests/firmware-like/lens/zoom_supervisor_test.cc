@@ -1,4 +1,4 @@
-#include "firmware-like/lens/zoom_supervision.h"
+#include "firmware-like/lens/zoom_supervisor.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -8,17 +8,17 @@ namespace {
 
 using Kind = ZoomEvent::Kind;
 
-/// A machine and its clock; readings every 0.1 s.
+/// A supervisor and its clock; readings every 0.1 s.
 class Bench {
  public:
   explicit Bench(const ZoomSupervisionSettings& settings = {}) : machine(settings) {}
 
-  std::optional<ZoomTransition> Tell(Kind kind, double after_s = 0.01) {
+  std::optional<ZoomTransition> Send(Kind kind, double after_s = 0.01) {
     ZoomEvent event;
     event.kind = kind;
     event.time_s = now_s += after_s;
     event.about_s = now_s;
-    return machine.Take(event);
+    return machine.Handle(event);
   }
   std::optional<ZoomTransition> Read(std::int32_t counts, LensMotion motion = LensMotion::kUnknown,
                                      std::optional<std::int32_t> focus = std::nullopt) {
@@ -33,15 +33,15 @@ class Bench {
     event.kind = Kind::kReading;
     event.time_s = now_s += 0.1;
     event.reading = reading;
-    return machine.Take(event);
+    return machine.Handle(event);
   }
   void Settle(std::int32_t counts) {
     for (int i = 0; i < 5; ++i) Read(counts);
   }
   void MakeValid(std::int32_t counts) {
     Settle(counts);
-    Tell(Kind::kLensKnown);
-    Tell(Kind::kMarksGood);
+    Send(Kind::kLensKnown);
+    Send(Kind::kMarksGood);
     REQUIRE(machine.state() == ZoomState::kValid);
   }
 
@@ -51,48 +51,48 @@ class Bench {
 
 }  // namespace
 
-TEST_CASE("a known zoom: heard, stood, loaded, verified; each step asks for the next") {
+TEST_CASE("a known zoom is verified in four steps, each requesting the next") {
   Bench bench;
   CHECK(bench.machine.state() == ZoomState::kUnknown);
-  CHECK(bench.Read(4000)->why == ZoomReason::kPositionHeard);
+  CHECK(bench.Read(4000)->why == ZoomReason::kPositionReceived);
   CHECK_FALSE(bench.Read(4000));
   CHECK_FALSE(bench.Read(4001));
-  const auto stood = bench.Read(4000);
-  REQUIRE(stood);
-  CHECK(stood->to == ZoomState::kVerifying);
-  CHECK(stood->zoom_counts == 4000);
-  CHECK(bench.machine.ask() == ZoomAsk::kLoadLens);
-  bench.Tell(Kind::kLensKnown);
-  CHECK(bench.machine.ask() == ZoomAsk::kVerifyMarks);
-  bench.Tell(Kind::kMarksNotVisible);
+  const auto stationary = bench.Read(4000);
+  REQUIRE(stationary);
+  CHECK(stationary->to == ZoomState::kVerifying);
+  CHECK(stationary->zoom_counts == 4000);
+  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
+  bench.Send(Kind::kLensKnown);
+  CHECK(bench.machine.request() == ZoomAsk::kVerifyTags);
+  bench.Send(Kind::kMarksNotVisible);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  const auto good = bench.Tell(Kind::kMarksGood);
+  const auto good = bench.Send(Kind::kMarksGood);
   REQUIRE(good);
   CHECK(good->from == ZoomState::kVerifying);
   CHECK(good->to == ZoomState::kValid);
   CHECK(good->why == ZoomReason::kMarksGood);
-  CHECK(bench.machine.ask() == ZoomAsk::kNothing);
+  CHECK(bench.machine.request() == ZoomAsk::kNothing);
   for (int i = 0; i < 100; ++i) CHECK_FALSE(bench.Read(3999 + i % 3));  // encoder noise
-  CHECK_FALSE(bench.Tell(Kind::kMarksNotVisible));
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));
+  CHECK_FALSE(bench.Send(Kind::kMarksNotVisible));
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));
 }
 
-TEST_CASE("somebody zooms and zooms back: verified anew all the same") {
+TEST_CASE("after zooming in and back, the lens is verified again") {
   Bench bench;
   bench.MakeValid(4000);
   const auto moved = bench.Read(4003);
   REQUIRE(moved);
   CHECK(moved->to == ZoomState::kMoving);
   CHECK(moved->why == ZoomReason::kZoomChanged);
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // of an image taken in motion
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // image taken during motion
   bench.Settle(4000);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  CHECK_FALSE(bench.Tell(Kind::kMarksGood));  // no lens loaded yet
-  bench.Tell(Kind::kLensKnown);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // no lens loaded yet
+  bench.Send(Kind::kLensKnown);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
-TEST_CASE("a lens that creeps count by count is noticed, and so is a turned focus") {
+TEST_CASE("slow creep of the zoom and a changed focus are detected") {
   Bench bench;
   bench.MakeValid(4000);
   CHECK_FALSE(bench.Read(4001));
@@ -101,13 +101,13 @@ TEST_CASE("a lens that creeps count by count is noticed, and so is a turned focu
 
   Bench focus;
   for (int i = 0; i < 5; ++i) focus.Read(4000, LensMotion::kSettled, 77);
-  focus.Tell(Kind::kLensKnown);
-  focus.Tell(Kind::kMarksGood);
+  focus.Send(Kind::kLensKnown);
+  focus.Send(Kind::kMarksGood);
   CHECK_FALSE(focus.Read(4000, LensMotion::kSettled, 81));
   CHECK(focus.Read(4000, LensMotion::kSettled, 82)->why == ZoomReason::kFocusChanged);
 }
 
-TEST_CASE("a lens that the device calls moving does not settle, however still its counts") {
+TEST_CASE("a lens that the device reports as moving does not settle, even with constant counts") {
   Bench bench;
   for (int i = 0; i < 20; ++i) bench.Read(4000, LensMotion::kMoving);
   CHECK(bench.machine.state() == ZoomState::kMoving);
@@ -118,109 +118,110 @@ TEST_CASE("a lens that the device calls moving does not settle, however still it
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("an unknown zoom asks for the board; accepted it is valid, refused it is not") {
+TEST_CASE(
+    "an unknown zoom requests the board; an accepted calibration is valid, a refused one is not") {
   Bench bench;
   bench.Settle(8000);
-  CHECK(bench.Tell(Kind::kLensUnknown)->to == ZoomState::kStale);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
-  CHECK(bench.Tell(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
-  CHECK(bench.Tell(Kind::kBoardRefused)->to == ZoomState::kRefused);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
-  bench.Tell(Kind::kBoardStarted);
-  CHECK(bench.Tell(Kind::kBoardAccepted)->to == ZoomState::kValid);
-  bench.Tell(Kind::kBoardStarted);
+  CHECK(bench.Send(Kind::kLensUnknown)->to == ZoomState::kStale);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
+  CHECK(bench.Send(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
+  CHECK(bench.Send(Kind::kBoardRefused)->to == ZoomState::kRefused);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
+  bench.Send(Kind::kBoardStarted);
+  CHECK(bench.Send(Kind::kBoardAccepted)->to == ZoomState::kValid);
+  bench.Send(Kind::kBoardStarted);
   CHECK(bench.machine.state() == ZoomState::kCalibrating);
-  CHECK(bench.Tell(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens is kept
+  CHECK(bench.Send(Kind::kBoardCancelled)->to == ZoomState::kVerifying);  // the lens remains loaded
 }
 
-TEST_CASE("motion ends a capture, and its result comes too late") {
+TEST_CASE("motion ends a capture, and its late result is ignored") {
   Bench bench;
   bench.Settle(8000);
-  bench.Tell(Kind::kBoardStarted);
+  bench.Send(Kind::kBoardStarted);
   CHECK(bench.Read(8010)->from == ZoomState::kCalibrating);
-  CHECK_FALSE(bench.Tell(Kind::kBoardAccepted));
-  CHECK_FALSE(bench.Tell(Kind::kBoardStarted));  // it still moves
+  CHECK_FALSE(bench.Send(Kind::kBoardAccepted));
+  CHECK_FALSE(bench.Send(Kind::kBoardStarted));  // it still moves
   bench.Settle(8010);
-  bench.Tell(Kind::kBoardStarted);
+  bench.Send(Kind::kBoardStarted);
   ZoomEvent old;
   old.kind = Kind::kBoardAccepted;
   old.time_s = bench.now_s;
   old.about_s = bench.now_s - 2;
-  CHECK(bench.machine.Take(old)->why == ZoomReason::kImagesTooOld);
+  CHECK(bench.machine.Handle(old)->why == ZoomReason::kImagesTooOld);
 }
 
-TEST_CASE("digital zoom refuses until it is off and the lens has stood") {
+TEST_CASE("digital zoom is refused until it is off and the lens has been stationary") {
   Bench bench;
   bench.MakeValid(100);
   ZoomReading digital;
   digital.zoom_counts = 100;
   digital.digital_zoom = true;
   CHECK(bench.Read(digital)->to == ZoomState::kRefused);
-  CHECK_FALSE(bench.Tell(Kind::kBoardStarted));
-  CHECK_FALSE(bench.Read(100));  // a reading that does not tell changes nothing
+  CHECK_FALSE(bench.Send(Kind::kBoardStarted));
+  CHECK_FALSE(bench.Read(100));  // a reading without this field changes nothing
   digital.digital_zoom = false;
   CHECK(bench.Read(digital)->to == ZoomState::kMoving);
   bench.Settle(100);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("a lost sensor: valid for a moment, then unknown; a short gap costs nothing") {
+TEST_CASE("a lost sensor leads to kUnknown after lost_after_s; a short gap has no effect") {
   Bench bench;
   bench.MakeValid(100);
-  for (int i = 0; i < 8; ++i) CHECK_FALSE(bench.Tell(Kind::kLost, 0.1));
+  for (int i = 0; i < 8; ++i) CHECK_FALSE(bench.Send(Kind::kLost, 0.1));
   CHECK_FALSE(bench.Read(100));
-  for (int i = 0; i < 9; ++i) CHECK_FALSE(bench.Tell(Kind::kLost, 0.1));
-  CHECK(bench.Tell(Kind::kTime, 0.2)->why == ZoomReason::kSensorLost);
+  for (int i = 0; i < 9; ++i) CHECK_FALSE(bench.Send(Kind::kLost, 0.1));
+  CHECK(bench.Send(Kind::kTime, 0.2)->why == ZoomReason::kSensorLost);
   CHECK(bench.machine.state() == ZoomState::kUnknown);
   bench.Settle(100);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
 }
 
-TEST_CASE("readings that stop telling the position are no readings") {
+TEST_CASE("readings that no longer contain the position count as a lost sensor") {
   Bench bench;
   bench.MakeValid(100);
   for (int i = 0; i < 12; ++i) bench.Read(ZoomReading{});
   CHECK(bench.machine.state() == ZoomState::kUnknown);
 }
 
-TEST_CASE("a line that only says moved: verified by the marks after each motion") {
+TEST_CASE("with a sensor that only signals motion, tags are verified after each motion") {
   Bench bench;
   ZoomReading still, moved;
   moved.moved = true;
   for (int i = 0; i < 5; ++i) bench.Read(still);
-  bench.Tell(Kind::kLensKnown);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  bench.Send(Kind::kLensKnown);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
   CHECK(bench.Read(moved)->why == ZoomReason::kDeviceMoves);
   for (int i = 0; i < 5; ++i) bench.Read(still);
-  CHECK(bench.machine.ask() == ZoomAsk::kLoadLens);
+  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
 }
 
-TEST_CASE("marks: bad ones ask for the board, and may become good again") {
+TEST_CASE("a failed tag check requests the board; a later good one makes the lens valid again") {
   Bench bench;
   bench.MakeValid(100);
-  CHECK(bench.Tell(Kind::kMarksBad)->to == ZoomState::kStale);
-  CHECK(bench.machine.ask() == ZoomAsk::kBoard);
-  CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK(bench.Send(Kind::kMarksBad)->to == ZoomState::kStale);
+  CHECK(bench.machine.request() == ZoomAsk::kBoard);
+  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
 }
 
-TEST_CASE("marks that nobody judges, or nobody can see, end in asking for the board") {
+TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board") {
   for (const bool hidden : {false, true}) {
     Bench bench;
     bench.Settle(100);
-    bench.Tell(Kind::kLensKnown);
+    bench.Send(Kind::kLensKnown);
     for (int i = 0; i < 60; ++i) {
       bench.Read(100);
-      if (hidden) bench.Tell(Kind::kMarksNotVisible);
+      if (hidden) bench.Send(Kind::kMarksNotVisible);
     }
     CHECK(bench.machine.state() == ZoomState::kStale);
     CHECK(bench.machine.reason() ==
           (hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer));
-    CHECK(bench.machine.ask() == ZoomAsk::kBoard);
-    CHECK(bench.Tell(Kind::kMarksGood)->to == ZoomState::kValid);
+    CHECK(bench.machine.request() == ZoomAsk::kBoard);
+    CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
   }
 }
 
-TEST_CASE("the dead band follows what a count is worth, and the lens brings it along") {
+TEST_CASE("the dead band follows the focal length per count, and is provided with the lens") {
   CHECK(DeadBandCounts(1e-4, 5e-4) == 5);
   CHECK(DeadBandCounts(-1e-4, 4.9e-4) == 4);
   CHECK(DeadBandCounts(5e-4, 5e-4) == 1);
@@ -234,33 +235,33 @@ TEST_CASE("the dead band follows what a count is worth, and the lens brings it a
   known.kind = Kind::kLensKnown;
   known.time_s = known.about_s = bench.now_s;
   known.zoom_band_counts = 7;
-  bench.machine.Take(known);
-  bench.Tell(Kind::kMarksGood);
+  bench.machine.Handle(known);
+  bench.Send(Kind::kMarksGood);
   CHECK_FALSE(bench.Read(107));
   CHECK(bench.Read(108)->to == ZoomState::kMoving);
 }
 
-TEST_CASE("times that are not finite, run backwards or lie ahead make nothing valid") {
+TEST_CASE("times that are not finite, run backwards or lie in the future make nothing valid") {
   Bench bench;
   bench.Settle(100);
-  bench.Tell(Kind::kLensKnown);
+  bench.Send(Kind::kLensKnown);
   for (const double about_s : {std::numeric_limits<double>::quiet_NaN(),
                                std::numeric_limits<double>::infinity(), bench.now_s + 1}) {
     ZoomEvent event;
     event.kind = Kind::kMarksGood;
     event.time_s = std::numeric_limits<double>::quiet_NaN();
     event.about_s = about_s;
-    CHECK_FALSE(bench.machine.Take(event));
+    CHECK_FALSE(bench.machine.Handle(event));
   }
   CHECK(bench.machine.state() == ZoomState::kVerifying);
   ZoomEvent back;
   back.kind = Kind::kTime;
   back.time_s = 1;
-  CHECK_FALSE(bench.machine.Take(back));
-  CHECK(bench.Tell(Kind::kMarksGood)->time_s == bench.now_s);
+  CHECK_FALSE(bench.machine.Handle(back));
+  CHECK(bench.Send(Kind::kMarksGood)->time_s == bench.now_s);
 }
 
-TEST_CASE("the widest counts do not overflow") {
+TEST_CASE("extreme counts do not overflow") {
   Bench bench;
   bench.MakeValid(std::numeric_limits<std::int32_t>::min());
   CHECK(bench.Read(std::numeric_limits<std::int32_t>::max())->to == ZoomState::kMoving);
