@@ -1,4 +1,4 @@
-// A process that has nothing left but its memory and the descriptors that it holds.
+// Sandbox: restricts the process to its memory and its open descriptors.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 
 namespace plumbline {
 
-/// From now on, for good: no new descriptor (so no file, no socket), no file grows, no process
-/// starts, no core, no new privileges, at most that much memory and processor time; and of all
-/// system calls only those that read and write open descriptors, manage memory and end. Any other
-/// fails with EPERM. Built with a sanitizer, whose runtime needs more, it limits only time,
-/// processes and cores.
-/// @return  what could not be had; nothing is to be parsed then
-Result<void> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s);
+/// Applies irrevocable limits: no new descriptors (hence no files or sockets), no file growth, no
+/// new processes, core dumps or privileges, bounded memory and CPU time. A seccomp filter allows
+/// only system calls that use open descriptors, manage memory or exit; any other fails with EPERM.
+/// In sanitizer builds, whose runtime needs more, only CPU time, processes and core dumps are
+/// limited.
+/// @return  or the limit that could not be set; untrusted input must then not be parsed
+Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s);
 
 }  // namespace plumbline
