@@ -430,12 +430,12 @@ Result<ViewState> ViewOfJson(std::string_view text) {
     const Result<Json> json = JsonFromText<Json>(text);
     if (json) return StateOf(*json);
     return Error{fmt::format(
-        "data from plumblined cannot be read: {}. Restart plumblined and this program, so that "
+        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
         "both are of the same version",
         json.error())};
   } catch (const std::exception& why) {
     return Error{fmt::format(
-        "data from plumblined cannot be read: {}. Restart plumblined and this program, so that "
+        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
         "both are of the same version",
         why.what())};
   }
